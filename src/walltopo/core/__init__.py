@@ -1,0 +1,34 @@
+"""The nouns everyone shares; NumPy only."""
+
+from walltopo.core.camera import Camera
+from walltopo.core.errors import (
+    EnvironmentLacksError,
+    InputError,
+    SettingsError,
+    StageError,
+    WalltopoError,
+)
+from walltopo.core.instances import Instance, Instances
+from walltopo.core.mask import Mask
+from walltopo.core.mesh import Mesh
+from walltopo.core.progress import Progress, Silent
+from walltopo.core.setting import check_settings, setting
+from walltopo.core.view import View
+
+__all__ = [
+    "Camera",
+    "EnvironmentLacksError",
+    "InputError",
+    "Instance",
+    "Instances",
+    "Mask",
+    "Mesh",
+    "Progress",
+    "SettingsError",
+    "Silent",
+    "StageError",
+    "View",
+    "WalltopoError",
+    "check_settings",
+    "setting",
+]

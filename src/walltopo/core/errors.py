@@ -1,0 +1,49 @@
+"""Errors that are meant for people: what happened, on which file, what to do."""
+
+from __future__ import annotations
+
+__all__ = ["EnvironmentLacksError", "InputError", "SettingsError", "StageError", "WalltopoError"]
+
+
+class WalltopoError(Exception):
+    """Base of every error that walltopo raises on purpose.
+
+    Parameters
+    ----------
+    message : what happened, naming the file or the value.
+    hint : what the reader can do about it (optional; shown on its own line).
+    """
+
+    exit_code = 1
+
+    def __init__(self, message: str, hint: str = "") -> None:
+        super().__init__(message)
+        self.message = message
+        self.hint = hint
+
+    def __str__(self) -> str:
+        return f"{self.message}\n{self.hint}" if self.hint else self.message
+
+
+class SettingsError(WalltopoError):
+    """A setting is unknown or its value is not allowed."""
+
+    exit_code = 2
+
+
+class InputError(WalltopoError):
+    """What the user gave cannot be used: a missing file, a broken photo, too few photos."""
+
+    exit_code = 3
+
+
+class StageError(WalltopoError):
+    """A stage could not produce its result from inputs that look right."""
+
+    exit_code = 4
+
+
+class EnvironmentLacksError(WalltopoError):
+    """Something this machine lacks: a program, an extra, a GPU, disk space."""
+
+    exit_code = 5

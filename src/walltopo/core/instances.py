@@ -1,0 +1,66 @@
+"""3D instances: which triangles of a mesh belong to which object."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core.errors import InputError
+
+__all__ = ["Instance", "Instances"]
+
+
+@dataclass(frozen=True)
+class Instance:
+    """What is known of one 3D instance besides its triangles.
+
+    Parameters
+    ----------
+    id : >= 1; the value in `Instances.face_instance`.
+    label : class id, as in the masks.
+    score : confidence in [0, 1].
+    views : (view index, mask index) of every mask that supports it.
+    votes : class id to its share of the votes, summing to 1.
+    """
+
+    id: int
+    label: int
+    score: float
+    views: tuple[tuple[int, int], ...] = ()
+    votes: dict[int, float] = field(default_factory=dict[int, float])
+
+
+@dataclass(frozen=True, eq=False)
+class Instances:
+    """Labels of a mesh's triangles.
+
+    Parameters
+    ----------
+    face_instance : (F,) int32, 0 = none, else an instance's id.
+    face_score : (F,) float32 in [0, 1], support of the face's label (0 where none).
+    records : one `Instance` per id, in the order of ids.
+    """
+
+    face_instance: NDArray[np.int32]
+    face_score: NDArray[np.float32]
+    records: tuple[Instance, ...]
+
+    def __post_init__(self) -> None:
+        if self.face_instance.shape != self.face_score.shape or self.face_instance.ndim != 1:
+            raise InputError(
+                "instances: face_instance and face_score must both be (F,), got "
+                f"{self.face_instance.shape} and {self.face_score.shape}"
+            )
+        known = {0, *(record.id for record in self.records)}
+        stray = set(np.unique(self.face_instance).tolist()) - known
+        if stray:
+            raise InputError(f"instances: faces carry ids without a record: {sorted(stray)[:5]}")
+
+    def __len__(self) -> int:
+        return len(self.records)
+
+    def faces_of(self, instance_id: int) -> NDArray[np.int64]:
+        """Indices of the faces of one instance."""
+        return np.flatnonzero(self.face_instance == instance_id)

@@ -1,0 +1,77 @@
+"""A triangle mesh."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core.errors import InputError
+
+__all__ = ["Mesh"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Triangles in the world frame (metres once a scan is scaled).
+
+    Parameters
+    ----------
+    vertices : (V, 3) float64, finite.
+    faces : (F, 3) int32, counter-clockwise seen from outside.
+    vertex_colours : (V, 3) uint8 sRGB, or None.
+    """
+
+    vertices: Floats
+    faces: NDArray[np.int32]
+    vertex_colours: NDArray[np.uint8] | None = None
+
+    def __post_init__(self) -> None:
+        vertices = np.ascontiguousarray(self.vertices, dtype=np.float64)
+        faces = np.ascontiguousarray(self.faces, dtype=np.int32)
+        if vertices.ndim != 2 or vertices.shape[1] != 3:
+            raise InputError(f"mesh vertices: expected (V, 3), got {vertices.shape}")
+        if faces.ndim != 2 or faces.shape[1] != 3:
+            raise InputError(f"mesh faces: expected (F, 3), got {faces.shape}")
+        bad = ~np.isfinite(vertices).all(axis=1)
+        if bad.any():
+            raise InputError(
+                f"mesh: {int(bad.sum())} vertices are NaN or infinite (first: {int(bad.argmax())})",
+                "Clean the mesh first; `walltopo mesh check FILE` lists what is wrong.",
+            )
+        if len(faces) and (faces.min() < 0 or faces.max() >= len(vertices)):
+            raise InputError(
+                f"mesh faces: indices must be in 0..{len(vertices) - 1}, "
+                f"got {faces.min()}..{faces.max()}"
+            )
+        colours = self.vertex_colours
+        if colours is not None and colours.shape != vertices.shape:
+            raise InputError(f"mesh vertex colours: expected {vertices.shape}, got {colours.shape}")
+        object.__setattr__(self, "vertices", vertices)
+        object.__setattr__(self, "faces", faces)
+
+    @cached_property
+    def centroids(self) -> Floats:
+        """(F, 3) triangle centroids."""
+        a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
+        return (a + b + c) / 3.0
+
+    @cached_property
+    def _crosses(self) -> Floats:
+        a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
+        return np.cross(b - a, c - a)
+
+    @cached_property
+    def areas(self) -> Floats:
+        """(F,) triangle areas, square metres."""
+        return 0.5 * np.linalg.norm(self._crosses, axis=1)
+
+    @cached_property
+    def normals(self) -> Floats:
+        """(F, 3) unit normals; zeros for triangles without area."""
+        lengths = np.linalg.norm(self._crosses, axis=1, keepdims=True)
+        return np.where(lengths > 0, self._crosses / np.where(lengths > 0, lengths, 1.0), 0.0)

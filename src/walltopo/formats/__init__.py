@@ -1,0 +1,1 @@
+"""Readers and writers of the files in a scan folder (COCO, COLMAP, PLY, NPZ)."""
