@@ -1,0 +1,9 @@
+"""Which triangle does a pixel or a ray see? A z-buffer for whole photos, a BVH for single rays.
+
+Importing this package imports numba (about half a second): import it where it is used.
+"""
+
+from walltopo.raycast.bvh import Bvh
+from walltopo.raycast.zbuffer import render_ids
+
+__all__ = ["Bvh", "render_ids"]
