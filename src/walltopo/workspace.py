@@ -185,6 +185,16 @@ class ScanFolder:
         return self.root / "index.html"
 
     @property
+    def route_edits(self) -> Path:
+        """`routes.edits.toml`: a setter's corrections, applied on every run; may be absent."""
+        return self.root / "routes.edits.toml"
+
+    @property
+    def hold_edits(self) -> Path:
+        """`holds.edits.json`: corrections of single holds, applied on every run; may be absent."""
+        return self.root / "holds.edits.json"
+
+    @property
     def work(self) -> Path:
         """Intermediate files that can be deleted at any time."""
         return self.root / "work"

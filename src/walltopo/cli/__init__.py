@@ -1,1 +1,111 @@
-"""The command line."""
+"""The command line: argparse shells over the library.
+
+Each module of this package registers the commands of one group; this file joins them and turns
+errors into messages and exit codes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import signal
+import sys
+import traceback
+from collections.abc import Sequence
+from types import FrameType
+
+from walltopo import __version__
+from walltopo.core import WalltopoError
+
+__all__ = ["build_parser", "main"]
+
+GROUPS = (
+    "scan",
+    "doctor",
+    "lift",
+    "detect",
+    "train",
+    "dataset",
+    "synth",
+    "evaluate",
+    "tune",
+    "measure",
+    "mesh",
+    "export",
+    "palette",
+    "inventory",
+)
+
+EXIT_CODES = """\
+exit codes:
+  0  done
+  1  another error of walltopo
+  2  wrong usage, or an unknown or impossible setting
+  3  the input cannot be used (missing, damaged, too few photos)
+  4  a stage found no result in usable input
+  5  this machine lacks something (a program, an extra, disk space)
+  70 a defect in walltopo: please report it
+  130 stopped by Ctrl-C; run again to go on
+"""
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """The whole command line; importing no heavy library."""
+    parser = argparse.ArgumentParser(
+        prog="walltopo",
+        description="Phone photos of an indoor climbing wall to a 3D topo.",
+        epilog=EXIT_CODES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--version", action="version", version=f"walltopo {__version__}")
+    commands = parser.add_subparsers(title="commands", dest="command", metavar="COMMAND")
+    for group in GROUPS:
+        importlib.import_module(f"walltopo.cli.{group}").register(commands)
+    return parser
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit code."""
+    from walltopo.cli.console import error_console
+
+    parser = build_parser()
+    args = parser.parse_args(arguments)
+    if not hasattr(args, "run"):
+        parser.print_help()
+        return 2
+    signal.signal(signal.SIGTERM, _as_interrupt)
+    try:
+        return int(args.run(args))
+    except WalltopoError as error:
+        error_console.print("[bold red]error:[/] ", end="")
+        error_console.print(error.message, markup=False, soft_wrap=True)
+        if error.hint:
+            error_console.print(error.hint, markup=False, soft_wrap=True, style="dim")
+        return error.exit_code
+    except KeyboardInterrupt:
+        error_console.print("\nstopped; run the same command again to go on")
+        return 130
+    except BrokenPipeError:
+        sys.stderr.close()
+        return 0
+    except MemoryError:
+        error_console.print("[bold red]error:[/] this machine's memory is too small for this input")
+        return 5
+    except Exception as error:
+        error_console.print(
+            f"[bold red]defect in walltopo:[/] {type(error).__name__}", soft_wrap=True
+        )
+        error_console.print(str(error), markup=False, soft_wrap=True)
+        if getattr(args, "verbose", False):
+            error_console.print(traceback.format_exc(), markup=False, soft_wrap=True)
+        else:
+            error_console.print("run again with -v for the traceback, and report it", style="dim")
+        return 70
+
+
+def _as_interrupt(number: int, frame: FrameType | None) -> None:
+    raise KeyboardInterrupt
+
+
+if __name__ == "__main__":
+    sys.exit(main())

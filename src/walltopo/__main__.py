@@ -1,0 +1,7 @@
+"""`python -m walltopo`."""
+
+import sys
+
+from walltopo.cli import main
+
+sys.exit(main())

@@ -1,0 +1,134 @@
+"""How the terminal shows a running scan: one bar, then one line per stage."""
+
+from __future__ import annotations
+
+from types import TracebackType
+from typing import Any
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    SpinnerColumn,
+    TaskID,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+
+from walltopo.manifest import StageRecord
+
+__all__ = ["TerminalListener", "describe_metrics", "duration"]
+
+
+class TerminalListener:
+    """Draws a stage's progress with rich; use as a context manager.
+
+    Parameters
+    ----------
+    console : where to draw.
+    verbose : also show details.
+    quiet : show nothing at all (errors are the caller's).
+    """
+
+    def __init__(self, console: Console, *, verbose: bool = False, quiet: bool = False) -> None:
+        self._console = console
+        self._verbose, self._quiet = verbose, quiet
+        self._stage = ""
+        self._task: TaskID | None = None
+        self._progress = Progress(
+            SpinnerColumn(),
+            TextColumn("{task.description}", markup=False),
+            BarColumn(bar_width=28),
+            MofNCompleteColumn(),
+            TimeElapsedColumn(),
+            TextColumn("left"),
+            TimeRemainingColumn(),
+            console=console,
+            transient=True,
+            disable=quiet or not console.is_terminal,
+        )
+
+    def __enter__(self) -> TerminalListener:
+        self._progress.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._progress.stop()
+
+    def step(self, what: str, total: int | None = None) -> None:
+        if self._task is not None:
+            self._progress.remove_task(self._task)
+        label = f"{self._stage:<9} {what}"
+        self._task = self._progress.add_task(label, total=total)
+
+    def advance(self, count: int = 1) -> None:
+        if self._task is not None:
+            self._progress.advance(self._task, count)
+
+    def note(self, message: str) -> None:
+        if not self._quiet:
+            self._console.print(f"          {message}", style="yellow", markup=False)
+
+    def detail(self, message: str) -> None:
+        if self._verbose and not self._quiet:
+            self._console.print(f"          {message}", style="dim", markup=False)
+
+    def stage_begins(self, stage: str) -> None:
+        self._stage = stage
+        self.step("starting")
+
+    def stage_ends(self, stage: str, record: StageRecord) -> None:
+        if self._task is not None:
+            self._progress.remove_task(self._task)
+            self._task = None
+        if self._quiet:
+            return
+        mark = "[green]✓[/]" if record.state == "done" else "[red]✗[/]"
+        facts = describe_metrics(record.metrics) if record.state == "done" else record.state
+        self._line(mark, stage, facts, duration(record.seconds))
+
+    def stage_kept(self, stage: str, record: StageRecord) -> None:
+        if not self._quiet:
+            self._line("[dim]·[/]", stage, describe_metrics(record.metrics), "up to date")
+
+    def _line(self, mark: str, stage: str, facts: str, time: str) -> None:
+        from rich.markup import escape
+
+        self._console.print(f"{mark} {stage:<9} {escape(facts)}  [dim]{time}[/]", soft_wrap=True)
+
+
+def describe_metrics(metrics: dict[str, Any]) -> str:
+    """The one-line summary of a stage: its `summary`, else its plain figures."""
+    if isinstance(metrics.get("summary"), str):
+        return str(metrics["summary"])
+    parts = [f"{key.replace('_', ' ')} {_figure(value)}" for key, value in metrics.items()]
+    plain = [part for part, value in zip(parts, metrics.values(), strict=True) if _is_plain(value)]
+    return ", ".join(plain)
+
+
+def duration(seconds: float) -> str:
+    """1.4 s, 2 min 05 s."""
+    if seconds < 60:
+        return f"{seconds:.1f} s"
+    return f"{int(seconds // 60)} min {int(seconds % 60):02d} s"
+
+
+def _is_plain(value: object) -> bool:
+    return isinstance(value, (int, float, str, bool))
+
+
+def _figure(value: object) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int):
+        return f"{value:,}"
+    if isinstance(value, float):
+        return f"{value:,.4g}"
+    return str(value)

@@ -1,0 +1,222 @@
+"""`walltopo scan`, `status`, `view`, `settings`: the pipeline and its folder."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from walltopo.core import InputError
+
+__all__ = ["register"]
+
+Commands = argparse._SubParsersAction  # argparse has no public name for it
+
+STAGE_LIST = "ingest, sparse, scale, dense, texture, detect, lift, classify, routes, export"
+
+_SCAN_EPILOG = f"""\
+stages: {STAGE_LIST}
+
+examples:
+  walltopo scan photos/ -o wall                  photos of a wall with a printed measure
+  walltopo scan visit.mp4 -o wall                a video instead
+  walltopo scan photos/ -o wall --to dense       stop after the mesh
+  walltopo scan -o wall --from lift --set lift.threshold=0.4   again from the lift on
+  walltopo scan new/ -o wall2 --reference wall   after a reset, in the old scan's frame
+
+Run the same command again after a failure or Ctrl-C: what is done is kept.
+"""
+
+
+def register(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add this group's commands."""
+    _register_scan(commands)
+    status = commands.add_parser("status", help="what a scan holds and how its stages went")
+    status.add_argument("scan", type=Path, metavar="SCAN", help="the scan folder")
+    status.set_defaults(run=_status)
+    view = commands.add_parser("view", help="show a scan in the browser (serves it on localhost)")
+    view.add_argument("scan", type=Path, metavar="SCAN", help="the scan folder")
+    view.add_argument("--port", type=int, default=8000, help="port on localhost (0: any free one)")
+    view.add_argument("--edit", action="store_true", help="with the editor; saves edit files")
+    view.set_defaults(run=_view)
+    settings = commands.add_parser("settings", help="list every setting with its default")
+    settings.add_argument("section", nargs="?", default="", help="only this section, e.g. lift")
+    settings.add_argument("--toml", action="store_true", help="as a walltopo.toml to edit")
+    settings.set_defaults(run=_settings)
+
+
+def _register_scan(commands: Commands[argparse.ArgumentParser]) -> None:
+    scan = commands.add_parser(
+        "scan",
+        help="photos in, segmented and routed wall out",
+        description="Run the stages that are missing or out of date, from photos to the page.",
+        epilog=_SCAN_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    scan.add_argument(
+        "photos", nargs="*", type=Path, metavar="PHOTOS", help="folder, photos, video"
+    )
+    scan.add_argument("-o", "--out", type=Path, required=True, metavar="SCAN", help="scan folder")
+    scan.add_argument("--config", type=Path, metavar="FILE", help="settings file (walltopo.toml)")
+    scan.add_argument(
+        "--set", action="append", default=[], metavar="KEY=VALUE", help="e.g. lift.threshold=0.4"
+    )
+    scan.add_argument("--from", dest="from_stage", metavar="STAGE", help="redo from this stage on")
+    scan.add_argument("--to", dest="to_stage", metavar="STAGE", help="stop after this stage")
+    scan.add_argument("--force", action="store_true", help="redo every stage")
+    scan.add_argument(
+        "--scale-from", metavar="A-B=METRES", help="distance of two photos or named points"
+    )
+    scan.add_argument("--reference", type=Path, metavar="SCAN", help="align into this scan")
+    scan.add_argument("--align", metavar="HOW", help="constrained (default) or rigid")
+    scan.add_argument("--dense", metavar="BACKEND", help="auto, sgm, colmap, openmvs, sparse")
+    scan.add_argument("--model", metavar="NAME|FILE", help="the detector")
+    scan.add_argument("-v", "--verbose", action="store_true", help="more detail")
+    scan.add_argument("-q", "--quiet", action="store_true", help="errors only")
+    scan.set_defaults(run=_scan)
+
+
+def _scan(args: argparse.Namespace) -> int:
+    from walltopo.cli.console import console
+    from walltopo.cli.listener import TerminalListener
+    from walltopo.scan import run_scan
+    from walltopo.settings import load_settings
+
+    config = args.config
+    if config is None and Path("walltopo.toml").is_file():
+        config = Path("walltopo.toml")
+    settings = load_settings(config, [*_shortcuts(args), *args.set])
+    with TerminalListener(console, verbose=args.verbose, quiet=args.quiet) as listener:
+        result = run_scan(
+            args.photos,
+            args.out,
+            settings,
+            from_stage=args.from_stage,
+            to_stage=args.to_stage,
+            force=args.force,
+            listener=listener,
+        )
+    if not args.quiet and result.folder.routes.exists() and args.to_stage in (None, "export"):
+        _show_result(result.folder.root)
+    return 0
+
+
+def _shortcuts(args: argparse.Namespace) -> list[str]:
+    """Flags that are short for a setting."""
+    pairs = {
+        "scale.distance": args.scale_from,
+        "sparse.reference": args.reference.absolute() if args.reference else None,
+        "sparse.align": args.align,
+        "dense.backend": args.dense,
+        "detect.model": args.model,
+    }
+    return [f'{key}="{value}"' for key, value in pairs.items() if value is not None]
+
+
+def _show_result(root: Path) -> None:
+    """The table of routes, and the page to open."""
+    from rich.markup import escape
+    from rich.table import Table
+
+    from walltopo.cli.console import console
+    from walltopo.workspace import ScanFolder, read_json
+
+    folder = ScanFolder(root)
+    routes = read_json(folder.routes)["routes"]
+    holds = read_json(folder.holds)["holds"]
+    metric = bool(read_json(folder.scale)["metric"])
+    unit = "m" if metric else "units"
+    table = Table(title=f"{len(holds)} holds, {len(routes)} routes", title_justify="left")
+    for column in ("route", "colour", "holds", f"length [{unit}]", "steepness"):
+        table.add_column(column, justify="left" if column == "colour" else "right")
+    for route in routes:
+        table.add_row(
+            str(route["id"]),
+            escape(str(route["colour"])),
+            str(len(route["holds"])),
+            f"{route['length_m']:.2f}",
+            f"{route['steepness_deg']:.0f}°",
+        )
+    console.print(table)
+    if not metric:
+        console.print("no measure was found: lengths are in arbitrary units", style="yellow")
+    console.print(f"open {folder.page.absolute()}", markup=False, soft_wrap=True)
+    console.print(f"or   walltopo view {root}", markup=False, soft_wrap=True)
+
+
+def _status(args: argparse.Namespace) -> int:
+    from rich.table import Table
+
+    from walltopo import __version__
+    from walltopo.cli.console import console
+    from walltopo.cli.listener import describe_metrics, duration
+    from walltopo.manifest import Manifest
+    from walltopo.scan import stage_names
+    from walltopo.workspace import ScanFolder
+
+    folder = ScanFolder(args.scan)
+    if not folder.manifest.is_file():
+        raise InputError(f"{args.scan}: not a scan folder (it has no scan.json)")
+    manifest = Manifest.open(folder.manifest, __version__)
+    table = Table()
+    for column in ("stage", "state", "time", "memory", "figures"):
+        table.add_column(column, justify="right" if column in ("time", "memory") else "left")
+    for name in stage_names():
+        record = manifest.stages.get(name)
+        if record is None:
+            table.add_row(name, "not run", "", "", "")
+            continue
+        facts = record.error.splitlines()[-1] if record.error else describe_metrics(record.metrics)
+        memory = f"{record.peak_mb:,.0f} MB"
+        table.add_row(name, record.state, duration(record.seconds), memory, facts)
+    console.print(table)
+    finished = all(
+        manifest.stages.get(n) is not None and manifest.stages[n].state == "done"
+        for n in stage_names()
+    )
+    return 0 if finished else 1
+
+
+def _view(args: argparse.Namespace) -> int:
+    from walltopo.export.server import serve
+    from walltopo.workspace import ScanFolder
+
+    if not ScanFolder(args.scan).page.is_file():
+        raise InputError(
+            f"{args.scan}: no page to show", f"Run `walltopo scan -o {args.scan}` to its end first."
+        )
+    serve(args.scan, args.port, args.edit)
+    return 0
+
+
+def _settings(args: argparse.Namespace) -> int:
+    from walltopo.cli.console import console
+    from walltopo.core import SettingsError
+    from walltopo.settings import SECTIONS, describe_settings
+
+    if args.section and args.section not in SECTIONS:
+        raise SettingsError(f"no section {args.section!r}; there are {', '.join(SECTIONS)}")
+    docs = [d for d in describe_settings() if not args.section or d.key.startswith(args.section)]
+    section = ""
+    for doc in docs:
+        head, _, name = doc.key.partition(".")
+        if head != section:
+            console.print(f"\n[{head}]", markup=False, style="bold")
+            section = head
+        facts = "; ".join(part for part in (doc.help, doc.unit, doc.allowed) if part)
+        value = _toml(doc.default)
+        line = f"{name} = {value}" if value is not None else f"# {name} = (not set)"
+        console.print(f"{line:<36} # {facts}", markup=False, soft_wrap=True)
+    return 0
+
+
+def _toml(value: object) -> str | None:
+    """A default as TOML writes it; None has no TOML form."""
+    if value is None:
+        return None
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, (int, float)):
+        return str(value)
+    if isinstance(value, (tuple, list)):
+        return "[" + ", ".join(str(_toml(item)) for item in value) + "]"
+    return '"' + str(value).replace("\\", "\\\\").replace('"', '\\"') + '"'

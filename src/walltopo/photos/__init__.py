@@ -1,0 +1,1 @@
+"""Ingest: from whatever a phone produced to upright, comparable, private JPEGs."""
