@@ -127,7 +127,7 @@ def _read_toml(file: Path) -> Iterator[tuple[str, Any]]:
 
 def _put(values: dict[str, dict[str, Any]], key: str, value: Any, origin: str) -> None:
     section, _, name = key.partition(".")
-    known = {doc_key: hint for doc_key, hint in _hints()}
+    known = dict(_hints())
     if key not in known:
         near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
         meant = f"Did you mean {near[0]}?" if near else ""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import threading
 import unicodedata
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -227,15 +228,17 @@ class _Names:
     def __init__(self) -> None:
         self._by_file: dict[Path, str] = {}
         self._taken: set[str] = set()
+        self._lock = threading.Lock()
 
     def reserve(self, file: Path) -> str:
         stem = unicodedata.normalize("NFC", file.stem)
         stem = re.sub(r"[^\w.-]+", "_", stem).strip("._") or "photo"
         name, number = f"{stem}.jpg", 2
-        while name.lower() in self._taken:
-            name, number = f"{stem}_{number}.jpg", number + 1
-        self._taken.add(name.lower())
-        self._by_file[file] = name
+        with self._lock:
+            while name.lower() in self._taken:
+                name, number = f"{stem}_{number}.jpg", number + 1
+            self._taken.add(name.lower())
+            self._by_file[file] = name
         return name
 
     def of(self, file: Path) -> str:

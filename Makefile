@@ -1,0 +1,77 @@
+# Two commands on a fresh Debian 12 (Python 3.11, git, make): `make demo` and `make test`.
+
+SHELL := /bin/bash
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+PAGE := demo-scan/index.html
+
+.PHONY: help demo test lint docs viewer system browser clean
+.DEFAULT_GOAL := help
+
+help:
+	@echo "make demo     set up, scan the bundled photos, name the page to open"
+	@echo "make test     set up everything, run all tests"
+	@echo "make lint     ruff and mypy"
+	@echo "make docs     write the generated parts of docs/"
+	@echo "make viewer   build the web viewer into the package (needs node)"
+	@echo "make system   install the system packages that the two commands want (Debian, root)"
+
+# Debian splits venv from python; containers often come without it.
+$(VENV)/pip-ready:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
+	  || { echo "walltopo needs Python 3.11 or newer: make PYTHON=python3.11 ..."; exit 1; }
+	@$(PYTHON) -c 'import ensurepip' 2>/dev/null || $(MAKE) --no-print-directory system-venv
+	$(PYTHON) -m venv $(VENV)
+	@touch $@
+
+$(VENV)/core-ready: $(VENV)/pip-ready pyproject.toml constraints.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e .
+	@touch $@
+
+$(VENV)/dev-ready: $(VENV)/core-ready
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt \
+	  -e '.[dev,evaluate,train,tune]'
+	@touch $@
+
+demo: $(VENV)/core-ready
+	$(BIN)/walltopo scan examples/demo-photos/photos -o demo-scan
+
+test: $(VENV)/dev-ready browser
+	$(BIN)/python -m pytest
+
+lint: $(VENV)/dev-ready
+	$(BIN)/ruff format --check src tests benchmarks examples
+	$(BIN)/ruff check src tests benchmarks examples
+	$(BIN)/mypy
+
+docs: $(VENV)/dev-ready
+	$(BIN)/python -m docs.generate
+
+viewer:
+	cd viewer && npm ci --no-audit --no-fund && npm run build
+
+# The browser tests want Chromium and node; where they cannot be had, those tests skip and say so.
+browser:
+	@command -v chromium >/dev/null && command -v npm >/dev/null \
+	  || $(MAKE) --no-print-directory system \
+	  || echo "no browser: the viewer's tests will be skipped"
+	@if command -v npm >/dev/null && [ -f viewer/package-lock.json ]; then \
+	  [ -d viewer/node_modules ] || (cd viewer && npm ci --no-audit --no-fund --silent) \
+	    || echo "npm ci failed: the viewer's tests will be skipped"; fi
+
+SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
+
+system-venv:
+	@echo "installing python3-venv (Debian ships it apart)"
+	@command -v apt-get >/dev/null || { echo "install Python's venv module first"; exit 1; }
+	$(SUDO) apt-get update -qq && $(SUDO) apt-get install -y -qq python3-venv
+
+system:
+	@command -v apt-get >/dev/null || { echo "not a Debian system: install chromium, nodejs, npm"; exit 1; }
+	$(SUDO) apt-get update -qq
+	@for package in python3-venv chromium $$(command -v npm >/dev/null || echo nodejs npm); do \
+	  $(SUDO) apt-get install -y -qq $$package >/dev/null || exit 1; done
+
+clean:
+	rm -rf $(VENV) demo-scan viewer/node_modules

@@ -1,0 +1,186 @@
+"""Ingest: every kind of photo a phone writes, and every kind of file that is none."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from walltopo.core import InputError, Silent
+from walltopo.photos import ingest
+from walltopo.photos.image_file import decode_photo
+from walltopo.photos.params import IngestSettings
+from walltopo.photos.sources import find_sources
+from walltopo.workspace import ScanFolder, read_json
+
+GPS_IFD, ORIENTATION, EXIF_IFD, FOCAL_35MM = 0x8825, 0x0112, 0x8769, 0xA405
+
+
+def picture(seed: int, size: tuple[int, int] = (640, 480)) -> Image.Image:
+    """A sharp picture of coarse random blocks, another for every seed."""
+    generator = np.random.default_rng(seed)
+    blocks = generator.integers(0, 255, (size[1] // 10, size[0] // 10, 3), dtype=np.uint8)
+    return Image.fromarray(blocks).resize(size, Image.Resampling.NEAREST)
+
+
+def write_photos(folder: Path, count: int = 3) -> None:
+    folder.mkdir(exist_ok=True)
+    for k in range(count):
+        picture(k).save(folder / f"p{k}.jpg", quality=92)
+
+
+def ingested(tmp_path: Path, *sources: Path) -> ScanFolder:
+    scan = ScanFolder(tmp_path / "scan")
+    ingest.run(scan, IngestSettings(), Silent(), sources)
+    return scan
+
+
+def skipped_reasons(scan: ScanFolder) -> dict[str, str]:
+    return {item["source"]: item["reason"] for item in read_json(scan.photo_list)["skipped"]}
+
+
+def test_orientation_focal_and_privacy(tmp_path: Path) -> None:
+    folder = tmp_path / "in"
+    write_photos(folder)
+    exif = Image.Exif()
+    exif[ORIENTATION] = 6  # turned by 90 degrees
+    exif.get_ifd(EXIF_IFD)[FOCAL_35MM] = 26
+    exif.get_ifd(GPS_IFD)[1] = "N"
+    exif[0x010F] = "A phone with a serial number"
+    picture(9).save(folder / "turned.jpg", exif=exif)
+    scan = ingested(tmp_path, folder)
+    record = next(p for p in read_json(scan.photo_list)["photos"] if p["source"] == "turned.jpg")
+    assert (record["width"], record["height"]) == (480, 640)
+    assert record["focal_px"] == pytest.approx(26 / 43.267 * 800, rel=1e-3)
+    for photo in scan.photos.iterdir():
+        assert not dict(Image.open(photo).getexif())
+        assert b"serial number" not in photo.read_bytes()
+
+
+def test_formats(tmp_path: Path) -> None:
+    import pillow_heif
+
+    pillow_heif.register_heif_opener()
+    folder = tmp_path / "in"
+    folder.mkdir()
+    picture(0).save(folder / "a.heic", quality=90)
+    picture(1).convert("CMYK").save(folder / "b.jpg")
+    deep = (np.asarray(picture(2).convert("L")).astype(np.uint16)) * 257
+    Image.fromarray(deep).save(folder / "c.png")
+    picture(3).convert("P").save(folder / "d.png")
+    transparent = picture(4).convert("RGBA")
+    transparent.putalpha(128)
+    transparent.save(folder / "e.png")
+    scan = ingested(tmp_path, folder)
+    assert sorted(p.name for p in scan.photos.iterdir()) == [f"{c}.jpg" for c in "abcde"]
+    grey = np.asarray(Image.open(scan.photos / "c.jpg"), dtype=float)
+    assert np.abs(grey - np.asarray(picture(2).convert("RGB").convert("L"))[..., None]).mean() < 6
+
+
+def test_what_is_skipped_and_why(tmp_path: Path) -> None:
+    folder = tmp_path / "in"
+    write_photos(folder)
+    (folder / "text.jpg").write_text("I am not a photo")
+    (folder / "notes.txt").write_text("neither")
+    whole = (folder / "p0.jpg").read_bytes()
+    (folder / "cut.jpg").write_bytes(whole[: len(whole) // 2])
+    shutil.copy(folder / "p0.jpg", folder / "p9_copy.jpg")
+    picture(0).save(folder / "z_again.png")
+    picture(5, (200, 150)).save(folder / "tiny.png")
+    picture(6, (3000, 600)).save(folder / "wide.png")
+    Image.new("RGB", (640, 480), (90, 90, 90)).save(folder / "blank.png")
+    (folder / "empty.jpg").write_bytes(b"")
+    reasons = skipped_reasons(ingested(tmp_path, folder))
+    expected = {
+        "text.jpg": "not an image",
+        "notes.txt": "neither a photo nor a video",
+        "cut.jpg": "damaged or cut off",
+        "p9_copy.jpg": "the same file as p0.jpg",
+        "z_again.png": "shows the same as p0.jpg",
+        "tiny.png": "smaller than 320 px",
+        "wide.png": "panorama",
+        "blank.png": "blurred",
+        "empty.jpg": "not an image",
+    }
+    assert reasons.keys() == expected.keys()
+    for name, reason in expected.items():
+        assert reason in reasons[name]
+
+
+def test_too_few_photos_lists_reasons_and_keeps_the_old_scan(tmp_path: Path) -> None:
+    write_photos(tmp_path / "in")
+    scan = ingested(tmp_path, tmp_path / "in")
+    bad = tmp_path / "bad"
+    write_photos(bad, 2)
+    (bad / "x.jpg").write_text("no")
+    with pytest.raises(InputError, match=r"2 usable photos, at least 3(.|\n)*x.jpg: not an image"):
+        ingest.run(scan, IngestSettings(), Silent(), [bad])
+    assert len(list(scan.photos.iterdir())) == 3
+
+
+def test_names_are_safe_unique_and_natural(tmp_path: Path) -> None:
+    first, second = tmp_path / "a", tmp_path / "b"
+    for k, (folder, name) in enumerate(
+        [(first, "IMG 10 ü.jpg"), (first, "IMG 2 ü.jpg"), (second, "IMG 2 ü.jpg")]
+    ):
+        folder.mkdir(exist_ok=True)
+        picture(k).save(folder / name)
+    scan = ingested(tmp_path, first, second)
+    names = [p["name"] for p in read_json(scan.photo_list)["photos"]]
+    assert names == ["IMG_2_ü.jpg", "IMG_10_ü.jpg", "IMG_2_ü_2.jpg"]
+
+
+def test_large_photos_are_reduced_with_their_focal(tmp_path: Path) -> None:
+    folder = tmp_path / "in"
+    write_photos(folder)
+    exif = Image.Exif()
+    exif.get_ifd(EXIF_IFD)[FOCAL_35MM] = 26
+    picture(7, (4000, 3000)).save(folder / "big.jpg", exif=exif)
+    scan = ingested(tmp_path, folder)
+    record = next(p for p in read_json(scan.photo_list)["photos"] if p["source"] == "big.jpg")
+    assert (record["width"], record["height"]) == (3200, 2400)
+    assert record["focal_px"] == pytest.approx(26 / 43.267 * 4000, rel=1e-3)
+
+
+def test_video_frames_follow_the_motion(tmp_path: Path) -> None:
+    import av
+
+    wide = np.asarray(picture(0, (2400, 480)))
+    path = tmp_path / "walk.mp4"
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("libx264", rate=30)
+        stream.width, stream.height, stream.pix_fmt = 640, 480, "yuv420p"
+        for k in range(120):
+            x = min(k, 90) * 16  # the camera rests for the last second
+            frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(wide[:, x : x + 640]), "rgb24")
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+    scan = ingested(tmp_path, path)
+    frames = sorted(p.name for p in scan.photos.iterdir())
+    # 1440 px of motion in 640 px wide frames, a frame every 8 % of the width or per look.
+    assert 10 <= len(frames) <= 30
+    assert all(name.startswith("walk_") for name in frames)
+
+
+def test_a_text_file_is_no_video(tmp_path: Path) -> None:
+    write_photos(tmp_path / "in")
+    (tmp_path / "in" / "film.mp4").write_text("no film")
+    reasons = skipped_reasons(ingested(tmp_path, tmp_path / "in"))
+    assert "cannot be decoded" in reasons["film.mp4"]
+
+
+def test_missing_and_empty_sources(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no such file or folder"):
+        find_sources([tmp_path / "nowhere"])
+    with pytest.raises(InputError, match="no photos here"):
+        find_sources([tmp_path])
+
+
+def test_decode_refuses_a_bomb(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("walltopo.photos.image_file._MAX_PIXELS", 1000)
+    picture(0).save(tmp_path / "a.png")
+    with pytest.raises(InputError, match="too large"):
+        decode_photo(tmp_path / "a.png")
