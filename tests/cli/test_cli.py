@@ -1,0 +1,76 @@
+"""The command line as a user meets it."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import walltopo
+from walltopo.cli import build_parser, main
+
+HEAVY = ("cv2", "pycolmap", "numba", "scipy", "trimesh", "onnxruntime", "torch", "networkit")
+
+
+def test_version(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(["--version"])
+    assert caught.value.code == 0
+    assert walltopo.__version__ in capsys.readouterr().out
+
+
+def test_every_command_has_help() -> None:
+    parser = build_parser()
+    actions = [a for a in parser._actions if hasattr(a, "choices") and a.choices]
+    commands = actions[-1].choices
+    assert commands is not None
+    for name in ("scan", "status", "view", "doctor", "lift", "detect", "export", "evaluate"):
+        assert name in commands
+
+
+def test_no_command_prints_help_and_fails(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([]) == 2
+    assert "exit codes" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "code", ["import walltopo", "from walltopo.cli import build_parser as b; b()"]
+)
+def test_importing_is_light(code: str) -> None:
+    check = f"{code}; import sys; print([m for m in {HEAVY!r} if m in sys.modules])"
+    out = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, check=True)
+    assert out.stdout.strip() == "[]"
+
+
+def test_lift_and_scan_are_packages_and_functions() -> None:
+    check = (
+        "import walltopo, walltopo.lift.params, walltopo.scan as s; "
+        "print(callable(walltopo.lift), callable(walltopo.scan), s.STAGES[0].name)"
+    )
+    out = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, check=True)
+    assert out.stdout.split() == ["True", "True", "ingest"]
+
+
+def test_status_of_something_else(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["status", str(tmp_path)]) == 3
+    assert "not a scan folder" in capsys.readouterr().err
+
+
+def test_view_before_the_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["view", str(tmp_path)]) == 3
+    assert "no page to show" in capsys.readouterr().err
+
+
+def test_settings_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["settings", "lift"]) == 0
+    assert "threshold" in capsys.readouterr().out
+    assert main(["settings", "lfit"]) == 2
+
+
+def test_doctor_reports(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["doctor"]) in (0, 5)
+    out = capsys.readouterr().out
+    for topic in ("memory", "disk", "OpenMVS", "models", "pycolmap CUDA"):
+        assert topic in out
