@@ -22,7 +22,7 @@ from walltopo.reconstruct.params import ScaleSettings, SparseSettings
 from walltopo.reconstruct.texture_params import TextureSettings
 from walltopo.routes.params import ClassifySettings, RoutesSettings
 
-__all__ = ["Settings", "SettingDoc", "describe_settings", "load_settings"]
+__all__ = ["Settings", "SettingDoc", "describe_settings", "load_settings", "settings_markdown"]
 
 
 @dataclass(frozen=True)
@@ -109,6 +109,26 @@ def describe_settings() -> list[SettingDoc]:
                 )
             )
     return docs
+
+
+def settings_markdown() -> str:
+    """`docs/settings.md`: one table per section."""
+    lines = [
+        "# Settings",
+        "",
+        "Written by `make docs`. Give them in `walltopo.toml` (read from the working folder, or",
+        "named by `--config`) or as `--set section.key=value`. An unknown key is an error.",
+    ]
+    section = ""
+    for doc in describe_settings():
+        head, _, name = doc.key.partition(".")
+        if head != section:
+            lines += ["", f"## {head}", "", "| key | default | what | unit | allowed |"]
+            lines += ["|---|---|---|---|---|"]
+            section = head
+        text = doc.help.replace("|", "\\|")
+        lines.append(f"| `{name}` | `{doc.default}` | {text} | {doc.unit} | {doc.allowed} |")
+    return "\n".join(lines) + "\n"
 
 
 def _read_toml(file: Path) -> Iterator[tuple[str, Any]]:

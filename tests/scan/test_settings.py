@@ -7,7 +7,13 @@ from pathlib import Path
 import pytest
 
 from walltopo.core import InputError, SettingsError
-from walltopo.settings import SECTIONS, Settings, describe_settings, load_settings
+from walltopo.settings import (
+    SECTIONS,
+    Settings,
+    describe_settings,
+    load_settings,
+    settings_markdown,
+)
 
 
 def test_file_then_overrides(tmp_path: Path) -> None:
@@ -57,3 +63,8 @@ def test_every_setting_is_documented_and_survives_a_round_trip() -> None:
     assert {doc.key.split(".")[0] for doc in docs} == set(SECTIONS)
     assert [doc.key for doc in docs if not doc.help] == []
     assert Settings().as_dict()["ingest"]["min_side"] == 320
+
+
+def test_the_table_in_the_docs_is_current() -> None:
+    table = Path(__file__).parents[2] / "docs" / "settings.md"
+    assert table.read_text(encoding="utf-8") == settings_markdown(), "run `make docs`"

@@ -38,9 +38,9 @@ def register(commands: Commands[argparse.ArgumentParser]) -> None:
     view.add_argument("--port", type=int, default=8000, help="port on localhost (0: any free one)")
     view.add_argument("--edit", action="store_true", help="with the editor; saves edit files")
     view.set_defaults(run=_view)
-    settings = commands.add_parser("settings", help="list every setting with its default")
+    settings = commands.add_parser("settings", help="every setting with its default, as TOML")
     settings.add_argument("section", nargs="?", default="", help="only this section, e.g. lift")
-    settings.add_argument("--toml", action="store_true", help="as a walltopo.toml to edit")
+    settings.add_argument("--markdown", action="store_true", help="as the table of the docs")
     settings.set_defaults(run=_settings)
 
 
@@ -191,14 +191,18 @@ def _view(args: argparse.Namespace) -> int:
 def _settings(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.core import SettingsError
-    from walltopo.settings import SECTIONS, describe_settings
+    from walltopo.settings import SECTIONS, describe_settings, settings_markdown
 
     if args.section and args.section not in SECTIONS:
         raise SettingsError(f"no section {args.section!r}; there are {', '.join(SECTIONS)}")
-    docs = [d for d in describe_settings() if not args.section or d.key.startswith(args.section)]
+    if args.markdown:
+        console.print(settings_markdown(), markup=False, soft_wrap=True, end="")
+        return 0
     section = ""
-    for doc in docs:
+    for doc in describe_settings():
         head, _, name = doc.key.partition(".")
+        if args.section not in ("", head):
+            continue
         if head != section:
             console.print(f"\n[{head}]", markup=False, style="bold")
             section = head

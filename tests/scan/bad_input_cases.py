@@ -1,0 +1,232 @@
+"""The bad inputs that are tried: how each is made, and what the user must be told.
+
+`test_bad_input.py` runs them all; `make docs` writes `docs/bad-input.md` from them.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+__all__ = ["CASES", "Case", "picture"]
+
+
+@dataclass(frozen=True)
+class Case:
+    """One kind of bad (or merely unusual) input.
+
+    Parameters
+    ----------
+    name : what the user gives.
+    make : fills a folder and returns the arguments after `walltopo scan`.
+    code : the exit code expected.
+    says : words that the output must contain.
+    """
+
+    name: str
+    make: Callable[[Path], list[str]]
+    code: int
+    says: str
+
+
+def picture(seed: int, size: tuple[int, int] = (640, 480)) -> Image.Image:
+    """A sharp picture of random blocks that matches no other seed's."""
+    generator = np.random.default_rng(seed)
+    blocks = generator.integers(0, 255, (size[1] // 8, size[0] // 8, 3), dtype=np.uint8)
+    return Image.fromarray(blocks).resize(size, Image.Resampling.NEAREST)
+
+
+def _photos(folder: Path, count: int = 3) -> Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    for k in range(count):
+        picture(k).save(folder / f"p{k}.jpg")
+    return folder
+
+
+def _scan(photos: Path, *more: str, to: str = "ingest") -> list[str]:
+    return [str(photos), "-o", str(photos.parent / "scan"), "--to", to, *more]
+
+
+def _empty(root: Path) -> list[str]:
+    (root / "in").mkdir()
+    return _scan(root / "in")
+
+
+def _missing(root: Path) -> list[str]:
+    return _scan(root / "nowhere")
+
+
+def _text(root: Path) -> list[str]:
+    folder = _photos(root / "in", 2)
+    (folder / "note.jpg").write_text("dear diary")
+    return _scan(folder)
+
+
+def _truncated(root: Path) -> list[str]:
+    folder = _photos(root / "in")
+    data = (folder / "p0.jpg").read_bytes()
+    (folder / "p0.jpg").write_bytes(data[: len(data) // 3])
+    return _scan(folder)
+
+
+def _zero_bytes(root: Path) -> list[str]:
+    folder = _photos(root / "in", 2)
+    (folder / "empty.jpg").touch()
+    return _scan(folder)
+
+
+def _deep_png(root: Path) -> list[str]:
+    folder = _photos(root / "in")
+    deep = np.asarray(picture(8).convert("L")).astype(np.uint16) * 257
+    Image.fromarray(deep).save(folder / "deep.png")
+    return _scan(folder)
+
+
+def _cmyk(root: Path) -> list[str]:
+    folder = _photos(root / "in")
+    picture(8).convert("CMYK").save(folder / "print.jpg")
+    return _scan(folder)
+
+
+def _one_photo(root: Path) -> list[str]:
+    return _scan(_photos(root / "in", 1))
+
+
+def _alike(root: Path) -> list[str]:
+    folder = root / "in"
+    folder.mkdir()
+    for k in range(5):
+        picture(0).save(folder / f"same{k}.jpg", quality=80 + k)
+    return _scan(folder)
+
+
+def _tiny(root: Path) -> list[str]:
+    folder = root / "in"
+    folder.mkdir()
+    for k in range(4):
+        picture(k, (160, 120)).save(folder / f"thumb{k}.png")
+    return _scan(folder)
+
+
+def _blank(root: Path) -> list[str]:
+    folder = root / "in"
+    folder.mkdir()
+    for k in range(4):
+        Image.new("RGB", (640, 480), (40 * k, 90, 90)).save(folder / f"fog{k}.png")
+    return _scan(folder)
+
+
+def _panorama(root: Path) -> list[str]:
+    folder = _photos(root / "in")
+    picture(8, (6000, 1000)).save(folder / "pano.png")
+    return _scan(folder)
+
+
+def _bomb(root: Path) -> list[str]:
+    folder = _photos(root / "in")
+    Image.new("1", (40_000, 40_000)).save(folder / "bomb.png")
+    return _scan(folder)
+
+
+def _spaces(root: Path) -> list[str]:
+    return _scan(_photos(root / "Wände & Räume (neu) 🧗" / "mes photos"))
+
+
+def _wrong_suffix(root: Path) -> list[str]:
+    folder = _photos(root / "in", 2)
+    stream = io.BytesIO()
+    picture(5).save(stream, "PNG")
+    (folder / "really_png.jpg").write_bytes(stream.getvalue())
+    return _scan(folder)
+
+
+def _film(root: Path) -> list[str]:
+    folder = root / "in"
+    folder.mkdir()
+    (folder / "walk.mp4").write_bytes(os.urandom(5000))
+    return _scan(folder)
+
+
+def _other_files(root: Path) -> list[str]:
+    folder = _photos(root / "in")
+    (folder / "list.xlsx").write_text("x")
+    (folder / "folder.jpg").mkdir()
+    return _scan(folder)
+
+
+def _read_only(root: Path) -> list[str]:
+    return [str(_photos(root / "in")), "-o", "/proc/walltopo-scan", "--to", "ingest"]
+
+
+def _out_is_file(root: Path) -> list[str]:
+    (root / "scan").write_text("a file")
+    return _scan(_photos(root / "in"))
+
+
+def _foreign_folder(root: Path) -> list[str]:
+    (root / "scan").mkdir()
+    (root / "scan" / "holiday.txt").write_text("not a scan")
+    return _scan(_photos(root / "in"))
+
+
+def _damaged_manifest(root: Path) -> list[str]:
+    (root / "scan").mkdir()
+    (root / "scan" / "scan.json").write_text('{"version": 1, "stages"')
+    return _scan(_photos(root / "in"))
+
+
+def _unknown_setting(root: Path) -> list[str]:
+    return _scan(_photos(root / "in"), "--set", "ingest.max_sid=100")
+
+
+def _impossible_setting(root: Path) -> list[str]:
+    return _scan(_photos(root / "in"), "--set", "ingest.max_side=-1")
+
+
+def _unknown_stage(root: Path) -> list[str]:
+    return _scan(_photos(root / "in"), to="meshing")
+
+
+def _unrelated(root: Path) -> list[str]:
+    return _scan(_photos(root / "in", 4), to="sparse")
+
+
+def _no_reference(root: Path) -> list[str]:
+    (root / "old").mkdir()
+    return _scan(_photos(root / "in"), "--reference", str(root / "old"), to="sparse")
+
+
+CASES = (
+    Case("a folder without photos", _empty, 3, "no photos here"),
+    Case("a path that does not exist", _missing, 3, "no such file or folder"),
+    Case("a text file named .jpg", _text, 3, "not an image, whatever its name says"),
+    Case("a truncated JPEG among too few", _truncated, 3, "damaged or cut off"),
+    Case("a file of zero bytes", _zero_bytes, 3, "not an image"),
+    Case("a 16-bit grey PNG", _deep_png, 0, "photos 4, skipped 0"),
+    Case("a CMYK JPEG", _cmyk, 0, "photos 4, skipped 0"),
+    Case("a PNG named .jpg", _wrong_suffix, 0, "photos 3, skipped 0"),
+    Case("one photo", _one_photo, 3, "1 usable photos, at least 3 are needed"),
+    Case("the same photo five times", _alike, 3, "shows the same as same0.jpg"),
+    Case("thumbnails", _tiny, 3, "smaller than 320 px"),
+    Case("photos of fog", _blank, 3, "blurred"),
+    Case("a panorama among photos", _panorama, 0, "a panorama; it has no single camera"),
+    Case("a picture of 1.6 gigapixels", _bomb, 0, "too large to be a phone photo"),
+    Case("spaces, umlauts and emoji in paths", _spaces, 0, "photos 3"),
+    Case("noise named .mp4", _film, 3, "cannot be decoded as a video"),
+    Case("other files among the photos", _other_files, 0, "neither a photo nor a video"),
+    Case("an output folder that cannot be made", _read_only, 5, "cannot create"),
+    Case("an output that is a file", _out_is_file, 3, "is a file, expected a folder"),
+    Case("an output folder with other things", _foreign_folder, 3, "not a scan folder"),
+    Case("a damaged scan.json", _damaged_manifest, 3, "not valid JSON"),
+    Case("an unknown setting", _unknown_setting, 2, "Did you mean ingest.max_side?"),
+    Case("an impossible setting", _impossible_setting, 2, "expected at least 640, got -1"),
+    Case("an unknown stage", _unknown_stage, 3, "unknown stage 'meshing'"),
+    Case("photos that show nothing in common", _unrelated, 4, ""),
+    Case("a reference that is no scan", _no_reference, 3, ""),
+)
