@@ -1,0 +1,1 @@
+"""Posed photos to one triangle mesh, by one of several backends."""

@@ -1,0 +1,202 @@
+"""Rectified stereo pairs: both photos turned so that the same point lies in the same row.
+
+After Fusiello, Trucco and Verri, "A compact algorithm for rectification of stereo pairs", 2000.
+All homographies here use OpenCV's convention: pixel (0, 0) is the centre of the first pixel.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import Camera, View
+
+__all__ = ["Rectified", "opencv_matrix", "rectify"]
+
+Floats = NDArray[np.float64]
+
+# A rectified canvas larger than this many photos is made smaller; not further than this.
+_MAX_CANVAS = 1.6
+_MIN_ZOOM = 0.4
+# Fewer common points do not tell which disparities to search.
+_MIN_POINTS = 12
+# A surface seen so obliquely by one photo that its columns shrink below this share.
+_MIN_STRETCH = 0.25
+# Disparities searched beyond those of the sparse points: pixels, and share of their range.
+_MARGIN_PIXELS = 6.0
+_MARGIN_SHARE = 0.2
+# How far beyond the sparse points, in shares of their extent, a match is still looked for.
+_POINT_SLACK = 0.15
+
+
+@dataclass(frozen=True, eq=False)
+class Rectified:
+    """Geometry of a rectified pair; the reference photo is always on the left.
+
+    Parameters
+    ----------
+    left, right : (3, 3) homographies, photo pixels to rectified pixels.
+    rotation : (3, 3), reference camera frame to the rectified frame.
+    width, height : rectified size, pixels.
+    scale : focal length times baseline: z_rectified = scale / (full disparity).
+    plane : (3,) a, b, c and
+    stretch : the full disparity is a * u + b * v + c + stretch * (measured disparity).
+    disparities : number of disparities to search, multiple of 16.
+    """
+
+    left: Floats
+    right: Floats
+    rotation: Floats
+    width: int
+    height: int
+    scale: float
+    plane: Floats
+    stretch: float
+    disparities: int
+
+
+def opencv_matrix(camera: Camera) -> Floats:
+    """The (3, 3) calibration matrix in OpenCV's pixel convention."""
+    matrix = camera.matrix()
+    matrix[:2, 2] -= 0.5
+    return matrix
+
+
+def _frame(view: View, partner: View) -> Floats | None:
+    """(3, 3) world to rectified frame: x along the baseline, z between both directions."""
+    x = partner.centre - view.centre
+    x = x / np.linalg.norm(x)
+    z = view.direction + partner.direction
+    z = z - x * (x @ z)
+    length = float(np.linalg.norm(z))
+    if length < 1e-6:
+        return None
+    z = z / length
+    return np.stack([x, np.cross(z, x), z])
+
+
+def _bounds(homography: Floats, camera: Camera) -> tuple[Floats, Floats]:
+    """Least and largest corner (2,) of a photo's outline after a homography."""
+    w, h = camera.width, camera.height
+    corners = np.array([[0, 0, 1], [w, 0, 1], [0, h, 1], [w, h, 1]], dtype=float) @ homography.T
+    if (corners[:, 2] <= 1e-6).any():
+        return np.full(2, -np.inf), np.full(2, np.inf)
+    corners = corners[:, :2] / corners[:, 2:]
+    return corners.min(axis=0), corners.max(axis=0)
+
+
+def rectify(view: View, partner: View, points: Floats, zoom: float = 1.0) -> Rectified | None:
+    """Rectify a pair of pinhole views for the surface near some points.
+
+    A plane has a disparity that is linear in the rectified pixel. The partner's rows are shifted
+    and stretched such that the plane through the points has none: what remains to search is the
+    relief on the wall, however obliquely the wall is seen.
+
+    Parameters
+    ----------
+    view, partner : pinhole views of the same image size; `view` gets the depth map.
+    points : (n, 3) world points that `view` sees.
+    zoom : rectified pixels per photo pixel, about. A baseline that leads towards the wall
+        stretches one side of the canvas; then the whole is made smaller by itself.
+
+    Returns
+    -------
+    Rectified, or None for a pair whose geometry is of no use to stereo.
+    """
+    frame = _frame(view, partner)
+    if frame is None:
+        return None
+    turn_left = frame @ view.cam_from_world[:, :3].T
+    turn_right = frame @ partner.cam_from_world[:, :3].T
+    focal = view.camera.fx * zoom
+    canvas = np.diag([focal, focal, 1.0])
+    left = canvas @ turn_left @ np.linalg.inv(opencv_matrix(view.camera))
+    right = canvas @ turn_right @ np.linalg.inv(opencv_matrix(partner.camera))
+    scale = focal * float(np.linalg.norm(partner.centre - view.centre))
+    uvd = _disparities(view, partner, frame, points, focal, scale)
+    fitted = None if uvd is None else _fit_plane(uvd)
+    if uvd is None or fitted is None:
+        return None
+    plane, least, largest = fitted
+    stretch = 1.0 - float(plane[0])
+    # The plane's points come to lie at the same column in both photos.
+    shear = np.array([[1.0, plane[1], plane[2]], [0, stretch, 0], [0, 0, stretch]]) / stretch
+    right = shear @ right
+    box = _common_box(left, right, view, partner, uvd)
+    count = int(np.ceil((largest - least) / 16.0)) * 16
+    width, height = int(box[2] - box[0]) + count, int(box[3] - box[1])
+    area = view.camera.width * view.camera.height
+    if min(width - count, height) < 32 * zoom or zoom < _MIN_ZOOM:
+        return None
+    if width * height > _MAX_CANVAS * area:
+        return rectify(
+            view, partner, points, 0.95 * zoom * np.sqrt(_MAX_CANVAS * area / (width * height))
+        )
+    # StereoSGBM gives nothing for the first `count` columns: leave them empty.
+    move = np.array([[1, 0, count - box[0]], [0, 1, -box[1]], [0, 0, 1.0]])
+    nearer = np.array([[1, 0, least], [0, 1, 0], [0, 0, 1.0]])
+    offset = plane[2] + stretch * least
+    offset -= plane[0] * move[0, 2] + plane[1] * move[1, 2]
+    new_plane = np.array([plane[0], plane[1], offset])
+    return Rectified(
+        left=move @ left,
+        right=move @ nearer @ right,
+        rotation=turn_left,
+        width=width,
+        height=height,
+        scale=scale,
+        plane=new_plane,
+        stretch=stretch,
+        disparities=count,
+    )
+
+
+def _disparities(
+    view: View, partner: View, frame: Floats, points: Floats, focal: float, scale: float
+) -> Floats | None:
+    """(n, 3) rectified column, row and disparity of the points that lie in both photos."""
+    there = partner.project(points)
+    inside = (there >= 0) & (there <= [partner.camera.width, partner.camera.height])
+    turned = (points[inside.all(axis=1)] - view.centre) @ frame.T
+    turned = turned[turned[:, 2] > 0]
+    if len(turned) < _MIN_POINTS:
+        return None
+    z = turned[:, 2]
+    return np.stack([focal * turned[:, 0] / z, focal * turned[:, 1] / z, scale / z], axis=1)
+
+
+def _fit_plane(uvd: Floats) -> tuple[Floats, float, float] | None:
+    """Robust plane of the disparities, and the range of what remains in stretched pixels.
+
+    Returns
+    -------
+    (3,) a, b, c with disparity ~ a * u + b * v + c; least and largest remainder; or None.
+    """
+    design = np.column_stack([uvd[:, :2], np.ones(len(uvd))])
+    weight = np.ones(len(uvd))
+    plane = np.zeros(3)
+    for _ in range(10):
+        root = np.sqrt(weight)[:, None]
+        plane = np.linalg.lstsq(design * root, uvd[:, 2] * root[:, 0], rcond=None)[0]
+        residual = np.abs(uvd[:, 2] - design @ plane)
+        spread = max(float(np.median(residual)), 1.0)
+        weight = 1.0 / (1.0 + (residual / (2.0 * spread)) ** 2)
+    stretch = 1.0 - plane[0]
+    if not _MIN_STRETCH < stretch < 1.0 / _MIN_STRETCH:
+        return None
+    least, largest = np.percentile((uvd[:, 2] - design @ plane) / stretch, [0.5, 99.5])
+    margin = _MARGIN_PIXELS + _MARGIN_SHARE * (largest - least)
+    return plane, float(least - margin), float(largest + margin)
+
+
+def _common_box(left: Floats, right: Floats, view: View, partner: View, uvd: Floats) -> Floats:
+    """x0, y0, x1, y1 of the rectified pixels that may have a match."""
+    low, high = _bounds(left, view.camera)
+    low_other, high_other = _bounds(right, partner.camera)
+    near, far = uvd[:, :2].min(axis=0), uvd[:, :2].max(axis=0)
+    slack = _POINT_SLACK * (far - near)
+    low = np.maximum(np.maximum(low, low_other), near - slack)
+    high = np.minimum(np.minimum(high, high_other), far + slack)
+    return np.concatenate([np.floor(low), np.ceil(high)])

@@ -1,0 +1,138 @@
+"""The embedded backend: semi-global matching on the CPU, fused into one surface."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import Mesh, Progress, StageError, View
+from walltopo.reconstruct.dense.clean import decimate, drop_crumbs, fill_holes, make_manifold
+from walltopo.reconstruct.dense.cubes import extract
+from walltopo.reconstruct.dense.neighbours import choose_neighbours
+from walltopo.reconstruct.dense.params import DenseSettings
+from walltopo.reconstruct.dense.scene import Scene, surroundings
+from walltopo.reconstruct.dense.stereo import agreeing_depth, match_pair, undistort
+from walltopo.reconstruct.dense.tsdf import allocate, fuse
+
+__all__ = ["depth_maps", "finish", "sgm_mesh"]
+
+Image = NDArray[np.uint8]
+Depth = NDArray[np.float32]
+
+# Voxels per edge: marching cubes' mean edge is about 0.75 voxel.
+_VOXELS_PER_EDGE = 1.0
+_TRUNCATION_VOXELS = 4.0
+# Depths whose standard deviation exceeds this many edges are too rough to use.
+_MAX_SIGMA_EDGES = 2.5
+
+
+def _stereo_views(
+    scene: Scene, load: Callable[[str], Image], max_size: int, progress: Progress
+) -> tuple[list[Image], list[View]]:
+    """The photos as stereo sees them: grey, undistorted, not larger than `max_size`."""
+    progress.step("undistorting photos", len(scene.views))
+    images: list[Image] = []
+    views: list[View] = []
+    for view in scene.views:
+        camera = view.camera
+        factor = min(1.0, max_size / max(camera.width, camera.height))
+        size = (round(camera.width * factor), round(camera.height * factor))
+        image, new = undistort(load(view.name), view, size)
+        images.append(image)
+        views.append(new)
+        progress.advance()
+    return images, views
+
+
+def depth_maps(
+    scene: Scene,
+    load: Callable[[str], Image],
+    settings: DenseSettings,
+    edge: float,
+    progress: Progress,
+) -> Iterator[tuple[Depth, Depth, View]]:
+    """Depth maps of the photos that have stereo partners.
+
+    Parameters
+    ----------
+    scene : views and sparse points.
+    load : gives a photo by name as (H, W) uint8 grey.
+    settings : see `DenseSettings`.
+    edge : edge length wanted, world units; depths much rougher than it are dropped.
+    progress : told per photo.
+
+    Yields
+    ------
+    depth : (H, W) float32 z-depth, 0 = unknown.
+    weight : (H, W) float32, inverse variance times edge squared.
+    view : the pinhole view of both.
+    """
+    images, views = _stereo_views(scene, load, settings.max_size, progress)
+    partners = choose_neighbours(scene, settings.neighbours, settings.best_angle_deg)
+    if not any(partners):
+        raise StageError(
+            "no two photos overlap at a useful angle; no depth can be measured",
+            "Move sideways between photos: about one arm's length at 3 m from the wall.",
+        )
+    progress.step("matching stereo pairs", sum(len(p) for p in partners))
+    for k, view in enumerate(views):
+        points = scene.points[scene.seen[k]]
+        maps: list[Depth] = []
+        for j in partners[k]:
+            maps.append(match_pair(images[k], view, images[j], views[j], points))
+            progress.advance()
+        if not maps:
+            progress.detail(f"{view.name}: no stereo partner")
+            continue
+        baselines = [float(np.linalg.norm(views[j].centre - view.centre)) for j in partners[k]]
+        depth, weight = agreeing_depth(maps, baselines, view.camera.fx, settings.agree)
+        weight *= np.float32(edge**2)
+        rough = weight < 1.0 / _MAX_SIGMA_EDGES**2
+        depth[rough], weight[rough] = 0.0, 0.0
+        progress.detail(f"{view.name}: {len(maps)} pairs, {(depth > 0).mean():.0%} with depth")
+        yield depth, weight, view
+
+
+def sgm_mesh(
+    scene: Scene,
+    load: Callable[[str], Image],
+    settings: DenseSettings,
+    edge: float,
+    unit: float,
+    progress: Progress,
+) -> Mesh:
+    """A clean mesh of the scene.
+
+    Parameters
+    ----------
+    scene, load, settings, progress : as in `depth_maps`.
+    edge : edge length wanted, world units.
+    unit : world units that `settings` calls a metre (see `stage.edge_and_unit`).
+    """
+    maps = list(depth_maps(scene, load, settings, edge, progress))
+    low, high = surroundings(scene)
+    voxel = edge / _VOXELS_PER_EDGE
+    progress.step("fusing depth maps", len(maps))
+    volume = allocate(
+        ((depth, view) for depth, _, view in maps), low, high, voxel, _TRUNCATION_VOXELS * voxel
+    )
+    progress.detail(f"{len(volume.blocks)} blocks of voxels of {voxel:.4g}")
+    for depth, weight, view in maps:
+        fuse(volume, depth, weight, view)
+        progress.advance()
+    progress.step("meshing")
+    mesh = extract(volume, 1.0)
+    del volume
+    return finish(mesh, settings, edge, unit)
+
+
+def finish(mesh: Mesh, settings: DenseSettings, edge: float, unit: float) -> Mesh:
+    """Clean a raw surface: no crumbs, small holes closed, the edge length wanted, manifold."""
+    mesh = make_manifold(mesh)
+    mesh = drop_crumbs(mesh, settings.min_part * unit)
+    if len(mesh.faces) == 0:
+        raise StageError("the surface found consists of crumbs only", "Take more photos.")
+    mesh = fill_holes(mesh, settings.max_hole * unit)
+    return drop_crumbs(decimate(mesh, edge), settings.min_part * unit)

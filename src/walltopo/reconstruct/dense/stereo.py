@@ -1,0 +1,165 @@
+"""Depth of one photo from one or several partners by semi-global matching."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import View
+from walltopo.reconstruct.dense.rectify import Rectified, rectify
+
+__all__ = ["agreeing_depth", "match_pair", "undistort"]
+
+Floats = NDArray[np.float64]
+Image = NDArray[np.uint8]
+Depth = NDArray[np.float32]
+
+_BLOCK = 5
+_SPECKLE_AREA = 200
+# One standard deviation of a disparity, pixels, where stereo works at all.
+_DISPARITY_SIGMA = 0.35
+
+
+def undistort(image: Image, view: View, size: tuple[int, int] | None = None) -> tuple[Image, View]:
+    """The photo without lens distortion, resized, and its pinhole view.
+
+    Parameters
+    ----------
+    image : (H, W) or (H, W, 3) uint8, the photo as taken.
+    view : its view, of the photo's size.
+    size : (width, height) of the result; the photo's own if None.
+    """
+    camera = view.camera
+    width, height = size or (camera.width, camera.height)
+    pinhole = camera.pinhole().scaled(width / camera.width, height / camera.height)
+    resized = camera.scaled(width / camera.width, height / camera.height)
+    new = View(view.name, pinhole, view.cam_from_world)
+    if (height, width) != image.shape[:2]:
+        image = np.asarray(cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA))
+    if camera.is_pinhole:
+        return image, new
+    u, v = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+    rays = np.stack([(u - pinhole.cx) / pinhole.fx, (v - pinhole.cy) / pinhole.fy, np.ones_like(u)])
+    source = resized.project(np.moveaxis(rays, 0, -1)).astype(np.float32) - 0.5
+    straight = cv2.remap(image, source[..., 0], source[..., 1], cv2.INTER_CUBIC)
+    return np.asarray(straight, dtype=np.uint8), new
+
+
+def _disparity(left: Image, right: Image, count: int) -> Depth:
+    """Disparity of the left image in pixels, NaN where unknown, by StereoSGBM."""
+    matcher = cv2.StereoSGBM.create(
+        minDisparity=0,
+        numDisparities=count,
+        blockSize=_BLOCK,
+        P1=8 * _BLOCK * _BLOCK,
+        P2=40 * _BLOCK * _BLOCK,
+        disp12MaxDiff=1,
+        preFilterCap=31,
+        uniquenessRatio=8,
+        speckleWindowSize=_SPECKLE_AREA,
+        speckleRange=1,
+        mode=cv2.STEREO_SGBM_MODE_SGBM_3WAY,
+    )
+    fixed = matcher.compute(left, right)
+    return np.where(fixed >= 0, fixed.astype(np.float32) / 16.0, np.nan).astype(np.float32)
+
+
+def match_pair(image: Image, view: View, other: Image, partner: View, points: Floats) -> Depth:
+    """Depth map of `view` from one partner.
+
+    Parameters
+    ----------
+    image, other : (H, W) uint8 grey photos without distortion.
+    view, partner : their pinhole views.
+    points : (n, 3) world points that `view` sees; they bound the search.
+
+    Returns
+    -------
+    (H, W) float32 z-depth in the view's camera frame, NaN where unknown.
+    """
+    pair = rectify(view, partner, points)
+    if pair is None:
+        return np.full(image.shape, np.nan, dtype=np.float32)
+    size = (pair.width, pair.height)
+    left = cv2.warpPerspective(image, pair.left, size, flags=cv2.INTER_CUBIC)
+    right = cv2.warpPerspective(other, pair.right, size, flags=cv2.INTER_CUBIC)
+    disparity = _disparity(np.asarray(left), np.asarray(right), pair.disparities)
+    return _to_photo(disparity, pair, view)
+
+
+def _to_photo(disparity: Depth, pair: Rectified, view: View) -> Depth:
+    """Depth in the photo's own pixels from the disparity in the rectified ones.
+
+    Both frames share their centre, so each photo pixel looks its disparity up by homography.
+    """
+    shape = (view.camera.width, view.camera.height)
+    inverse = cv2.WARP_INVERSE_MAP | cv2.INTER_LINEAR
+    # The border is NaN, and one NaN among the four neighbours makes the result NaN: no depth
+    # is ever interpolated across a gap.
+    found = cv2.warpPerspective(disparity, pair.left, shape, flags=inverse, borderValue=np.nan)
+    nearest = cv2.warpPerspective(
+        disparity,
+        pair.left,
+        shape,
+        flags=cv2.WARP_INVERSE_MAP | cv2.INTER_NEAREST,
+        borderValue=np.nan,
+    )
+    smooth = np.abs(found - nearest) < 1.0  # across a depth edge keep the nearest
+    found = np.where(smooth, found, nearest)
+    # In homogeneous photo pixels q: the rectified pixel is (left q) / (left q)_z, and a photo's
+    # ray of depth 1 has the rectified depth (left q)_z. Both divisions cancel:
+    # z = scale / (plane . left q + stretch * found * (left q)_z).
+    plane = (pair.plane @ pair.left).astype(np.float32)
+    ahead = pair.left[2].astype(np.float32)
+    u = np.arange(shape[0], dtype=np.float32)
+    v = np.arange(shape[1], dtype=np.float32)[:, None]
+    full = plane[0] * u + plane[1] * v + plane[2]
+    full = full + np.float32(pair.stretch) * found * (ahead[0] * u + ahead[1] * v + ahead[2])
+    return np.where(full > 1e-6, pair.scale / full, np.nan).astype(np.float32)
+
+
+def agreeing_depth(
+    maps: Sequence[Depth], baselines: Sequence[float], focal: float, agree: int
+) -> tuple[Depth, Depth]:
+    """Merge several depth maps of one photo into the depth that most of them support.
+
+    Parameters
+    ----------
+    maps : (H, W) float32 z-depths, NaN where unknown.
+    baselines : distance to each map's partner, world units; a longer one is more precise.
+    focal : focal length of the maps in pixels.
+    agree : how many maps must lie within tolerance of each other.
+
+    Returns
+    -------
+    depth : (H, W) float32, 0 where too few agree.
+    weight : (H, W) float32, inverse variance in 1 / world units squared, 0 where no depth.
+    """
+    stack = np.stack(maps)
+    precision = np.array([(focal * b / _DISPARITY_SIGMA) ** 2 for b in baselines], dtype=np.float32)
+    best_weight = np.zeros(stack.shape[1:], dtype=np.float32)
+    best_sum = np.zeros_like(best_weight)
+    needed = min(agree, len(maps))
+    for candidate in range(len(maps)):
+        centre = stack[candidate]
+        weight = np.zeros_like(best_weight)
+        total = np.zeros_like(best_weight)
+        votes = np.zeros(centre.shape, dtype=np.uint8)
+        for k in range(len(maps)):
+            # Two maps agree when they differ by less than three joint standard deviations.
+            joint = np.sqrt(1.0 / precision[candidate] + 1.0 / precision[k])
+            near = np.abs(stack[k] - centre) < 3.0 * joint * centre * centre
+            share = np.where(near, precision[k], 0.0).astype(np.float32)
+            weight += share
+            total += share * np.where(near, stack[k], 0.0)
+            votes += near
+        better = (votes >= needed) & (weight > best_weight)
+        best_weight = np.where(better, weight, best_weight)
+        best_sum = np.where(better, total, best_sum)
+    known = best_weight > 0
+    depth = np.where(known, best_sum / np.where(known, best_weight, 1.0), 0.0).astype(np.float32)
+    variance_scale = np.where(known, depth, 1.0) ** 4
+    return depth, np.where(known, best_weight / variance_scale, 0.0).astype(np.float32)
