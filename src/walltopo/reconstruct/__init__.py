@@ -1,0 +1,1 @@
+"""Photos to posed cameras, metres, a mesh and its texture."""
