@@ -1,0 +1,133 @@
+"""Fitting a scan's frame to the truth's, and what remains: poses, scale, up, floor."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import InputError, Mesh, View
+
+__all__ = ["Similarity", "align_views", "fit_heading", "fit_similarity", "pose_metrics"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Similarity:
+    """truth = scale * rotation @ scan + translation.
+
+    Parameters
+    ----------
+    scale : pure number.
+    rotation : (3, 3), from the scan's frame to the truth's.
+    translation : (3,) metres, in the truth's frame.
+    """
+
+    scale: float
+    rotation: Floats
+    translation: Floats
+
+    def __call__(self, points: Floats) -> Floats:
+        """(..., 3) points of the scan in the truth's frame."""
+        return self.scale * points @ self.rotation.T + self.translation
+
+    def mesh(self, mesh: Mesh) -> Mesh:
+        """A scan's mesh in the truth's frame."""
+        return Mesh(self(mesh.vertices), mesh.faces, mesh.vertex_colours)
+
+
+def _common(scan: Mapping[str, View], truth: Mapping[str, View], least: int) -> list[str]:
+    names = sorted(set(scan) & set(truth))
+    if len(names) < least:
+        raise InputError(
+            f"the scan and the truth have {len(names)} photos in common; {least} are needed",
+            f"The scan has {sorted(scan)[:3]}, the truth {sorted(truth)[:3]}.",
+        )
+    return names
+
+
+def fit_heading(scan: Floats, truth: Floats) -> Similarity:
+    """Turn about z and shift on the floor only: what a metric, upright scan leaves open.
+
+    Least squares over (n, 3) points, n >= 2; the height is left as it is.
+    """
+    a, b = scan[:, :2] - scan[:, :2].mean(axis=0), truth[:, :2] - truth[:, :2].mean(axis=0)
+    angle = np.arctan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum())
+    c, s = np.cos(angle), np.sin(angle)
+    rotation = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    shift = truth.mean(axis=0) - rotation @ scan.mean(axis=0)
+    return Similarity(1.0, rotation, np.array([shift[0], shift[1], 0.0]))
+
+
+def fit_similarity(scan: Floats, truth: Floats) -> Similarity:
+    """Best scale, rotation and translation in the least-squares sense.
+
+    Source: Umeyama, "Least-squares estimation of transformation parameters between two point
+    patterns", PAMI 1991.
+
+    Parameters
+    ----------
+    scan, truth : (n, 3) float, n >= 3, not on one line.
+    """
+    a, b = scan - scan.mean(axis=0), truth - truth.mean(axis=0)
+    u, singular, vt = np.linalg.svd(b.T @ a)
+    if singular[1] < 1e-12 * max(singular[0], 1e-300):
+        raise InputError("the camera centres lie on one line; they do not fix a rotation")
+    sign = np.array([1.0, 1.0, np.sign(np.linalg.det(u @ vt))])
+    rotation = (u * sign) @ vt
+    scale = float((singular * sign).sum() / (a**2).sum())
+    return Similarity(scale, rotation, truth.mean(axis=0) - scale * rotation @ scan.mean(axis=0))
+
+
+def _centres(views: Mapping[str, View], names: list[str]) -> Floats:
+    return np.array([views[name].centre for name in names])
+
+
+def align_views(
+    scan: Mapping[str, View], truth: Mapping[str, View], similarity: bool
+) -> Similarity:
+    """The transform from the scan's frame to the truth's, from the photos they share."""
+    names = _common(scan, truth, 3)
+    fit = fit_similarity if similarity else fit_heading
+    return fit(_centres(scan, names), _centres(truth, names))
+
+
+def pose_metrics(
+    scan: Mapping[str, View], truth: Mapping[str, View], similarity: bool
+) -> dict[str, Any]:
+    """What the cameras are off by after the fit.
+
+    Returns
+    -------
+    photos, registered : photos that the truth has, and that the scan has of those.
+    centre_median_mm, centre_max_mm : camera centres.
+    rotation_median_deg, rotation_max_deg : camera rotations.
+    scale_error_percent, up_error_deg, floor_error_mm : of the best similarity against the
+        scan's own frame (of a metric scan), so not hidden by the fit. Floor: median height
+        difference of the camera centres.
+    """
+    names = _common(scan, truth, 3)
+    a, b = _centres(scan, names), _centres(truth, names)
+    transform = (fit_similarity if similarity else fit_heading)(a, b)
+    best = fit_similarity(a, b)
+    off = 1000 * np.linalg.norm(transform(a) - b, axis=1)
+    turns = []
+    for name in names:
+        mine = scan[name].cam_from_world[:, :3] @ transform.rotation.T
+        difference = mine @ truth[name].cam_from_world[:, :3].T
+        turns.append(np.degrees(np.arccos(np.clip((np.trace(difference) - 1) / 2, -1, 1))))
+    return {
+        "photos": len(truth),
+        "registered": len(names),
+        "centre_median_mm": float(np.median(off)),
+        "centre_max_mm": float(off.max()),
+        "rotation_median_deg": float(np.median(turns)),
+        "rotation_max_deg": float(np.max(turns)),
+        "scale_error_percent": 100 * abs(1 / best.scale - 1),
+        "up_error_deg": float(np.degrees(np.arccos(np.clip(best.rotation[2, 2], -1, 1)))),
+        "floor_error_mm": float(1000 * abs(np.median(a[:, 2] - b[:, 2]))),
+    }

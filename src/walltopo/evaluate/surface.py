@@ -1,0 +1,141 @@
+"""The nearest triangle of a mesh, for millions of points at once."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import InputError
+
+__all__ = ["Surface", "distance_to_triangles", "sample_faces"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+# Triangles with an edge longer than this (metres) are searched one by one: sampling a floor made
+# of two triangles as finely as a hold would take millions of samples. Real meshes have few.
+_LARGE = 0.3
+_CANDIDATES = 4
+
+
+def sample_faces(vertices: Floats, faces: NDArray[np.int32], spacing: float) -> tuple[Floats, Ints]:
+    """Points spread over triangles so that no place is farther than `spacing` from one.
+
+    A triangle with longest edge e is cut into n x n alike with n = ceil(e / spacing); their
+    centroids are the samples.
+
+    Returns
+    -------
+    points : (N, 3) float, in the mesh's frame and unit.
+    face : (N,) int, the triangle each point lies on.
+    """
+    corners = vertices[faces]
+    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    cuts = np.maximum(1, np.ceil(edges / spacing)).astype(np.int64)
+    points: list[Floats] = []
+    owner: list[Ints] = []
+    for n in np.unique(cuts):
+        chosen = np.flatnonzero(cuts == n)
+        row, column = np.meshgrid(np.arange(n), np.arange(n), indexing="ij")
+        upright = row + column < n
+        flipped = row + column < n - 1
+        u = np.concatenate([(row[upright] + 1 / 3) / n, (row[flipped] + 2 / 3) / n])
+        v = np.concatenate([(column[upright] + 1 / 3) / n, (column[flipped] + 2 / 3) / n])
+        weights = np.stack([1 - u - v, u, v], axis=1)
+        points.append(np.einsum("sk,fkx->fsx", weights, corners[chosen]).reshape(-1, 3))
+        owner.append(np.repeat(chosen, len(weights)))
+    if not points:
+        return np.zeros((0, 3)), np.zeros(0, dtype=np.int64)
+    return np.concatenate(points), np.concatenate(owner)
+
+
+def distance_to_triangles(points: Floats, corners: Floats) -> Floats:
+    """Distance of each point to its own triangle.
+
+    Source: Ericson, "Real-Time Collision Detection", 5.1.5, here as the least of the distances
+    to the three edges and, where the foot of the normal lies inside, to the plane.
+
+    Parameters
+    ----------
+    points : (N, 3) float.
+    corners : (N, 3, 3) float; a triangle without area counts as its edges.
+
+    Returns
+    -------
+    (N,) float, in the points' unit.
+    """
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    best = np.full(len(points), np.inf)
+    for start, end in ((a, b), (b, c), (c, a)):
+        along = end - start
+        length2 = np.einsum("ij,ij->i", along, along)
+        t = np.einsum("ij,ij->i", points - start, along) / np.where(length2 > 0, length2, 1.0)
+        foot = start + np.clip(t, 0.0, 1.0)[:, None] * along
+        best = np.minimum(best, np.linalg.norm(points - foot, axis=1))
+    normal = np.cross(b - a, c - a)
+    area2 = np.einsum("ij,ij->i", normal, normal)
+    safe = np.where(area2 > 0, area2, 1.0)
+    to_point = points - a
+    v = np.einsum("ij,ij->i", np.cross(to_point, c - a), normal) / safe
+    w = np.einsum("ij,ij->i", np.cross(b - a, to_point), normal) / safe
+    inside = (area2 > 0) & (v >= 0) & (w >= 0) & (v + w <= 1)
+    height = np.abs(np.einsum("ij,ij->i", to_point, normal)) / np.sqrt(safe)
+    return np.where(inside, np.minimum(best, height), best)
+
+
+class Surface:
+    """Finds the nearest triangle of one mesh.
+
+    Parameters
+    ----------
+    vertices, faces : (V, 3) float and (F, 3) int.
+    spacing : density of the search samples, metres. The triangle that is returned is the nearest
+        of those of the 4 nearest samples; its distance is exact.
+    """
+
+    def __init__(self, vertices: Floats, faces: NDArray[np.int32], spacing: float = 0.01) -> None:
+        from scipy.spatial import cKDTree
+
+        if len(faces) == 0:
+            raise InputError("a mesh without triangles has no nearest surface")
+        self._corners = np.asarray(vertices, dtype=np.float64)[faces]
+        edges = np.linalg.norm(self._corners - np.roll(self._corners, 1, axis=1), axis=2)
+        small = np.flatnonzero(edges.max(axis=1) <= _LARGE)
+        self._large = np.flatnonzero(edges.max(axis=1) > _LARGE)
+        points, owner = sample_faces(vertices, faces[small], spacing)
+        self._owner = small[owner]
+        self._tree = cKDTree(points, balanced_tree=False, compact_nodes=False)
+
+    def nearest(self, points: Floats, within: float = np.inf) -> tuple[Ints, Floats]:
+        """The nearest triangle of each point.
+
+        Parameters
+        ----------
+        points : (N, 3) float.
+        within : search radius, metres.
+
+        Returns
+        -------
+        face : (N,) int, -1 where no triangle lies within the radius.
+        distance : (N,) float, metres; inf there.
+        """
+        face = np.full(len(points), -1, dtype=np.int64)
+        distance = np.full(len(points), np.inf)
+        if len(self._owner):
+            # A sample can be farther than its triangle; exact distances are cut off below.
+            _, found = self._tree.query(points, k=_CANDIDATES, workers=-1)
+            for column in found.reshape(len(points), -1).T:
+                has = np.flatnonzero(column < len(self._owner))
+                candidate = self._owner[column[has]]
+                exact = distance_to_triangles(points[has], self._corners[candidate])
+                better = exact < distance[has]
+                face[has[better]] = candidate[better]
+                distance[has[better]] = exact[better]
+        for index in self._large:
+            corners = np.broadcast_to(self._corners[index], (len(points), 3, 3))
+            exact = distance_to_triangles(points, corners)
+            better = exact < distance
+            face[better], distance[better] = index, exact[better]
+        outside = distance > within
+        face[outside], distance[outside] = -1, np.inf
+        return face, distance
