@@ -1,0 +1,114 @@
+"""Colour accuracy on the rendered gym with its true instances.
+
+    python -m benchmarks.colours [DATA]
+
+DATA is the folder of the test data (default ../shared/data). Printed: the untrained default,
+and with a palette learnt on the other scan of the same gym (`gym-a-reset`), where a setter is
+played by the truth: each cluster of that scan gets the name of its holds' majority.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import Camera, Mesh, Silent, View
+from walltopo.routes.classify import gather
+from walltopo.routes.colour import HoldPaint, assign_colours, paint_over_views
+from walltopo.routes.geometry import measure_shapes
+from walltopo.routes.palette import Entry
+from walltopo.routes.params import ClassifySettings
+
+RADIAL = 0.035  # k1 of the photos of both scans; see the data's README
+
+
+def true_scan(
+    folder: Path, lift: bool
+) -> tuple[list[View], Mesh, NDArray[np.int32], dict[int, str], dict[int, str]]:
+    """Views, mesh, face labels, true colours and classes of one scan of the gym.
+
+    lift : the reconstruction-like mesh instead of the true one.
+    """
+    truth = np.load(folder / "gt.npz")
+    source = np.load(folder / "lift" / "gt.npz") if lift else truth
+    mesh = Mesh(source["vertices"], source["faces"])
+    focal, _, cx, cy = (float(v) for v in truth["intrinsics"])
+    width, height = (int(v) for v in truth["size"])
+    camera = Camera("SIMPLE_RADIAL", width, height, (focal, cx, cy, RADIAL))
+    views = [
+        View(f"IMG_{number:04d}.jpg", camera, pose)
+        for number, pose in enumerate(truth["cam_from_world"])
+    ]
+    scene = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
+    colours = {entry["id"]: entry["colour"] for entry in scene["instances"]}
+    kinds = {entry["id"]: entry["class"] for entry in scene["instances"]}
+    return views, mesh, source["face_instance"].astype(np.int32), colours, kinds
+
+
+def paints_of(
+    folder: Path, lift: bool, settings: ClassifySettings
+) -> tuple[dict[int, HoldPaint], dict[int, str]]:
+    """Each seen hold's paint, and its true colour."""
+    views, mesh, labels, colours, _ = true_scan(folder, lift)
+    seen, light = gather(views, folder / "photos", mesh, labels, settings, Silent())
+    shapes = measure_shapes(mesh, labels, sorted(colours))
+    positions = {number: shape.position for number, shape in shapes.items()}
+    seen = {number: rows for number, rows in sorted(seen.items()) if number in positions}
+    return paint_over_views(seen, light, positions, settings.max_views), colours
+
+
+def setters_palette(folder: Path, settings: ClassifySettings) -> list[Entry]:
+    """The palette of another scan, its clusters named by a setter who knows the truth."""
+    paints, colours = paints_of(folder, False, settings)
+    found, entries = assign_colours(
+        paints, None, spread=settings.colour_spread, lightness_weight=settings.lightness_weight
+    )
+    named = []
+    for entry in entries:
+        truth = Counter(
+            colours[hold] for hold, colour in found.items() if colour.name == entry.name
+        )
+        if truth:
+            named.append(Entry(truth.most_common(1)[0][0], entry.rgb, entry.role))
+    return named
+
+
+def report(
+    title: str,
+    paints: dict[int, HoldPaint],
+    truth: dict[int, str],
+    palette: list[Entry] | None,
+    settings: ClassifySettings,
+) -> None:
+    """Print accuracy and the confusions."""
+    found, entries = assign_colours(
+        paints, palette, spread=settings.colour_spread, lightness_weight=settings.lightness_weight
+    )
+    right = sum(found[hold].name == truth[hold] for hold in found)
+    missed = len(truth) - len(found)
+    print(f"{title}: {right}/{len(found)} = {right / len(found):.4f} ({missed} instances not seen)")
+    print("  palette:", ", ".join(f"{entry.name} {entry.rgb}" for entry in entries))
+    wrong = Counter((truth[h], found[h].name) for h in found if found[h].name != truth[h])
+    for (was, called), count in wrong.most_common():
+        print(f"  {was} called {called}: {count}")
+
+
+def main() -> None:
+    data = Path(sys.argv[1] if len(sys.argv) > 1 else "../shared/data")
+    settings = ClassifySettings()
+    begun = time.process_time()
+    paints, truth = paints_of(data / "gym-a", True, settings)
+    print(f"{len(paints)} instances in 72 photos read in {time.process_time() - begun:.1f} CPU-s")
+    report("untrained default", paints, truth, None, settings)
+    palette = setters_palette(data / "gym-a-reset", settings)
+    report("with a palette from the other scan", paints, truth, palette, settings)
+
+
+if __name__ == "__main__":
+    main()

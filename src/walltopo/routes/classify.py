@@ -1,0 +1,190 @@
+"""The `classify` stage: colour, type, shape and cutouts of each instance."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import InputError, Mesh, Progress, View
+from walltopo.routes.colour import Coloured, assign_colours, paint_over_views
+from walltopo.routes.cutouts import best_views, write_cutouts
+from walltopo.routes.geometry import Shape, measure_shapes
+from walltopo.routes.light import SceneLight, solve_light
+from walltopo.routes.palette import Entry, read_palette
+from walltopo.routes.params import ClassifySettings
+from walltopo.routes.records import Hold
+from walltopo.routes.samples import HoldView, load_photo, look, wall_patches
+from walltopo.workspace import ScanFolder, read_json, write_json
+
+__all__ = ["gather", "run"]
+
+Floats = NDArray[np.float64]
+PATCHES = 60  # wall patches along the longest side of the wall
+
+
+def read_instances(scan: ScanFolder, faces: int) -> tuple[NDArray[np.int32], dict[int, str]]:
+    """Labels of the faces and the class ("hold", "volume") of each instance id.
+
+    Raises
+    ------
+    InputError : the files are missing or do not belong to this mesh.
+    """
+    if not scan.instances.is_file():
+        raise InputError(f"{scan.instances}: no such file", "Run the lift stage first.")
+    with np.load(scan.instances) as data:
+        face_instance = np.asarray(data["face_instance"], dtype=np.int32)
+    if len(face_instance) != faces:
+        raise InputError(
+            f"{scan.instances}: labels of {len(face_instance)} faces, but {scan.mesh} has {faces}",
+            "Run the lift stage again.",
+        )
+    records = read_json(scan.instance_records)
+    try:
+        kinds = {int(entry["id"]): str(entry["class"]) for entry in records["instances"]}
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(f"{scan.instance_records}: broken entry ({error!r})") from error
+    return face_instance, kinds
+
+
+def gather(
+    views: Sequence[View],
+    photos: Path,
+    mesh: Mesh,
+    face_instance: NDArray[np.int32],
+    settings: ClassifySettings,
+    progress: Progress,
+) -> tuple[dict[int, list[HoldView]], SceneLight]:
+    """What all photos show of each hold, and the light they were taken in."""
+    progress.step("reading holds in photos", len(views))
+    seen: dict[int, list[HoldView]] = {}
+    lights = []
+
+    def load(view: View, width: int, height: int) -> NDArray[np.uint8]:
+        return load_photo(photos / view.name, width, height)
+
+    stream = look(
+        views, load, mesh, face_instance, long_side=settings.long_side, erode=settings.erode
+    )
+    for holds, light in stream:
+        for hold in holds:
+            seen.setdefault(hold.hold, []).append(hold)
+        lights.append(light)
+        progress.advance()
+    centres, size = _patch_centres(mesh, face_instance)
+    return seen, solve_light(lights, len(views), centres, size)
+
+
+def _patch_centres(mesh: Mesh, face_instance: NDArray[np.int32]) -> tuple[Floats, float]:
+    patch = wall_patches(mesh, face_instance, PATCHES)
+    rows = patch >= 0
+    count = int(patch.max(initial=-1)) + 1
+    total = np.maximum(np.bincount(patch[rows], minlength=count), 1)
+    sums = [np.bincount(patch[rows], mesh.centroids[rows, k], count) for k in range(3)]
+    size = float(np.ptp(mesh.vertices, axis=0).max()) / PATCHES
+    return np.stack(sums, axis=1) / total[:, None], size
+
+
+def _role(kind: str, colour: str, roles: Mapping[str, str], downclimb: str) -> str:
+    if kind == "volume":
+        return "volume"
+    if downclimb and colour == downclimb:
+        return "downclimb"
+    return roles.get(colour, "hold")
+
+
+def describe(
+    kinds: Mapping[int, str],
+    shapes: Mapping[int, Shape],
+    colours: Mapping[int, Coloured],
+    seen: Mapping[int, Sequence[HoldView]],
+    photos: Sequence[str],
+    palette: Sequence[Entry],
+    settings: ClassifySettings,
+) -> list[Hold]:
+    """Put together what is known of each instance that has triangles, in the order of ids.
+
+    An instance that no photo shows keeps the colour "unknown" and is marked for review.
+    """
+    roles = {entry.name: entry.role for entry in palette}
+    holds: list[Hold] = []
+    for number in sorted(shapes):
+        shape, kind = shapes[number], kinds[number]
+        colour = colours.get(number, Coloured("unknown", (128, 128, 128), 0.0))
+        best = best_views(seen.get(number, ()), len(photos))
+        volume = kind == "volume"
+        x, y, z = (float(v) for v in shape.position)
+        nx, ny, nz = (float(v) for v in shape.normal)
+        holds.append(
+            Hold(
+                id=number,
+                kind=kind,
+                position=(x, y, z),
+                normal=(nx, ny, nz),
+                type="volume" if volume else "unknown",
+                type_confidence=1.0 if volume else 0.0,
+                colour=colour.name,
+                colour_rgb=colour.rgb,
+                colour_confidence=colour.confidence,
+                size_m=shape.size_m,
+                area_m2=shape.area_m2,
+                steepness_deg=shape.steepness_deg,
+                photos=tuple(photos[view.photo] for view in best),
+                role=_role(kind, colour.name, roles, settings.downclimb),
+                review=colour.confidence < settings.review_below,
+            )
+        )
+    return holds
+
+
+def run(scan: ScanFolder, settings: ClassifySettings, progress: Progress) -> dict[str, Any]:
+    """Read photos, `sparse/`, `mesh.ply` and the instances; write `attributes.json`, `cutouts/`.
+
+    Returns
+    -------
+    Metrics: holds, volumes, colours, holds to review, holds that no photo shows, cutouts.
+    """
+    from walltopo.formats.colmap import read_views
+    from walltopo.formats.ply import read_mesh
+
+    palette = None
+    if settings.palette:
+        palette = read_palette(Path(settings.palette), settings.lightness_weight)
+    mesh = read_mesh(scan.mesh)
+    face_instance, kinds = read_instances(scan, len(mesh.faces))
+    views = read_views(scan.sparse)
+    seen, light = gather(views, scan.photos, mesh, face_instance, settings, progress)
+    shapes = measure_shapes(mesh, face_instance, sorted(kinds))
+    positions = {number: shape.position for number, shape in shapes.items()}
+    seen = {number: rows for number, rows in sorted(seen.items()) if number in shapes}
+    paints = paint_over_views(seen, light, positions, settings.max_views)
+    colours, entries = assign_colours(
+        paints, palette, spread=settings.colour_spread, lightness_weight=settings.lightness_weight
+    )
+    names = [view.name for view in views]
+    holds = describe(kinds, shapes, colours, seen, names, entries, settings)
+    kept = {number: best_views(rows, settings.cutouts) for number, rows in seen.items()}
+    progress.step("writing cutouts")
+    write_cutouts(scan.cutouts, kept, names, settings.cutout_px)
+    unseen = [hold.id for hold in holds if not hold.photos]
+    if unseen:
+        progress.note(f"{len(unseen)} instances are seen in no photo: {unseen[:8]}")
+    write_json(
+        scan.attributes,
+        {
+            "version": 1,
+            "palette": [{"name": entry.name, "rgb": list(entry.rgb)} for entry in entries],
+            "instances": [hold.to_json() for hold in holds],
+        },
+    )
+    return {
+        "holds": sum(hold.kind == "hold" for hold in holds),
+        "volumes": sum(hold.kind == "volume" for hold in holds),
+        "colours": len(entries),
+        "review": sum(hold.review for hold in holds),
+        "unseen": len(unseen),
+        "cutouts": sum(len(rows) for rows in kept.values()),
+    }

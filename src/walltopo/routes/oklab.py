@@ -1,0 +1,72 @@
+"""sRGB, linear light and OKLab, and the shading-free colour features built on them.
+
+Source: B. Ottosson, "A perceptual color space for image processing" (OKLab), 2020.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["features", "linear_from_srgb8", "oklab_from_linear", "srgb8_from_linear"]
+
+Floats = NDArray[np.float64]
+
+_LMS = np.array(
+    [
+        [0.4122214708, 0.5363325363, 0.0514459929],
+        [0.2119034982, 0.6806995451, 0.1073969566],
+        [0.0883024619, 0.2817188376, 0.6299787005],
+    ]
+)
+_LAB = np.array(
+    [
+        [0.2104542553, 0.7936177850, -0.0040720468],
+        [1.9779984951, -2.4285922050, 0.4505937099],
+        [0.0259040371, 0.7827717662, -0.8086757660],
+    ]
+)
+_CODES = np.arange(256) / 255.0
+_TO_LINEAR = np.where(_CODES <= 0.04045, _CODES / 12.92, ((_CODES + 0.055) / 1.055) ** 2.4)
+
+# Saturation a/L, b/L of a vivid blue is twice that of a vivid red; r / (r + KNEE) evens out.
+KNEE = 0.35
+# Lightness below which a/L, b/L are noise, and are held down.
+DARK = 0.06
+# Saturation (compressed) up to which a colour counts as grey, where lightness tells more.
+GREYISH = 0.12
+GREY_GAIN = 1.6
+
+
+def linear_from_srgb8(pixels: NDArray[np.uint8]) -> Floats:
+    """Linear light in [0, 1] of 8-bit sRGB values, same shape."""
+    return _TO_LINEAR[pixels]
+
+
+def srgb8_from_linear(linear: Floats) -> NDArray[np.uint8]:
+    """8-bit sRGB of linear light; values outside [0, 1] are clipped."""
+    x = np.clip(linear, 0.0, 1.0)
+    coded = np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055)
+    return np.round(coded * 255).astype(np.uint8)
+
+
+def oklab_from_linear(linear: Floats) -> Floats:
+    """(..., 3) OKLab (L, a, b) of (..., 3) linear RGB; L = 1 for white."""
+    return np.cbrt(np.maximum(linear, 0.0) @ _LMS.T) @ _LAB.T
+
+
+def features(linear: Floats, lightness_weight: float) -> Floats:
+    """(..., 3) features in which Euclidean distance compares paint, not light.
+
+    OKLab scales as a whole when light is scaled, so a/L and b/L are free of shading. They are
+    compressed radially (see `KNEE`); the third feature is lightness with a low weight, higher
+    for greys, because black, grey and white differ in nothing else.
+    """
+    lab = oklab_from_linear(linear)
+    lightness = lab[..., :1]
+    paint = lab[..., 1:] / (np.maximum(lightness, 0.0) + DARK)
+    radius = np.linalg.norm(paint, axis=-1, keepdims=True)
+    paint = paint / (radius + KNEE)
+    grey = np.exp(-(((radius / (radius + KNEE)) / GREYISH) ** 2))
+    weight = lightness_weight * (1 + (GREY_GAIN - 1) * grey)
+    return np.concatenate([paint, lightness * weight], axis=-1)

@@ -1,0 +1,172 @@
+"""The colours of a gym: found by clustering, or read from a `palette.toml`."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import InputError
+from walltopo.routes.oklab import features, linear_from_srgb8
+from walltopo.routes.records import HAND_ROLES
+from walltopo.workspace import atomic_path
+
+__all__ = ["REFERENCE", "Entry", "cluster_colours", "name_of", "read_palette", "write_palette"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+# Basic colour terms with the sRGB of typical hold paint (polyurethane and fibreglass, our
+# reading of manufacturers' RAL charts); names of found clusters come from the nearest one.
+REFERENCE: dict[str, tuple[int, int, int]] = {
+    "black": (38, 38, 40),
+    "grey": (125, 127, 130),
+    "white": (232, 232, 226),
+    "red": (195, 32, 38),
+    "orange": (238, 118, 30),
+    "yellow": (245, 200, 25),
+    "lime": (150, 200, 50),
+    "green": (40, 145, 65),
+    "mint": (60, 190, 165),
+    "sky": (100, 180, 225),
+    "blue": (30, 85, 185),
+    "purple": (110, 55, 160),
+    "pink": (230, 80, 145),
+    "brown": (110, 72, 45),
+    "wood": (200, 160, 112),
+}
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One colour of a gym.
+
+    Parameters
+    ----------
+    name : what the gym calls it.
+    rgb : 0..255 sRGB, as holds of this colour come out of `classify`.
+    role : "hold", "volume" or "downclimb": what holds of this colour are, "hold" unless a
+        setter says otherwise.
+    """
+
+    name: str
+    rgb: tuple[int, int, int]
+    role: str = "hold"
+
+
+def _linear(colours: Sequence[tuple[int, int, int]]) -> Floats:
+    return linear_from_srgb8(np.array(colours, dtype=np.uint8).reshape(-1, 3))
+
+
+def name_of(rgb: tuple[int, int, int], lightness_weight: float) -> str:
+    """The nearest basic colour term."""
+    reference = features(_linear(list(REFERENCE.values())), lightness_weight)
+    own = features(_linear([rgb]), lightness_weight)
+    return list(REFERENCE)[int(np.linalg.norm(reference - own, axis=1).argmin())]
+
+
+def cluster_colours(points: Floats, weights: Floats, spread: float) -> Ints:
+    """Group colours that lie within `spread` of each other.
+
+    Average linkage cut at `spread`, then each colour moves to the nearest median of the
+    groups that hold at least two colours (or all groups, where there is none such), if that
+    is nearer than the median of its own.
+
+    Parameters
+    ----------
+    points : (n, 3) colour features (`oklab.features`).
+    weights : (n,) confidence of each; groups are numbered by their total weight, heaviest 0.
+
+    Returns
+    -------
+    (n,) int64 group numbers.
+    """
+    n = len(points)
+    if n == 1:
+        return np.zeros(1, dtype=np.int64)
+    from scipy.cluster.hierarchy import fcluster, linkage
+
+    labels = fcluster(linkage(points, "average"), spread, "distance") - 1
+    for _ in range(5):
+        numbers = np.unique(labels)
+        centres = np.array([np.median(points[labels == k], axis=0) for k in numbers])
+        nearest = numbers[np.linalg.norm(points[:, None] - centres[None], axis=2).argmin(axis=1)]
+        if (nearest == labels).all():
+            break
+        labels = nearest
+    numbers, compact = np.unique(labels, return_inverse=True)
+    heavy = np.argsort(-np.bincount(compact, weights, len(numbers)), kind="stable")
+    rank = np.empty(len(numbers), dtype=np.int64)
+    rank[heavy] = np.arange(len(numbers))
+    return rank[compact]
+
+
+def read_palette(path: Path, lightness_weight: float = 0.5) -> list[Entry]:
+    """Read a `palette.toml`; entries without a name get the nearest basic colour term.
+
+    Raises
+    ------
+    InputError : the file is missing, is not TOML, or an entry is wrong; names which.
+    """
+    try:
+        data = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        raise InputError(
+            f"{path}: no such palette", "`walltopo palette learn SCAN` writes one to start from."
+        ) from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: not valid TOML ({error})") from error
+    rows = data.get("colour", [])
+    if not isinstance(rows, list) or not rows:
+        raise InputError(f"{path}: holds no [[colour]] table", "See docs/colours.md.")
+    entries: list[Entry] = []
+    for number, row in enumerate(rows, start=1):
+        rgb = row.get("rgb")
+        if (
+            not isinstance(rgb, list)
+            or len(rgb) != 3
+            or not all(isinstance(v, int) and 0 <= v <= 255 for v in rgb)
+        ):
+            raise InputError(f"{path}: colour {number}: rgb must be three whole numbers 0..255")
+        unknown = set(row) - {"name", "rgb", "role"}
+        if unknown:
+            raise InputError(f"{path}: colour {number}: unknown keys {sorted(unknown)}")
+        role = row.get("role", "hold")
+        if role not in HAND_ROLES:
+            raise InputError(
+                f"{path}: colour {number}: role must be one of {', '.join(HAND_ROLES)}, "
+                f"got {role!r}"
+            )
+        value = (rgb[0], rgb[1], rgb[2])
+        entries.append(Entry(str(row.get("name") or name_of(value, lightness_weight)), value, role))
+    return entries
+
+
+def write_palette(path: Path, entries: Sequence[Entry], counts: Sequence[int]) -> None:
+    """Write a `palette.toml` that a setter can edit; atomic.
+
+    Parameters
+    ----------
+    counts : holds of each colour, written as a comment.
+    """
+    lines = [
+        "# Colours of this gym. Rename them as you like; two entries may share a name (for",
+        '# example new and faded paint). role = "downclimb": holds of no route;',
+        '# role = "volume": belong to every route; without a role: holds of a route.',
+        "",
+    ]
+    for entry, count in zip(entries, counts, strict=True):
+        name = entry.name.replace("\\", "\\\\").replace('"', '\\"')
+        lines += [
+            f"[[colour]]  # {count} holds",
+            f'name = "{name}"',
+            f"rgb = [{entry.rgb[0]}, {entry.rgb[1]}, {entry.rgb[2]}]",
+            *([f'role = "{entry.role}"'] if entry.role != "hold" else []),
+            "",
+        ]
+    with atomic_path(path) as temporary:
+        temporary.write_text("\n".join(lines), encoding="utf-8")

@@ -1,0 +1,101 @@
+"""Settings of the `classify` and `routes` stages."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from walltopo.core import SettingsError, check_settings, setting
+
+__all__ = ["ClassifySettings", "RoutesSettings"]
+
+
+@dataclass(frozen=True)
+class ClassifySettings:
+    """How colour, type and geometry of each hold are found (section `classify`)."""
+
+    long_side: int = setting(
+        1600, "Photos are read at most this long", unit="px", low=200, high=8000
+    )
+    erode: int = setting(
+        2, "Pixels taken off the rim of a hold before its colour is read", unit="px", low=0, high=20
+    )
+    max_views: int = setting(
+        12, "Views whose pixels are kept for the colour of one hold", low=1, high=200
+    )
+    cutouts: int = setting(6, "Cutouts kept per hold", low=1, high=50)
+    cutout_px: int = setting(160, "Longest side of a kept cutout", unit="px", low=32, high=1024)
+    colour_spread: float = setting(
+        0.20,
+        "Colours nearer than this are one palette entry (see docs/colours.md)",
+        low=0.02,
+        high=1.0,
+    )
+    lightness_weight: float = setting(
+        0.5, "Weight of lightness against hue and chroma when colours are grouped", low=0, high=2
+    )
+    palette: str = setting(
+        "", "A palette.toml with names and reference colours; empty: found by clustering"
+    )
+    review_below: float = setting(
+        0.5, "Holds with a lower confidence are listed for a look", low=0, high=1
+    )
+    volume_size: float = setting(
+        3.5,
+        "A hold this many times larger than the median hold is taken for a volume when the "
+        "detector has no class for volumes",
+        low=1,
+        high=20,
+    )
+    downclimb: str = setting("", "Colour of the downclimb holds; empty: none is known")
+
+    def __post_init__(self) -> None:
+        check_settings(self, "classify")
+
+
+@dataclass(frozen=True)
+class RoutesSettings:
+    """How holds of one colour are grouped into routes (section `routes`)."""
+
+    min_hold_dist: float = setting(
+        1.2, "Holds nearer than this along the wall are fully similar", unit="m", low=0, high=5
+    )
+    max_hold_dist: float = setting(
+        2.8, "Holds farther than this along the wall are not linked", unit="m", low=0, high=10
+    )
+    flatten_ratio: float = setting(
+        0.35, "The vertical part of a path counts by this factor (routes go up)", low=0, high=1
+    )
+    resolution: float = setting(
+        1.0, "Resolution of Louvain: larger gives more, smaller routes", low=0, high=100
+    )
+    min_holds: int = setting(2, "Groups with fewer holds are left without a route", low=1, high=50)
+    proxy_faces: int = setting(
+        20_000, "Triangles of the simplified wall that paths run on", low=100, high=2_000_000
+    )
+    bridge_gap: float = setting(
+        0.5,
+        "Parts of the wall that end this near each other count as joined",
+        unit="m",
+        low=0,
+        high=5,
+    )
+    typical_hold: float = setting(
+        0.13,
+        "Median hold size assumed where the scan has no scale; sets the unit of the distances",
+        unit="m",
+        low=0.02,
+        high=1,
+    )
+    ambiguous_above: float = setting(
+        0.3, "A second route with at least this probability makes a hold ambiguous", low=0, high=0.5
+    )
+    threads: int = setting(0, "Worker threads for the paths; 0: as many as cores", low=0, high=256)
+    seed: int = setting(0, "Seed of Louvain", low=0)
+
+    def __post_init__(self) -> None:
+        check_settings(self, "routes")
+        if self.max_hold_dist < self.min_hold_dist:
+            raise SettingsError(
+                "routes.max_hold_dist: expected at least routes.min_hold_dist "
+                f"({self.min_hold_dist}), got {self.max_hold_dist}"
+            )

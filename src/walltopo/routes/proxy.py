@@ -1,0 +1,277 @@
+"""A manifold stand-in of the wall, on which geodesic paths are solved.
+
+Real meshes have edges with three triangles, flipped triangles, holes and loose parts; the
+geodesic solver wants an oriented manifold. The repair, in this order:
+
+1. simplify by quadric edge collapse to `target` triangles (a hold-to-hold path does not
+   need more; the length error is measured in docs/routes.md),
+2. drop triangles without area and duplicates,
+3. glue triangles only along edges where exactly two meet in opposite directions; where more
+   meet, one such pair is glued; everything else is cut open by doubling the vertices,
+4. fill small holes (loops of up to `MAX_LOOP` edges) with a fan,
+5. insert one vertex per hold, so that a path ends where the hold is.
+
+Loose parts stay loose; `geodesic.py` says how paths cross from one to another.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import StageError
+
+__all__ = ["Proxy", "build_proxy", "fill_small_holes", "manifold", "simplify"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+MAX_LOOP = 60  # edges of the longest boundary loop that is filled
+MARGIN = 2e-3  # anchors keep this barycentric distance from edges, so that no triangle is empty
+
+
+@dataclass(frozen=True, eq=False)
+class Proxy:
+    """An oriented manifold triangle mesh with one vertex per anchor.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float64, world frame.
+    faces : (F, 3) int64.
+    anchors : (A,) int64, the vertex of each anchor.
+    part : (V,) int64, number of the connected part each vertex lies in.
+    """
+
+    vertices: Floats
+    faces: Ints
+    anchors: Ints
+    part: Ints
+
+
+def simplify(vertices: Floats, faces: NDArray[np.integer], target: int) -> tuple[Floats, Ints]:
+    """Quadric simplification to about `target` triangles (unchanged if there are fewer)."""
+    if len(faces) <= target:
+        return vertices.astype(np.float64), faces.astype(np.int64)
+    import fast_simplification
+
+    # Centred first: the simplifier works in float32.
+    centre = vertices.mean(axis=0)
+    points, triangles = fast_simplification.simplify(
+        np.ascontiguousarray(vertices - centre, dtype=np.float32),
+        np.ascontiguousarray(faces, dtype=np.int32),
+        target_count=target,
+        agg=5,
+    )
+    return np.asarray(points, np.float64) + centre, np.asarray(triangles, np.int64)
+
+
+def _drop_bad(vertices: Floats, faces: Ints) -> Ints:
+    """Faces without those that repeat a vertex, have no area, or repeat another face."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    scale = np.ptp(vertices, axis=0).max() if len(vertices) else 1.0
+    faces = faces[area > 1e-14 * scale * scale]
+    _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
+    return faces[np.sort(first)]
+
+
+def _glued_pairs(faces: Ints) -> tuple[Ints, Ints]:
+    """Pairs of half-edges to glue: (P,) and (P,) numbers into the 3F half-edges.
+
+    Half-edge k of face f runs from corner k to corner k + 1 and has the number 3 f + k.
+    """
+    start = faces.ravel()
+    end = faces[:, [1, 2, 0]].ravel()
+    low, high = np.minimum(start, end), np.maximum(start, end)
+    forward = start < end
+    n = int(faces.max()) + 1
+    key = low * n + high
+    # Sorted by edge, then direction: each edge contributes its first forward and first
+    # backward half-edge; a lone or third one stays unglued.
+    order = np.lexsort((np.arange(len(key)), ~forward, key))
+    key_s, forward_s = key[order], forward[order]
+    directed = key_s * 2 + forward_s
+    head = np.flatnonzero(np.r_[True, directed[1:] != directed[:-1]])
+    first, first_key, first_forward = order[head], key_s[head], forward_s[head]
+    both = np.flatnonzero((first_key[1:] == first_key[:-1]) & first_forward[:-1])
+    return first[both], first[both + 1]
+
+
+def _cut_open(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
+    """Give each fan of glued triangles around a vertex a vertex of its own."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    one, two = _glued_pairs(faces)
+    # Glued half-edges run against each other: the start of one is the end of the other.
+    following = np.arange(3 * len(faces)).reshape(-1, 3)[:, [1, 2, 0]].ravel()
+    left, right = np.r_[one, following[one]], np.r_[following[two], two]
+    corners = 3 * len(faces)
+    links = coo_matrix((np.ones(len(left), np.int8), (left, right)), shape=(corners, corners))
+    count, corner_vertex = connected_components(links, directed=False)
+    positions = np.zeros((count, 3))
+    positions[corner_vertex] = vertices[faces.ravel()]
+    return positions, corner_vertex.reshape(-1, 3).astype(np.int64)
+
+
+def _surplus(faces: Ints) -> Ints:
+    """Faces that still share an edge with two others: cutting could not part them."""
+    start, end = faces.ravel(), faces[:, [1, 2, 0]].ravel()
+    n = int(faces.max()) + 1
+    key = start * n + end
+    _, first = np.unique(key, return_index=True)
+    repeated = np.ones(len(key), dtype=np.bool_)
+    repeated[first] = False
+    return np.flatnonzero(repeated) // 3
+
+
+def manifold(vertices: Floats, faces: NDArray[np.integer]) -> tuple[Floats, Ints]:
+    """Cut a triangle soup open until it is an oriented manifold.
+
+    A vertex is doubled for each fan of glued triangles around it. A triangle is dropped only
+    where its fan hangs together elsewhere with the triangles it should be cut from.
+
+    Returns
+    -------
+    (V', 3) float64 vertices and (F', 3) int64 faces, every vertex used.
+    """
+    points = np.asarray(vertices, np.float64)
+    kept = _drop_bad(points, faces.astype(np.int64))
+    while len(kept):
+        points, kept = _cut_open(points, kept)
+        surplus = _surplus(kept)
+        if len(surplus):
+            kept = np.delete(kept, surplus, axis=0)
+            continue
+        again, _ = _cut_open(points, kept)
+        if len(again) == len(points):
+            return points, kept
+    return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
+
+
+def _boundary_loops(faces: Ints) -> list[Ints]:
+    """Vertex loops of the boundary, each in the direction that closes it with a fan."""
+    start, end = faces.ravel(), faces[:, [1, 2, 0]].ravel()
+    n = int(faces.max()) + 1
+    lone = ~np.isin(start * n + end, end * n + start)
+    # On a manifold each boundary vertex has one outgoing boundary half-edge.
+    after = {int(e): int(s) for s, e in zip(start[lone], end[lone], strict=True)}
+    loops: list[Ints] = []
+    while after:
+        first, current = after.popitem()
+        loop = [first]
+        while current != first:
+            loop.append(current)
+            current = after.pop(current)
+        loops.append(np.array(loop, dtype=np.int64))
+    return loops
+
+
+def fill_small_holes(
+    vertices: Floats, faces: Ints, max_loop: int = MAX_LOOP
+) -> tuple[Floats, Ints]:
+    """Close boundary loops of at most `max_loop` edges by a fan around their mean point.
+
+    The longest loop of all is kept: it is the outline of the wall.
+    """
+    loops = sorted(_boundary_loops(faces), key=len)[:-1]
+    points, fans = [vertices], [faces]
+    count = len(vertices)
+    for loop in loops:
+        if len(loop) > max_loop:
+            continue
+        points.append(vertices[loop].mean(axis=0, keepdims=True))
+        fans.append(np.column_stack([loop, np.roll(loop, -1), np.full(len(loop), count)]))
+        count += 1
+    return np.vstack(points), np.vstack(fans)
+
+
+def _nearest_on_triangles(point: Floats, corners: Floats) -> tuple[int, Floats]:
+    """The triangle nearest to a point and the barycentric coordinates of the foot point."""
+    a, ab, ac = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    best, best_weights = np.full(len(a), np.inf), np.zeros((len(a), 3))
+    # Unconstrained foot point in the plane, where it lies inside.
+    d00, d01, d11 = ((x * y).sum(1) for x, y in ((ab, ab), (ab, ac), (ac, ac)))
+    ap = point - a
+    d20, d21 = (ap * ab).sum(1), (ap * ac).sum(1)
+    determinant = np.maximum(d00 * d11 - d01 * d01, 1e-300)
+    v, w = (d11 * d20 - d01 * d21) / determinant, (d00 * d21 - d01 * d20) / determinant
+    candidates = [np.column_stack([1 - v - w, v, w])]
+    for i, j in ((0, 1), (1, 2), (2, 0)):
+        edge = corners[:, j] - corners[:, i]
+        along = ((point - corners[:, i]) * edge).sum(1) / np.maximum((edge**2).sum(1), 1e-300)
+        t = np.clip(along, 0, 1)
+        weights = np.zeros((len(a), 3))
+        weights[:, i], weights[:, j] = 1 - t, t
+        candidates.append(weights)
+    for weights in candidates:
+        inside = np.asarray((weights >= -1e-12).all(axis=1))
+        foot = np.einsum("nk,nkd->nd", weights * inside[:, None], corners)
+        distance = np.where(inside, np.linalg.norm(foot - point, axis=1), np.inf)
+        closer = distance < best
+        best = np.where(closer, distance, best)
+        best_weights[closer] = weights[closer]
+    winner = int(best.argmin())
+    return winner, best_weights[winner]
+
+
+def _insert_anchors(vertices: Floats, faces: Ints, anchors: Floats) -> tuple[Floats, Ints, Ints]:
+    """Split the triangle nearest to each anchor at the anchor's foot point."""
+    from scipy.spatial import cKDTree
+
+    points, triangles = list(vertices), list(faces)
+    tree = cKDTree(vertices[faces].mean(axis=1))
+    _, near = tree.query(anchors, k=min(32, len(faces)))
+    near = np.asarray(near).reshape(len(anchors), -1)
+    children: dict[int, list[int]] = {}
+    result = np.zeros(len(anchors), dtype=np.int64)
+    for number, anchor in enumerate(anchors):
+        candidates = [c for f in near[number].tolist() for c in children.get(f, [f])]
+        corners = np.array([[points[v] for v in triangles[c]] for c in candidates])
+        winner, weights = _nearest_on_triangles(anchor, corners)
+        chosen = candidates[winner]
+        a, b, c = (int(v) for v in triangles[chosen])
+        if weights.max() > 1 - MARGIN:
+            result[number] = (a, b, c)[int(weights.argmax())]
+            continue
+        weights = np.maximum(weights, MARGIN)
+        weights /= weights.sum()
+        new = len(points)
+        points.append(weights @ corners[winner])
+        triangles[chosen] = np.array([a, b, new])
+        triangles += [np.array([b, c, new]), np.array([c, a, new])]
+        root = next((f for f, kids in children.items() if chosen in kids), chosen)
+        children.setdefault(root, [root]).extend([len(triangles) - 2, len(triangles) - 1])
+        result[number] = new
+    return np.array(points), np.array(triangles, dtype=np.int64), result
+
+
+def build_proxy(
+    vertices: Floats, faces: NDArray[np.integer], anchors: Floats, target: int
+) -> Proxy:
+    """Simplify, repair and anchor: see the module's text.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float64; faces : (F, 3) int, any triangle soup.
+    anchors : (A, 3) float64, points near the surface (holds), same frame.
+    target : triangles wanted in the proxy.
+    """
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    points, triangles = manifold(*simplify(vertices, faces, target))
+    if len(triangles) == 0:
+        raise StageError(
+            "the mesh has no triangle with an area, so no path can be measured on it",
+            "Look at mesh.ply; run the dense stage again.",
+        )
+    points, triangles = fill_small_holes(points, triangles)
+    points, triangles, rows = _insert_anchors(points, triangles, np.asarray(anchors, np.float64))
+    n = len(points)
+    ends = (triangles.ravel(), triangles[:, [1, 2, 0]].ravel())
+    links = coo_matrix((np.ones(len(ends[0]), np.int8), ends), shape=(n, n))
+    _, part = connected_components(links, directed=False)
+    return Proxy(points, triangles, rows, part.astype(np.int64))

@@ -1,0 +1,227 @@
+"""What each photo shows of each hold: pixels, cutouts and the light on the wall."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import InputError, Mesh, View
+from walltopo.routes.oklab import linear_from_srgb8, oklab_from_linear
+
+__all__ = ["HoldView", "WallLight", "load_photo", "look", "paint_of", "wall_patches"]
+
+Floats = NDArray[np.float64]
+Image = NDArray[np.uint8]
+
+MIN_PIXELS = 12  # a hold seen with fewer pixels says nothing about its colour
+SHADOW, SHINE = 25, 85  # percentiles of lightness between which a hold's pixels are kept
+WALL_STEP = 4  # every fourth pixel of every fourth row measures the light on the wall
+MARGIN = 0.12  # of the box, around a cutout
+
+
+@dataclass(frozen=True, eq=False)
+class HoldView:
+    """One hold in one photo.
+
+    Parameters
+    ----------
+    photo : number of the photo; hold : the instance's id.
+    pixels : visible pixels of the hold, before erosion.
+    used : pixels that its colour was taken from.
+    linear : (3,) float64, typical linear RGB, as the photo has it.
+    sharpness : variance of the Laplacian of the grey crop.
+    cut : whether the hold touches the border of the photo.
+    crop : (h, w, 3) uint8 RGB; mask : (h, w) bool, its visible pixels.
+    """
+
+    photo: int
+    hold: int
+    pixels: int
+    used: int
+    linear: Floats
+    sharpness: float
+    cut: bool
+    crop: Image
+    mask: NDArray[np.bool_]
+
+    @property
+    def quality(self) -> float:
+        """Weight of this view: visible pixels, halved where the photo cuts the hold off."""
+        return self.pixels * (0.5 if self.cut else 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class WallLight:
+    """Mean log linear RGB of wall patches in one photo.
+
+    Parameters
+    ----------
+    photo : number of the photo.
+    patch : (n,) int64 patch numbers; log_rgb : (n, 3) float64.
+    """
+
+    photo: int
+    patch: NDArray[np.int64]
+    log_rgb: Floats
+
+
+def load_photo(path: Path, width: int, height: int) -> Image:
+    """(height, width, 3) uint8 RGB of a photo, resized by area.
+
+    Raises
+    ------
+    InputError : the file is missing or is not a picture; names it.
+    """
+    import cv2
+
+    picture = cv2.imread(str(path), cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
+    if picture is None:
+        raise InputError(f"{path}: no such photo, or not a picture", "Run the ingest stage again.")
+    if picture.shape[:2] != (height, width):
+        picture = cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA)
+    return np.ascontiguousarray(picture[..., ::-1])
+
+
+def paint_of(pixels: Image) -> tuple[Floats, int]:
+    """Typical linear RGB of a hold's pixels, and how many of them it rests on.
+
+    Pixels in shadow (the darkest quarter) and the brightest (highlights, chalk, screw heads:
+    the top 15 %) are left out, and so are clipped ones where enough others remain.
+
+    Parameters
+    ----------
+    pixels : (n, 3) uint8 sRGB.
+    """
+    clipped = (pixels >= 252).any(axis=1)
+    if np.count_nonzero(~clipped) >= max(MIN_PIXELS, len(pixels) // 3):
+        pixels = pixels[~clipped]
+    linear = linear_from_srgb8(pixels)
+    lightness = oklab_from_linear(linear)[:, 0]
+    low, high = np.percentile(lightness, [SHADOW, SHINE])
+    kept = linear[(lightness >= low) & (lightness <= high)]
+    return np.median(kept, axis=0), len(kept)
+
+
+def wall_patches(
+    mesh: Mesh, face_instance: NDArray[np.int32], cells: int = 60
+) -> NDArray[np.int64]:
+    """(F,) number of the wall patch of each face, -1 for faces of holds.
+
+    Patches are cubes, `cells` of them along the longest side of the wall.
+    """
+    low = mesh.vertices.min(axis=0)
+    side = max(float(np.ptp(mesh.vertices, axis=0).max()), 1e-9) / cells
+    cell = np.floor((mesh.centroids - low) / side).astype(np.int64)
+    key = (cell[:, 0] * (cells + 1) + cell[:, 1]) * (cells + 1) + cell[:, 2]
+    patch = np.full(len(key), -1, dtype=np.int64)
+    wall = face_instance == 0
+    _, patch[wall] = np.unique(key[wall], return_inverse=True)
+    return patch
+
+
+def _wall_light(
+    photo: int, picture: Image, face_id: NDArray[np.int32], patch_of: NDArray[np.int64]
+) -> WallLight:
+    faces = face_id[::WALL_STEP, ::WALL_STEP].ravel()
+    pixels = picture[::WALL_STEP, ::WALL_STEP].reshape(-1, 3)
+    patch = np.where(faces >= 0, patch_of[np.maximum(faces, 0)], -1)
+    usable = (patch >= 0) & (pixels.max(axis=1) < 250) & (pixels.min(axis=1) > 4)
+    logs = np.log(linear_from_srgb8(pixels[usable]))
+    numbers, inverse, counts = np.unique(patch[usable], return_inverse=True, return_counts=True)
+    sums = np.stack([np.bincount(inverse, logs[:, k], len(numbers)) for k in range(3)], axis=1)
+    enough = counts >= 8
+    return WallLight(photo, numbers[enough], sums[enough] / counts[enough, None])
+
+
+def _hold_views(
+    photo: int, picture: Image, ids: NDArray[np.int32], erode: int
+) -> Iterator[HoldView]:
+    import cv2
+    from scipy.ndimage import find_objects
+
+    height, width = ids.shape
+    for number, box in enumerate(find_objects(ids), start=1):
+        if box is None:
+            continue
+        mask = ids[box] == number
+        count = int(np.count_nonzero(mask))
+        if count < MIN_PIXELS:
+            continue
+        core = _core(mask, erode)
+        linear, used = paint_of(picture[box][core])
+        rows, columns = box
+        pad = round(MARGIN * max(mask.shape))
+        wide = (
+            slice(max(rows.start - pad, 0), min(rows.stop + pad, height)),
+            slice(max(columns.start - pad, 0), min(columns.stop + pad, width)),
+        )
+        crop = picture[wide].copy()
+        grey = cv2.cvtColor(crop, cv2.COLOR_RGB2GRAY)
+        yield HoldView(
+            photo=photo,
+            hold=number,
+            pixels=count,
+            used=used,
+            linear=linear,
+            sharpness=float(cv2.Laplacian(grey, cv2.CV_64F).var()),
+            cut=rows.start == 0
+            or columns.start == 0
+            or rows.stop == height
+            or columns.stop == width,
+            crop=crop,
+            mask=ids[wide] == number,
+        )
+
+
+def _core(mask: NDArray[np.bool_], erode: int) -> NDArray[np.bool_]:
+    """The mask without its rim; the rim shrinks until enough pixels remain."""
+    import cv2
+
+    for width in range(erode, 0, -1):
+        kernel = np.ones((2 * width + 1, 2 * width + 1), np.uint8)
+        core = cv2.erode(
+            mask.astype(np.uint8), kernel, borderType=cv2.BORDER_CONSTANT, borderValue=0
+        )
+        if np.count_nonzero(core) >= MIN_PIXELS:
+            return core.astype(np.bool_)
+    return mask
+
+
+def look(
+    views: Sequence[View],
+    load: Callable[[View, int, int], Image],
+    mesh: Mesh,
+    face_instance: NDArray[np.int32],
+    *,
+    long_side: int,
+    erode: int,
+) -> Iterator[tuple[list[HoldView], WallLight]]:
+    """Go through the photos: per photo, what it shows of each hold, and of the wall's light.
+
+    A pixel belongs to the hold whose triangle it sees (z-buffer on the mesh), so that holds
+    hidden behind others take no colour from them.
+
+    Parameters
+    ----------
+    views : posed photos; `load(view, width, height)` gives the photo as (h, w, 3) uint8 RGB.
+    face_instance : (F,) int32, 0 = wall.
+    long_side : photos are drawn at most this long, pixels.
+    erode : pixels taken off the rim, at that size.
+    """
+    from walltopo.raycast import render_ids
+
+    patch_of = wall_patches(mesh, face_instance)
+    for number, view in enumerate(views):
+        factor = min(1.0, long_side / max(view.camera.width, view.camera.height))
+        camera = view.camera.scaled(factor)
+        face_id, _ = render_ids(mesh.vertices, mesh.faces, camera, view.cam_from_world)
+        ids = np.where(face_id >= 0, face_instance[np.maximum(face_id, 0)], 0).astype(np.int32)
+        picture = load(view, camera.width, camera.height)
+        yield (
+            list(_hold_views(number, picture, ids, erode)),
+            _wall_light(number, picture, face_id, patch_of),
+        )

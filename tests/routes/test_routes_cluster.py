@@ -1,0 +1,194 @@
+"""Routes from holds: grouping, roles, edge cases."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from walltopo.core import InputError, Mesh, SettingsError, Silent
+from walltopo.formats.ply import write_ply
+from walltopo.routes.cluster import find_routes, run
+from walltopo.routes.grouping import candidate_pairs, group_holds, louvain, modularity, similarity
+from walltopo.routes.params import RoutesSettings
+from walltopo.routes.records import Hold
+from walltopo.workspace import ScanFolder, read_json, write_json
+
+
+def wall(width: float = 8.0, height: float = 4.0) -> Mesh:
+    """A flat wall in the xz plane with its outside towards -y."""
+    x, z = np.meshgrid(np.linspace(0, width, 41), np.linspace(0, height, 21))
+    vertices = np.column_stack([x.ravel(), np.zeros(x.size), z.ravel()])
+    a = (np.arange(20)[:, None] * 41 + np.arange(40)).ravel()
+    faces = np.vstack([np.column_stack([a, a + 1, a + 42]), np.column_stack([a, a + 42, a + 41])])
+    return Mesh(vertices, faces)
+
+
+def column(x: float, colour: str, first: int, count: int = 8) -> list[Hold]:
+    """A straight route up the wall at x."""
+    return [
+        Hold(
+            first + k,
+            "hold",
+            (x + 0.15 * (-1) ** k, 0.0, 0.3 + 0.45 * k),
+            colour=colour,
+            size_m=0.15,
+        )
+        for k in range(count)
+    ]
+
+
+def test_two_routes_of_one_colour_and_one_of_another() -> None:
+    holds = column(1.0, "red", 1) + column(5.5, "red", 21) + column(1.4, "blue", 41)
+    routes, unrouted = find_routes(wall(), holds, RoutesSettings())
+    assert [(route.colour, route.holds[0], len(route.holds)) for route in routes] == [
+        ("red", 1, 8),
+        ("blue", 41, 8),
+        ("red", 21, 8),
+    ]
+    assert unrouted == []
+    assert routes[0].holds == tuple(range(1, 9))
+    assert routes[0].top == (8,)
+
+
+def test_volumes_downclimb_and_unknown_colours_are_in_no_route() -> None:
+    holds = [
+        *column(1.0, "red", 1),
+        Hold(50, "volume", (1.0, 0.0, 2.0), colour="red", role="volume"),
+        Hold(51, "hold", (1.2, 0.0, 2.0), colour="red", role="downclimb"),
+        Hold(52, "hold", (1.4, 0.0, 2.0), colour="unknown"),
+    ]
+    routes, unrouted = find_routes(wall(), holds, RoutesSettings())
+    assert routes[0].holds == tuple(range(1, 9))
+    assert unrouted == [52]
+
+
+def test_a_route_with_one_hold_is_left_without_a_route_unless_asked_for() -> None:
+    holds = [*column(1.0, "red", 1), *column(6.0, "green", 30, count=1)]
+    routes, unrouted = find_routes(wall(), holds, RoutesSettings())
+    assert len(routes) == 1
+    assert unrouted == [30]
+    routes, unrouted = find_routes(wall(), holds, RoutesSettings(min_holds=1))
+    assert [route.holds for route in routes][1] == (30,)
+    assert routes[1].start == routes[1].top == (30,)
+    assert routes[1].facts["length_m"] == 0.0
+    assert unrouted == []
+
+
+def test_no_holds_no_routes() -> None:
+    assert find_routes(wall(), [], RoutesSettings()) == ([], [])
+
+
+def test_unscaled_scan_gives_the_same_routes() -> None:
+    holds = column(1.0, "red", 1) + column(5.5, "red", 21)
+    mesh = wall()
+    factor = 7.3
+    scaled = [
+        Hold(
+            hold.id,
+            "hold",
+            tuple(factor * v for v in hold.position),  # type: ignore[arg-type]
+            colour=hold.colour,
+            size_m=factor * hold.size_m,
+        )
+        for hold in holds
+    ]
+    one, _ = find_routes(mesh, holds, RoutesSettings())
+    two, _ = find_routes(
+        Mesh(mesh.vertices * factor, mesh.faces), scaled, RoutesSettings(), metric=False
+    )
+    assert [route.holds for route in one] == [route.holds for route in two]
+
+
+def test_a_hold_between_two_routes_is_ambiguous() -> None:
+    middle = Hold(99, "hold", (2.75, 0.0, 1.9), colour="red", size_m=0.15)
+    holds = [*column(1.5, "red", 1), *column(4.0, "red", 21), middle]
+    routes, _ = find_routes(wall(), holds, RoutesSettings())
+    shares = [route.ambiguous[99] for route in routes if 99 in route.ambiguous]
+    assert len(routes) == 2
+    assert len(shares) == 1
+    assert sum(shares[0].values()) == pytest.approx(1.0)
+    assert min(shares[0].values()) > 0.3
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.floats(0.2, 3))
+def test_louvain_depends_neither_on_the_run_nor_loses_nodes(seed: int, resolution: float) -> None:
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 30))
+    weights = np.triu(rng.random((n, n)) * (rng.random((n, n)) < 0.3), 1)
+    weights = weights + weights.T
+    groups = louvain(weights, resolution, 0)
+    np.testing.assert_array_equal(groups, louvain(weights, resolution, 0))
+    assert sorted(np.unique(groups)) == list(range(groups.max() + 1))
+    if weights.any():
+        alone = np.arange(n)
+        assert modularity(weights, groups, resolution) >= modularity(weights, alone, resolution)
+
+
+def test_louvain_matches_networkx_modularity() -> None:
+    networkx = pytest.importorskip("networkx")
+    graph = networkx.karate_club_graph()
+    weights = networkx.to_numpy_array(graph, weight=None)
+    groups = louvain(weights, 1.0, 0)
+    sets = [set(np.flatnonzero(groups == k).tolist()) for k in range(groups.max() + 1)]
+    theirs = networkx.community.modularity(graph, sets, weight=None)
+    assert modularity(weights, groups, 1.0) == pytest.approx(theirs)
+    assert theirs > 0.41
+
+
+@given(st.floats(0, 5), st.floats(0, 5), st.lists(st.floats(0, 20), min_size=1))
+def test_similarity_falls_from_one_to_zero(near: float, extra: float, lengths: list[float]) -> None:
+    value = similarity(np.sort(np.array(lengths)), near, near + extra)
+    assert ((value >= 0) & (value <= 1)).all()
+    assert (np.diff(value) <= 0).all()
+    assert similarity(np.array([near]), near, near + extra)[0] == 1
+    assert similarity(np.array([np.inf]), near, near + extra)[0] == 0
+
+
+def test_candidate_pairs_lose_no_pair_that_could_matter() -> None:
+    rng = np.random.default_rng(0)
+    points = rng.random((40, 3)) * 5
+    labels = [str(k) for k in rng.integers(3, size=40)]
+    pairs = {tuple(pair) for pair in candidate_pairs(points, labels, 0.4, 1.5).tolist()}
+    for a in range(40):
+        for b in range(a + 1, 40):
+            near = np.linalg.norm((points[a] - points[b]) * [1, 1, 0.4]) < 1.5
+            assert ((a, b) in pairs) == (near and labels[a] == labels[b])
+
+
+def test_holds_without_a_path_are_not_grouped() -> None:
+    points = np.array([[0.0, 0, 0], [0.1, 0, 0]])
+    grouping = group_holds(
+        points,
+        ["red", "red"],
+        lambda pairs: np.full(len(pairs), np.inf),
+        near=1,
+        far=2,
+        ratio=1,
+        resolution=1,
+    )
+    assert grouping.group.tolist() == [0, 1]
+
+
+def test_settings_refuse_crossed_distances() -> None:
+    with pytest.raises(SettingsError, match=r"routes\.max_hold_dist"):
+        RoutesSettings(min_hold_dist=3.0, max_hold_dist=2.0)
+
+
+def test_stage_reads_and_writes_the_scan_folder(tmp_path: Path) -> None:
+    scan = ScanFolder(tmp_path)
+    write_ply(scan.mesh, wall())
+    holds = [*column(1.0, "red", 1), Hold(50, "volume", (4, 0, 2), role="volume")]
+    write_json(scan.attributes, {"version": 1, "instances": [hold.to_json() for hold in holds]})
+    metrics = run(scan, RoutesSettings(), Silent())
+    assert metrics["routes"] == 1
+    data = read_json(scan.routes)
+    assert data["volumes"] == [50]
+    assert data["routes"][0]["holds"] == list(range(1, 9))
+    scan.attributes.write_text('{"instances": [{"id": 1}]}')
+    with pytest.raises(InputError, match="entry 0"):
+        run(scan, RoutesSettings(), Silent())
