@@ -1,0 +1,155 @@
+"""A mesh prepared for many views: triangles grouped into small cubes that are culled together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+
+from walltopo.core import Mesh
+
+__all__ = ["Blocks", "blocks_of"]
+
+Floats = NDArray[np.float64]
+
+FACES_PER_BLOCK = 128
+MOST_CELLS = 1 << 22
+
+
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """Triangles of a mesh in the order of the cubes of a grid.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float64, world frame, as in the mesh.
+    faces : (F, 3) int32, vertex indices in block order.
+    original : (F,) int32, the mesh's face index of each.
+    centroids : (F, 3) float64; areas, longest (edge) : (F,) float64; all in block order.
+    starts : (B + 1,) int64, where each block begins.
+    spheres : (B, 4) float64, centre and radius of a ball around each block.
+    """
+
+    vertices: Floats
+    faces: NDArray[np.int32]
+    original: NDArray[np.int32]
+    centroids: Floats
+    areas: Floats
+    longest: Floats
+    starts: NDArray[np.int64]
+    spheres: Floats
+
+
+def blocks_of(mesh: Mesh) -> Blocks:
+    """Group the triangles of a mesh; triangles without area are left out (nothing sees them)."""
+    centroids, areas, longest = _measure(mesh.vertices, mesh.faces)
+    low, high = centroids.min(axis=0), centroids.max(axis=0)
+    # Surfaces fill few cells of a grid: its cell is sized by area, not by volume.
+    side = np.sqrt(areas.sum() * FACES_PER_BLOCK / len(areas))
+    extent = np.maximum(high - low, 1e-300)
+    side = max(side, float(np.cbrt(np.prod(np.maximum(extent, side)) / MOST_CELLS)), 1e-300)
+    shape = np.floor(extent / side).astype(np.int64) + 1
+    if np.prod(shape.astype(np.float64)) > 2 * MOST_CELLS:  # a few far outliers
+        side = float(extent.max()) / np.cbrt(MOST_CELLS)
+        shape = np.floor(extent / side).astype(np.int64) + 1
+    cells = _cells(centroids, areas, low, side, shape)
+    order, starts = _counting_sort(cells, int(np.prod(shape)))
+    faces, centroids, areas, longest = _permute(order, mesh.faces, centroids, areas, longest)
+    spheres = _spheres(mesh.vertices, faces, starts)
+    return Blocks(mesh.vertices, faces, order, centroids, areas, longest, starts, spheres)
+
+
+@njit(parallel=True, cache=True)
+def _measure(vertices: Any, faces: Any) -> Any:
+    n = len(faces)
+    centroids, areas, longest = np.zeros((n, 3)), np.zeros(n), np.zeros(n)
+    for f in prange(n):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        ax, ay, az = vertices[a, 0], vertices[a, 1], vertices[a, 2]
+        bx, by, bz = vertices[b, 0], vertices[b, 1], vertices[b, 2]
+        cx, cy, cz = vertices[c, 0], vertices[c, 1], vertices[c, 2]
+        centroids[f, 0] = (ax + bx + cx) / 3.0
+        centroids[f, 1] = (ay + by + cy) / 3.0
+        centroids[f, 2] = (az + bz + cz) / 3.0
+        ux, uy, uz = bx - ax, by - ay, bz - az
+        vx, vy, vz = cx - ax, cy - ay, cz - az
+        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        areas[f] = 0.5 * np.sqrt(nx * nx + ny * ny + nz * nz)
+        wx, wy, wz = cx - bx, cy - by, cz - bz
+        square = max(ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz)
+        longest[f] = np.sqrt(max(square, wx * wx + wy * wy + wz * wz))
+    return centroids, areas, longest
+
+
+@njit(parallel=True, cache=True)
+def _cells(centroids: Any, areas: Any, low: Any, side: Any, shape: Any) -> Any:
+    cells = np.full(len(centroids), -1, dtype=np.int32)
+    for f in prange(len(centroids)):
+        if areas[f] > 0:
+            cell = 0
+            for axis in range(3):
+                k = int((centroids[f, axis] - low[axis]) / side)
+                cell = cell * shape[axis] + min(max(k, 0), shape[axis] - 1)
+            cells[f] = cell
+    return cells
+
+
+@njit(cache=True)
+def _counting_sort(cells: Any, count: Any) -> Any:
+    """Indices grouped by cell (cell -1 left out), and the starts of the non-empty cells."""
+    places = np.zeros(count + 1, dtype=np.int64)
+    for f in range(len(cells)):
+        if cells[f] >= 0:
+            places[cells[f] + 1] += 1
+    filled = 0
+    for cell in range(count):
+        filled += places[cell + 1] > 0
+    starts = np.zeros(filled + 1, dtype=np.int64)
+    filled = 0
+    for cell in range(count):
+        if places[cell + 1] > 0:
+            filled += 1
+            starts[filled] = starts[filled - 1] + places[cell + 1]
+        places[cell + 1] += places[cell]
+    order = np.zeros(places[count], dtype=np.int32)
+    for f in range(len(cells)):
+        if cells[f] >= 0:
+            order[places[cells[f]]] = f
+            places[cells[f]] += 1
+    return order, starts
+
+
+@njit(parallel=True, cache=True)
+def _permute(order: Any, faces: Any, centroids: Any, areas: Any, longest: Any) -> Any:
+    n = len(order)
+    faces_out, centroids_out = np.zeros((n, 3), dtype=np.int32), np.zeros((n, 3))
+    areas_out, longest_out = np.zeros(n), np.zeros(n)
+    for k in prange(n):
+        f = order[k]
+        for axis in range(3):
+            faces_out[k, axis] = faces[f, axis]
+            centroids_out[k, axis] = centroids[f, axis]
+        areas_out[k], longest_out[k] = areas[f], longest[f]
+    return faces_out, centroids_out, areas_out, longest_out
+
+
+@njit(parallel=True, cache=True)
+def _spheres(vertices: Any, faces: Any, starts: Any) -> Any:
+    spheres = np.zeros((len(starts) - 1, 4))
+    for b in prange(len(starts) - 1):
+        low, high = np.full(3, np.inf), np.full(3, -np.inf)
+        for f in range(starts[b], starts[b + 1]):
+            for corner in range(3):
+                for axis in range(3):
+                    value = vertices[faces[f, corner], axis]
+                    low[axis] = min(low[axis], value)
+                    high[axis] = max(high[axis], value)
+        square = 0.0
+        for axis in range(3):
+            spheres[b, axis] = (low[axis] + high[axis]) / 2
+            square += (high[axis] - low[axis]) ** 2
+        spheres[b, 3] = np.sqrt(square) / 2
+    return spheres

@@ -1,0 +1,305 @@
+"""What all views say about the triangles: one sparse table, gathered view by view."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from itertools import pairwise
+from threading import local
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from walltopo.core import Camera, Progress, View
+from walltopo.lift.blocks import Blocks
+from walltopo.lift.easing import ease
+from walltopo.lift.labels import draw_labels
+from walltopo.lift.visibility import (
+    cull_blocks,
+    mark_candidates,
+    place_samples,
+    strike_hidden,
+    tell_evidence,
+)
+from walltopo.raycast.lens import lens_of
+from walltopo.raycast.screen import valid_slope
+
+__all__ = ["Evidence", "Sampling", "gather_evidence"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """How triangles are sampled: what is far, and what is large.
+
+    Parameters
+    ----------
+    visibility_distance : metres.
+    easing_power : see `ease`.
+    mask_resolution : see `label_size`.
+    sample_px : a triangle whose longest edge measures more pixels gets several samples.
+    most_splits : at most this number squared; 1 = the centroid alone, as published.
+    """
+
+    visibility_distance: float
+    easing_power: float = 0.0
+    mask_resolution: int = 0
+    sample_px: float = 8.0
+    most_splits: int = 1
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """Every time a view saw a triangle, grouped by triangle, in the order of views.
+
+    Parameters
+    ----------
+    faces : (C,) int32, indices into the mesh's faces: all that some mask lies on.
+    areas : (C,) float64, their areas.
+    starts : (C + 1,) int64, where each face's entries begin.
+    projection : (N,) int32, number of the mask that was on it, -1 = on no mask.
+    view : (N,) int32.
+    share : (N,) float32, the share of the face's seen samples that this entry stands for.
+    ease : (N,) float32, weight by distance.
+    first_mask : (views + 1,) int64; mask m of view v is projection `first_mask[v] + m`.
+    label : (P,) int32 class, score : (P,) float64 of each mask.
+    """
+
+    faces: Ints
+    areas: Floats
+    starts: NDArray[np.int64]
+    projection: Ints
+    view: Ints
+    share: NDArray[np.float32]
+    ease: NDArray[np.float32]
+    first_mask: NDArray[np.int64]
+    label: Ints
+    score: Floats
+
+    @property
+    def view_of(self) -> Ints:
+        """(P,) int32, the view of each projection."""
+        counts = np.diff(self.first_mask)
+        return np.repeat(np.arange(len(counts), dtype=np.int32), counts)
+
+
+def gather_evidence(
+    blocks: Blocks,
+    views: Sequence[View],
+    drawing: Callable[[View], list[int]],
+    sampling: Sampling,
+    progress: Progress,
+) -> Evidence:
+    """Ask every view what it sees of the triangles that lie under some mask.
+
+    Parameters
+    ----------
+    drawing : the order in which a view's masks are drawn, later ones on top.
+
+    Notes
+    -----
+    Two rounds over the views. The first finds the candidates: triangles under a mask, hidden or
+    not (all others can never get a label). The second asks for the visibility of candidates
+    alone. Views are spread over threads; each gives its own table, put together in their order.
+    """
+    workers = max(1, len(os.sched_getaffinity(0)))
+    lookers = [_Looker(blocks, view, drawing(view), sampling) for view in views]
+    mark = np.zeros(len(blocks.faces), dtype=np.bool_)
+    with ThreadPoolExecutor(workers) as pool:
+        progress.step("find triangles under masks", len(views))
+        for _ in pool.map(lambda looker: looker.mark(mark), lookers):
+            progress.advance()
+        candidates = np.flatnonzero(mark).astype(np.int32)
+        targets = _Targets(blocks, candidates)
+        progress.step("see them from every view", len(views))
+        tables = []
+        for table in pool.map(lambda looker: looker.see(targets), lookers):
+            tables.append(table)
+            progress.advance()
+    first_mask = np.cumsum([0, *(len(view.masks) for view in views)]).astype(np.int64)
+    kept, starts, columns = _by_face(tables, first_mask, len(candidates))
+    projection, view, share, eased = columns
+    masks = [mask for item in views for mask in item.masks]
+    return Evidence(
+        faces=blocks.original[candidates[kept]],
+        areas=blocks.areas[candidates[kept]],
+        starts=starts,
+        projection=projection,
+        view=view,
+        share=share,
+        ease=eased,
+        first_mask=first_mask,
+        label=np.array([mask.label for mask in masks], dtype=np.int32),
+        score=np.array([mask.score for mask in masks], dtype=np.float64),
+    )
+
+
+class _Targets:
+    """The candidates, and where those of each block begin."""
+
+    def __init__(self, blocks: Blocks, candidates: Ints) -> None:
+        self.candidates = candidates
+        self.starts = np.searchsorted(candidates, blocks.starts).astype(np.int64)
+        self.number = np.full(len(blocks.faces), -1, dtype=np.int32)
+        self.number[candidates] = np.arange(len(candidates), dtype=np.int32)
+        self.buffers = local()
+
+    def worker_buffers(self, vertices: int) -> Any:
+        """Buffers of the calling thread: kept from view to view, never shared."""
+        own = self.buffers
+        if not hasattr(own, "turn"):
+            own.turn = 0
+            own.screen = np.zeros((vertices, 3))
+            own.stamp = np.zeros(vertices, dtype=np.int32)
+            own.where = np.zeros((len(self.candidates) + 1024, 3))
+            own.owner = np.zeros(len(own.where), dtype=np.int32)
+            own.label = np.zeros(len(own.where), dtype=np.int32)
+        own.turn += 1
+        return own
+
+
+class _Looker:
+    """One view at work."""
+
+    def __init__(self, blocks: Blocks, view: View, order: list[int], sampling: Sampling) -> None:
+        self.blocks, self.view, self.order, self.sampling = blocks, view, order, sampling
+        camera = view.camera
+        self.lens = lens_of(camera)
+        self.reach = min(valid_slope(camera), 1e9) if not camera.is_pinhole else 1e9
+        self.size = (float(camera.width), float(camera.height))
+
+    def _labels(self) -> Ints:
+        return draw_labels(self.view, self.order, self.sampling.mask_resolution)
+
+    def _in_photo(self) -> Ints:
+        bounds = slope_bounds(self.view.camera)
+        limit = self.sampling.visibility_distance
+        return cull_blocks(self.blocks.spheres, self.view.cam_from_world, bounds, limit)
+
+    def mark(self, mark: NDArray[np.bool_]) -> None:
+        """Mark the faces under this view's masks (threads only ever set, never clear)."""
+        if not self.order:
+            return
+        blocks, sampling = self.blocks, self.sampling
+        mark_candidates(
+            self._in_photo(), blocks.starts, blocks.vertices, blocks.faces, blocks.centroids,
+            blocks.longest, self.view.cam_from_world, self.lens, self.reach, self.size,
+            self._labels(), sampling.visibility_distance, sampling.sample_px,
+            sampling.most_splits, mark,
+        )  # fmt: skip
+
+    def see(self, targets: _Targets) -> tuple[Ints, Ints, NDArray[np.float32], NDArray[np.float32]]:
+        """Seen candidates: their numbers, mask (-1 = none), share and weight by distance."""
+        blocks, sampling, pose = self.blocks, self.sampling, self.view.cam_from_world
+        in_photo, labels = self._in_photo(), self._labels()
+        own = targets.worker_buffers(len(blocks.vertices))
+        while True:
+            count = place_samples(
+                in_photo, targets.starts, targets.candidates, blocks.vertices, blocks.faces,
+                blocks.centroids, blocks.longest, pose, self.lens, self.reach, self.size, labels,
+                sampling.visibility_distance, sampling.sample_px, sampling.most_splits,
+                own.where, own.owner, own.label,
+            )  # fmt: skip
+            if count <= len(own.owner):
+                break
+            own.where = np.zeros((count * 5 // 4, 3))
+            own.owner = np.zeros(len(own.where), dtype=np.int32)
+            own.label = np.zeros(len(own.where), dtype=np.int32)
+        where, owner = own.where[:count], own.owner[:count]
+        hidden = np.zeros(0, dtype=np.bool_)
+        if count:
+            hidden = strike_hidden(
+                in_photo, blocks.starts, blocks.spheres, blocks.vertices, blocks.faces,
+                targets.number, pose, self.view.camera.fx, where, owner, own.screen, own.stamp,
+                own.turn,
+            )  # fmt: skip
+        face, label, share = tell_evidence(owner, own.label[:count], hidden)
+        away = blocks.centroids[targets.candidates[face]] - self.view.centre
+        distance = np.sqrt(np.einsum("ij,ij->i", away, away))
+        eased = ease(distance, sampling.visibility_distance, sampling.easing_power)
+        return face, label, share, eased.astype(np.float32)
+
+
+def slope_bounds(camera: Camera) -> Floats:
+    """(4,) least and greatest x/z, then y/z, of what the photo shows; infinite if unknown."""
+    if camera.is_pinhole:
+        x = (np.array([0.0, camera.width]) - camera.cx) / camera.fx
+        y = (np.array([0.0, camera.height]) - camera.cy) / camera.fy
+        return np.array([*x, *y])
+    import pycolmap
+
+    lens = pycolmap.Camera(
+        model=camera.model, width=camera.width, height=camera.height, params=camera.params
+    )
+    along = np.linspace(0.0, 1.0, 65)[:, None]
+    corners = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0, 0.0]]) * [camera.width, camera.height]
+    border = np.concatenate([a + along * (b - a) for a, b in pairwise(corners)])
+    slopes = np.asarray(lens.cam_from_img(border), dtype=np.float64)
+    if not np.isfinite(slopes).all():
+        return np.array([-np.inf, np.inf, -np.inf, np.inf])
+    # The border is sampled, and barrel distortion bows it between samples: a little more.
+    margin = 0.02 * np.ptp(slopes, axis=0)
+    low, high = slopes.min(axis=0) - margin, slopes.max(axis=0) + margin
+    return np.array([low[0], high[0], low[1], high[1]])
+
+
+def _by_face(
+    tables: list[tuple[Ints, Ints, NDArray[np.float32], NDArray[np.float32]]],
+    first_mask: NDArray[np.int64],
+    count: int,
+) -> tuple[Ints, NDArray[np.int64], tuple[Any, Any, Any, Any]]:
+    """Regroup the views' tables by face, keeping the order of views.
+
+    Faces that no mask was seen on (it lay on something before them) are dropped.
+
+    Returns
+    -------
+    kept : (C,) int32, candidate numbers; starts : (C + 1,) int64; columns : projection, view,
+    share and ease, each (N,).
+    """
+    entries = np.zeros(count, dtype=np.int32)
+    positive = np.zeros(count, dtype=np.bool_)
+    for face, label, _, _ in tables:
+        _count(face, label, entries, positive)
+    kept = np.flatnonzero(positive).astype(np.int32)
+    starts = np.zeros(len(kept) + 1, dtype=np.int64)
+    np.cumsum(entries[kept], out=starts[1:])
+    place = np.full(count, -1, dtype=np.int64)
+    place[kept] = starts[:-1]
+    size = int(starts[-1])
+    projection, view = np.zeros(size, dtype=np.int32), np.zeros(size, dtype=np.int32)
+    share, eased = np.zeros(size, dtype=np.float32), np.zeros(size, dtype=np.float32)
+    for number, (face, label, portion, weight) in enumerate(tables):
+        first = int(first_mask[number])
+        _fill(
+            face, label, portion, weight, number, first, place, projection, view, share, eased
+        )  # fmt: skip
+    return kept, starts, (projection, view, share, eased)
+
+
+@njit(nogil=True, cache=True)
+def _count(face: Any, label: Any, entries: Any, positive: Any) -> None:
+    for k in range(len(face)):
+        entries[face[k]] += 1
+        if label[k] >= 0:
+            positive[face[k]] = True
+
+
+@njit(nogil=True, cache=True)
+def _fill(
+    face: Any, label: Any, portion: Any, weight: Any, number: Any, first: Any, place: Any,
+    projection: Any, view: Any, share: Any, eased: Any,
+) -> None:  # fmt: skip
+    for k in range(len(face)):
+        at = place[face[k]]
+        if at < 0:
+            continue
+        place[face[k]] = at + 1
+        projection[at] = first + label[k] if label[k] >= 0 else -1
+        view[at], share[at], eased[at] = number, portion[k], weight[k]

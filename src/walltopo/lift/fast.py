@@ -1,0 +1,95 @@
+"""The lift's two methods over the same sparse evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import InputError, Instances, Mesh, Progress, Silent, View
+from walltopo.lift.blocks import blocks_of
+from walltopo.lift.cluster import Partition, louvain, renumber
+from walltopo.lift.evidence import Evidence, Sampling, gather_evidence
+from walltopo.lift.merge import literal_instances, literal_labels
+from walltopo.lift.overlap import overlaps_of
+from walltopo.lift.params import LiftParams
+
+__all__ = ["by_score", "lift_literal", "literal_clusters", "literal_graph", "nothing"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int32]
+
+
+def by_score(view: View) -> list[int]:
+    """Masks in the order of drawing as published: the most certain on top."""
+    order = [k for k, mask in enumerate(view.masks) if mask.area > 0]
+    return sorted(order, key=lambda k: view.masks[k].score)
+
+
+def nothing(faces: int) -> Instances:
+    """No instance at all: what a lift without views or masks gives."""
+    return Instances(np.zeros(faces, dtype=np.int32), np.zeros(faces, dtype=np.float32), ())
+
+
+def literal_graph(evidence: Evidence) -> tuple[Ints, Ints, Floats]:
+    """Edges between projections of one class, weight = IoU of areas times both mean scores."""
+    overlaps = overlaps_of(evidence)
+    positive = evidence.projection >= 0
+    owner = evidence.projection[positive]
+    scores = evidence.ease[positive].astype(np.float64) * evidence.score[owner]
+    count = len(evidence.label)
+    sizes = np.bincount(owner, minlength=count)
+    mean = np.bincount(owner, scores, minlength=count) / np.maximum(sizes, 1)
+    p, q = overlaps.first, overlaps.second
+    same = evidence.label[p] == evidence.label[q]
+    p, q, shared = p[same], q[same], overlaps.shared[same]
+    union = overlaps.area[p] + overlaps.area[q] - shared
+    return p, q, shared / union * mean[p] * mean[q]
+
+
+def literal_clusters(evidence: Evidence, params: LiftParams, partition: Partition) -> Ints:
+    """(P,) cluster of each projection, class by class, numbered by first member."""
+    first, second, weight = literal_graph(evidence)
+    clusters = np.zeros(len(evidence.label), dtype=np.int64)
+    used = 0
+    for label in np.unique(evidence.label):
+        members = np.flatnonzero(evidence.label == label)
+        number = np.full(len(evidence.label), -1, dtype=np.int32)
+        number[members] = np.arange(len(members), dtype=np.int32)
+        mine = evidence.label[first] == label
+        found = partition(
+            len(members), number[first[mine]], number[second[mine]], weight[mine],
+            params.resolution, params.seed,
+        )  # fmt: skip
+        clusters[members] = used + found
+        used += len(members)
+    return renumber(clusters)
+
+
+def lift_literal(
+    mesh: Mesh,
+    views: Sequence[View],
+    params: LiftParams,
+    progress: Progress | None = None,
+    partition: Partition = louvain,
+) -> Instances:
+    """The published algorithm, fast: equal to `reference.lift_reference`.
+
+    Parameters
+    ----------
+    params : lengths in the mesh's unit (`normalised` is resolved by the caller).
+    partition : how the graph is divided; for the comparison with the reference.
+    """
+    progress = progress or Silent()
+    if len(mesh.faces) == 0:
+        raise InputError("the mesh has no triangles", "Is it a point cloud?")
+    sampling = Sampling(params.visibility_distance, params.easing_power, params.mask_resolution)
+    if not any(by_score(view) for view in views):
+        return nothing(len(mesh.faces))
+    evidence = gather_evidence(blocks_of(mesh), views, by_score, sampling, progress)
+    progress.step("cluster projections")
+    cluster = literal_clusters(evidence, params, partition)
+    progress.step("merge")
+    kept, shares = literal_labels(evidence, cluster, params.threshold)
+    return literal_instances(evidence, cluster, kept, shares, len(mesh.faces))

@@ -1,0 +1,372 @@
+"""Which triangles does one view see, and what lies on them? Kernels for numba.
+
+Seen means: the ray from the camera to a sample of the triangle (its centroid; for triangles that
+are large in the photo the centroids of its regular subdivision) meets nothing before it. Rather
+than cast rays, samples are sorted into the cells of an image grid and every triangle strikes out
+the samples it covers (an irregular z-buffer: Johnson et al., TOG 2005). That is exact, in
+float64, for every camera model, because straight lines stay straight in undistorted coordinates.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from walltopo.raycast.lens import distort
+
+__all__ = ["cull_blocks", "mark_candidates", "place_samples", "strike_hidden", "tell_evidence"]
+
+# A surface hides a sample if it is nearer by this share of the distance: covers the rounding of
+# duplicate triangles and of the float32 rays of the reference.
+NEARER = 1e-5
+MOST_GRID = 512
+
+
+@njit(nogil=True, cache=True)
+def cull_blocks(spheres: Any, pose: Any, bounds: Any, limit: Any) -> Any:
+    """Indices of blocks that may be in the photo and within `limit` of the camera."""
+    kept = np.zeros(len(spheres), dtype=np.int32)
+    count = 0
+    planes = np.zeros((4, 3))  # normals pointing inwards, camera frame
+    for side in range(4):
+        slope = bounds[side]
+        length = np.sqrt(1.0 + slope * slope)
+        sign = 1.0 if side % 2 == 0 else -1.0
+        planes[side, side // 2] = sign / length
+        planes[side, 2] = -sign * slope / length
+    for b in range(len(spheres)):
+        x, y, z = _to_camera(spheres[b, 0], spheres[b, 1], spheres[b, 2], pose)
+        r = spheres[b, 3]
+        inside = z + r > 0 and np.sqrt(x * x + y * y + z * z) - r <= limit
+        for side in range(4):
+            if inside and abs(bounds[side]) < 1e6:
+                inside = planes[side, 0] * x + planes[side, 1] * y + planes[side, 2] * z >= -r
+        if inside:
+            kept[count] = b
+            count += 1
+    return kept[:count]
+
+
+@njit(nogil=True, cache=True, inline="always")
+def _to_camera(px: Any, py: Any, pz: Any, pose: Any) -> Any:
+    x = pose[0, 0] * px + pose[0, 1] * py + pose[0, 2] * pz + pose[0, 3]
+    y = pose[1, 0] * px + pose[1, 1] * py + pose[1, 2] * pz + pose[1, 3]
+    z = pose[2, 0] * px + pose[2, 1] * py + pose[2, 2] * pz + pose[2, 3]
+    return x, y, z
+
+
+@njit(nogil=True, cache=True, inline="always")
+def _look_up(u: Any, v: Any, lens: Any, reach: Any, size: Any, labels: Any) -> Any:
+    """Label on the direction (u, v, 1): mask index, -1 = no mask, -2 = outside the photo."""
+    if u * u + v * v >= reach * reach:
+        return -2
+    x, y = distort(u, v, lens)
+    if not (x >= 0 and y >= 0 and x < size[0] and y < size[1]):
+        return -2
+    col = min(int(x * labels.shape[1] / size[0]), labels.shape[1] - 1)
+    row = min(int(y * labels.shape[0] / size[1]), labels.shape[0] - 1)
+    return labels[row, col]
+
+
+@njit(nogil=True, cache=True, inline="always")
+def _splits(longest: Any, z: Any, lens: Any, sample_px: Any, most_splits: Any) -> Any:
+    """Into how many parts each edge is divided for sampling: 1 = the centroid alone."""
+    if most_splits <= 1:
+        return 1
+    return min(most_splits, max(1, int(np.ceil(longest * lens[1] / z / sample_px))))
+
+
+@njit(nogil=True, cache=True, inline="always")
+def _sample(k: Any, s: Any) -> Any:
+    """Weights of the second and third corner at the k-th of s*s sub-triangles' centroids."""
+    # Row i of the subdivision holds 2 (s - i) - 1 sub-triangles, upright and inverted in turn.
+    i = 0
+    while k >= 2 * (s - i) - 1:
+        k -= 2 * (s - i) - 1
+        i += 1
+    j = k // 2
+    shift = 1.0 / 3.0 if k % 2 == 0 else 2.0 / 3.0
+    return (i + shift) / s, (j + shift) / s
+
+
+@njit(nogil=True, cache=True)
+def mark_candidates(
+    blocks: Any, starts: Any, vertices: Any, faces: Any, centroids: Any, longest: Any,
+    pose: Any, lens: Any, reach: Any, size: Any, labels: Any, limit: Any,
+    sample_px: Any, most_splits: Any, mark: Any,
+) -> None:  # fmt: skip
+    """Set `mark` for faces with a sample on some mask, hidden or not."""
+    for b in blocks:
+        for f in range(starts[b], starts[b + 1]):
+            if mark[f]:
+                continue
+            x, y, z = _to_camera(centroids[f, 0], centroids[f, 1], centroids[f, 2], pose)
+            if not (z > 0 and x * x + y * y + z * z <= limit * limit):
+                continue
+            s = _splits(longest[f], z, lens, sample_px, most_splits)
+            if s == 1:
+                # Never write False: another thread may have set it in the meantime.
+                if _look_up(x / z, y / z, lens, reach, size, labels) >= 0:
+                    mark[f] = True
+                continue
+            ax, ay, az, bx, by, bz, cx, cy, cz = _corners(vertices, faces, f, pose)
+            for k in range(s * s):
+                wb, wc = _sample(k, s)
+                wa = 1.0 - wb - wc
+                z = wa * az + wb * bz + wc * cz
+                if z > 0:
+                    u = (wa * ax + wb * bx + wc * cx) / z
+                    v = (wa * ay + wb * by + wc * cy) / z
+                    if _look_up(u, v, lens, reach, size, labels) >= 0:
+                        mark[f] = True
+                        break
+
+
+@njit(nogil=True, cache=True, inline="always")
+def _corners(vertices: Any, faces: Any, f: Any, pose: Any) -> Any:
+    a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+    ax, ay, az = _to_camera(vertices[a, 0], vertices[a, 1], vertices[a, 2], pose)
+    bx, by, bz = _to_camera(vertices[b, 0], vertices[b, 1], vertices[b, 2], pose)
+    cx, cy, cz = _to_camera(vertices[c, 0], vertices[c, 1], vertices[c, 2], pose)
+    return ax, ay, az, bx, by, bz, cx, cy, cz
+
+
+@njit(nogil=True, cache=True)
+def place_samples(
+    blocks: Any, block_starts: Any, candidates: Any, vertices: Any, faces: Any, centroids: Any,
+    longest: Any, pose: Any, lens: Any, reach: Any, size: Any, labels: Any, limit: Any,
+    sample_px: Any, most_splits: Any, where: Any, owner: Any, label: Any,
+) -> Any:  # fmt: skip
+    """Put the samples of candidate faces that lie in the photo into the buffers.
+
+    Parameters
+    ----------
+    block_starts : (B + 1,) where each block's candidates begin in `candidates`.
+    where : (n, 3) float64 buffer for u, v and 1/z; owner : the candidate's number; label : the
+        mask on it, -1 = none.
+
+    Returns
+    -------
+    How many samples there are; more than the buffers hold means: call again with larger ones.
+    """
+    count = 0
+    for b in blocks:
+        for c in range(block_starts[b], block_starts[b + 1]):
+            f = candidates[c]
+            x, y, z = _to_camera(centroids[f, 0], centroids[f, 1], centroids[f, 2], pose)
+            if not (z > 0 and x * x + y * y + z * z <= limit * limit):
+                continue
+            s = _splits(longest[f], z, lens, sample_px, most_splits)
+            if s == 1:
+                found = _look_up(x / z, y / z, lens, reach, size, labels)
+                if found > -2:
+                    if count < len(owner):
+                        where[count, 0], where[count, 1] = x / z, y / z
+                        where[count, 2] = 1.0 / z
+                        owner[count], label[count] = c, found
+                    count += 1
+                continue
+            ax, ay, az, bx, by, bz, cx, cy, cz = _corners(vertices, faces, f, pose)
+            for k in range(s * s):
+                wb, wc = _sample(k, s)
+                wa = 1.0 - wb - wc
+                z = wa * az + wb * bz + wc * cz
+                if z > 0:
+                    u = (wa * ax + wb * bx + wc * cx) / z
+                    v = (wa * ay + wb * by + wc * cy) / z
+                    found = _look_up(u, v, lens, reach, size, labels)
+                    if found > -2:
+                        if count < len(owner):
+                            where[count, 0], where[count, 1], where[count, 2] = u, v, 1.0 / z
+                            owner[count], label[count] = c, found
+                        count += 1
+    return count
+
+
+@njit(nogil=True, cache=True)
+def _grid(where: Any, focal: Any) -> Any:
+    """Sort samples into square cells of about 4 px: u0, v0, 1/cell, shape, starts, order."""
+    u0, v0, u1, v1 = np.inf, np.inf, -np.inf, -np.inf
+    for k in range(len(where)):
+        u0, u1 = min(u0, where[k, 0]), max(u1, where[k, 0])
+        v0, v1 = min(v0, where[k, 1]), max(v1, where[k, 1])
+    cell = max(4.0 / focal, max(u1 - u0, v1 - v0) / MOST_GRID)
+    cols, rows = int((u1 - u0) / cell) + 1, int((v1 - v0) / cell) + 1
+    starts = np.zeros(cols * rows + 1, dtype=np.int32)
+    home = np.zeros(len(where), dtype=np.int32)
+    for k in range(len(where)):
+        col = min(int((where[k, 0] - u0) / cell), cols - 1)
+        row = min(int((where[k, 1] - v0) / cell), rows - 1)
+        home[k] = row * cols + col
+        starts[home[k] + 1] += 1
+    for k in range(cols * rows):
+        starts[k + 1] += starts[k]
+    order = np.zeros(len(where), dtype=np.int32)
+    place = starts[:-1].copy()
+    for k in range(len(where)):
+        order[place[home[k]]] = k
+        place[home[k]] += 1
+    return u0, v0, 1.0 / cell, cols, rows, starts, order
+
+
+@njit(nogil=True, cache=True)
+def _filled(starts: Any, cols: Any, rows: Any) -> Any:
+    """Summed-area table of the number of samples: (rows + 1, cols + 1) int32."""
+    table = np.zeros((rows + 1, cols + 1), dtype=np.int32)
+    for row in range(rows):
+        along = 0
+        for col in range(cols):
+            along += starts[row * cols + col + 1] - starts[row * cols + col]
+            table[row + 1, col + 1] = table[row, col + 1] + along
+    return table
+
+
+@njit(nogil=True, cache=True, inline="always")
+def _cell_range(low: Any, high: Any, origin: Any, per_cell: Any, count: Any) -> Any:
+    """First and last cell that an interval touches; last < first if none."""
+    first, last = (low - origin) * per_cell, (high - origin) * per_cell
+    if not (last >= 0 and first < count):
+        return 1, 0
+    return int(max(first, 0.0)), int(min(last, count - 1.0))
+
+
+@njit(nogil=True, cache=True)
+def strike_hidden(
+    blocks: Any, starts: Any, spheres: Any, vertices: Any, faces: Any, candidate_of: Any,
+    pose: Any, focal: Any, where: Any, owner: Any, screen: Any, stamp: Any, turn: Any,
+) -> Any:  # fmt: skip
+    """Find the samples that another triangle hides.
+
+    Parameters
+    ----------
+    candidate_of : (F,) int32, number of the candidate each face is, -1 = none.
+    screen, stamp : (V, 3) float64 and (V,) int32 buffers of the worker, and `turn`, a number
+        that this worker has not used before: vertices are projected once, when first needed.
+
+    Returns
+    -------
+    (n,) bool, the hidden samples.
+    """
+    hidden = np.zeros(len(where), dtype=np.bool_)
+    u0, v0, per_cell, cols, rows, cell_starts, order = _grid(where, focal)
+    table = _filled(cell_starts, cols, rows)
+    sorted_where, sorted_owner = where[order], owner[order]
+    sorted_hidden = np.zeros(len(where), dtype=np.bool_)
+    for b in blocks:
+        x, y, z = _to_camera(spheres[b, 0], spheres[b, 1], spheres[b, 2], pose)
+        r = spheres[b, 3]
+        if z > 1.01 * r:
+            near, far = z - r, z + r
+            left, right = x - r, x + r
+            top, bottom = y - r, y + r
+            c0, c1 = _cell_range(
+                left / (near if left < 0 else far), right / (far if right < 0 else near),
+                u0, per_cell, cols,
+            )  # fmt: skip
+            r0, r1 = _cell_range(
+                top / (near if top < 0 else far), bottom / (far if bottom < 0 else near),
+                v0, per_cell, rows,
+            )  # fmt: skip
+            if c1 < c0 or r1 < r0:
+                continue
+            inside = table[r1 + 1, c1 + 1] - table[r0, c1 + 1] - table[r1 + 1, c0] + table[r0, c0]
+            if inside == 0:
+                continue
+        for f in range(starts[b], starts[b + 1]):
+            for corner in range(3):
+                vertex = faces[f, corner]
+                if stamp[vertex] != turn:
+                    stamp[vertex] = turn
+                    x, y, z = _to_camera(
+                        vertices[vertex, 0], vertices[vertex, 1], vertices[vertex, 2], pose
+                    )
+                    screen[vertex, 2] = 1.0 / z if z > 0 else 0.0
+                    screen[vertex, 0] = x / z if z > 0 else 0.0
+                    screen[vertex, 1] = y / z if z > 0 else 0.0
+            va, vb, vc = faces[f, 0], faces[f, 1], faces[f, 2]
+            az, bz, cz = screen[va, 2], screen[vb, 2], screen[vc, 2]
+            if az > 0 and bz > 0 and cz > 0:
+                ax, ay, bx, by = screen[va, 0], screen[va, 1], screen[vb, 0], screen[vb, 1]
+                cx, cy = screen[vc, 0], screen[vc, 1]
+                c0, c1 = _cell_range(min(ax, bx, cx), max(ax, bx, cx), u0, per_cell, cols)
+                r0, r1 = _cell_range(min(ay, by, cy), max(ay, by, cy), v0, per_cell, rows)
+                twice = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+                if c1 < c0 or r1 < r0 or twice == 0.0:
+                    continue
+                mine = candidate_of[f]
+                nearest = max(az, bz, cz)
+                for row in range(r0, r1 + 1):
+                    for k in range(cell_starts[row * cols + c0], cell_starts[row * cols + c1 + 1]):
+                        w = sorted_where[k, 2] * (1.0 + NEARER)
+                        if sorted_hidden[k] or w >= nearest or sorted_owner[k] == mine:
+                            continue
+                        dx, dy = sorted_where[k, 0] - ax, sorted_where[k, 1] - ay
+                        wb = ((cy - ay) * dx + (ax - cx) * dy) / twice
+                        wc = ((ay - by) * dx + (bx - ax) * dy) / twice
+                        if wb >= 0 and wc >= 0 and wb + wc <= 1:
+                            sorted_hidden[k] = az + wb * (bz - az) + wc * (cz - az) > w
+            elif az > 0 or bz > 0 or cz > 0:
+                _strike_crossing(
+                    _corners(vertices, faces, f, pose), candidate_of[f],
+                    sorted_where, sorted_owner, sorted_hidden,
+                )  # fmt: skip
+    for k in range(len(order)):
+        hidden[order[k]] = sorted_hidden[k]
+    return hidden
+
+
+@njit(nogil=True, cache=True)
+def _strike_crossing(corners: Any, mine: Any, where: Any, owner: Any, hidden: Any) -> None:
+    """Strike out samples behind a triangle that reaches behind the camera (few do)."""
+    ax, ay, az, bx, by, bz, cx, cy, cz = corners
+    # d = (u, v, 1) meets the triangle where d·(B x C), d·(C x A), d·(A x B) have the sign of
+    # A·(B x C); their sum over it is 1/z.
+    px, py, pz = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
+    qx, qy, qz = cy * az - cz * ay, cz * ax - cx * az, cx * ay - cy * ax
+    rx, ry, rz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    volume = ax * px + ay * py + az * pz
+    if volume == 0.0:
+        return
+    for k in range(len(where)):
+        if hidden[k] or owner[k] == mine:
+            continue
+        u, v = where[k, 0], where[k, 1]
+        ea = (u * px + v * py + pz) / volume
+        eb = (u * qx + v * qy + qz) / volume
+        ec = (u * rx + v * ry + rz) / volume
+        if ea >= 0 and eb >= 0 and ec >= 0:
+            hidden[k] = ea + eb + ec > where[k, 2] * (1.0 + NEARER)
+
+
+@njit(nogil=True, cache=True)
+def tell_evidence(owner: Any, label: Any, hidden: Any) -> Any:
+    """Sum the samples up: per seen face and label its share of the face's seen samples.
+
+    Returns
+    -------
+    face (candidate number), label (-1 = no mask), share : (n,) int32, int32, float32.
+    """
+    n = len(owner)
+    face, kind = np.zeros(n, dtype=np.int32), np.zeros(n, dtype=np.int32)
+    share = np.zeros(n, dtype=np.float32)
+    count, start = 0, 0
+    while start < n:
+        end, seen = start, 0
+        while end < n and owner[end] == owner[start]:
+            seen += not hidden[end]
+            end += 1
+        first = count
+        for k in range(start, end):
+            if hidden[k]:
+                continue
+            slot = first
+            while slot < count and kind[slot] != label[k]:
+                slot += 1
+            if slot == count:
+                face[slot], kind[slot], share[slot] = owner[start], label[k], 0.0
+                count += 1
+            share[slot] += np.float32(1.0 / seen)
+        start = end
+    return face[:count].copy(), kind[:count].copy(), share[:count].copy()
