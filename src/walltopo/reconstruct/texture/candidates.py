@@ -1,0 +1,149 @@
+"""Which photos see each triangle, how well, and in which colour."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+
+from walltopo.core import Mesh, Progress, View
+from walltopo.raycast import render_ids
+
+__all__ = ["CANDIDATES", "Candidates", "find_candidates"]
+
+Floats = NDArray[np.float64]
+Image = NDArray[np.uint8]
+
+# Photos remembered per triangle: the best few bound the memory at any number of photos.
+CANDIDATES = 6
+# A triangle of which only the middle is seen counts this share of one wholly seen.
+_PARTLY_SEEN = 0.02
+# Colours of triangles are read from photos blurred by this many pixels.
+_BLUR = 1.5
+
+
+@dataclass(frozen=True, eq=False)
+class Candidates:
+    """The best photos of each triangle, in no order.
+
+    Parameters
+    ----------
+    view : (F, K) int16 index of the view, -1 = none.
+    score : (F, K) float32, projected area in pixels times the cosine of the viewing angle.
+    colour : (F, K, 3) uint8 RGB at the triangle's middle.
+    """
+
+    view: NDArray[np.int16]
+    score: NDArray[np.float32]
+    colour: NDArray[np.uint8]
+
+
+@njit(cache=True, parallel=True)
+def _keep_best(
+    index: int,
+    pixels: NDArray[np.float32],
+    z: NDArray[np.float32],
+    faces: NDArray[np.int32],
+    cosines: NDArray[np.float32],
+    nearest: NDArray[np.float32],
+    depth: NDArray[np.float32],
+    blurred: Image,
+    tolerance: float,
+    view: NDArray[np.int16],
+    score: NDArray[np.float32],
+    colour: NDArray[np.uint8],
+) -> None:
+    """Offer one view to every triangle (in place)."""
+    height, width = depth.shape
+    slots = view.shape[1]
+    for f in prange(len(faces)):
+        cosine = cosines[f]
+        if cosine <= 0.05:
+            continue
+        inside = True
+        whole = True
+        mx = my = mz = 0.0
+        slack = tolerance / cosine
+        for corner in range(3):
+            v = faces[f, corner]
+            x, y = pixels[v, 0], pixels[v, 1]
+            if not (x >= 2.0 and y >= 2.0 and x < width - 2.0 and y < height - 2.0):
+                inside = False
+                break
+            if z[v] > nearest[int(y), int(x)] + slack:
+                whole = False
+            mx += x / 3.0
+            my += y / 3.0
+            mz += z[v] / 3.0
+        if not inside or mz > depth[int(my), int(mx)] + slack:
+            continue
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        area = 0.5 * abs(
+            (pixels[b, 0] - pixels[a, 0]) * (pixels[c, 1] - pixels[a, 1])
+            - (pixels[b, 1] - pixels[a, 1]) * (pixels[c, 0] - pixels[a, 0])
+        )
+        value = area * cosine * (1.0 if whole else _PARTLY_SEEN)
+        worst = 0
+        for k in range(1, slots):
+            if score[f, k] < score[f, worst]:
+                worst = k
+        if value > score[f, worst]:
+            score[f, worst] = value
+            view[f, worst] = index
+            for channel in range(3):
+                colour[f, worst, channel] = blurred[int(my), int(mx), channel]
+
+
+def find_candidates(
+    mesh: Mesh, views: Sequence[View], load: Callable[[str], Image], progress: Progress
+) -> Candidates:
+    """The best photos of every triangle, occluded ones left out.
+
+    Parameters
+    ----------
+    mesh : the surface, outward normals.
+    views : cameras (with their distortion) and poses of the photos.
+    load : gives a photo by name as (H, W, 3) uint8 RGB, as taken.
+    progress : advanced once per view.
+    """
+    count = len(mesh.faces)
+    view = np.full((count, CANDIDATES), -1, dtype=np.int16)
+    score = np.zeros((count, CANDIDATES), dtype=np.float32)
+    colour = np.zeros((count, CANDIDATES, 3), dtype=np.uint8)
+    # Depth tests tolerate half an edge: more would let a hold's colour run onto the wall.
+    tolerance = 0.5 * float(np.sqrt(np.median(mesh.areas) * 4.0 / np.sqrt(3.0)))
+    for index, item in enumerate(views):
+        local = item.to_camera(mesh.vertices)
+        pixels = item.camera.project(local).astype(np.float32)
+        _, depth = render_ids(mesh.vertices, mesh.faces, item.camera, item.cam_from_world)
+        # The smallest depth around each pixel: a triangle beside something nearer is not wholly
+        # seen, so that the nearer thing's border does not bleed onto it.
+        nearest = np.asarray(cv2.erode(depth, np.ones((3, 3), np.uint8)))
+        blurred = np.asarray(cv2.GaussianBlur(load(item.name), (0, 0), _BLUR), dtype=np.uint8)
+        _keep_best(
+            index,
+            np.nan_to_num(pixels, nan=-1.0),
+            local[:, 2].astype(np.float32),
+            mesh.faces,
+            _cosines(mesh, item),
+            nearest,
+            depth,
+            blurred,
+            tolerance,
+            view,
+            score,
+            colour,
+        )
+        progress.advance()
+    return Candidates(view, score, colour)
+
+
+def _cosines(mesh: Mesh, view: View) -> NDArray[np.float32]:
+    """(F,) cosine of the angle between each triangle's normal and the ray to the camera."""
+    rays = view.centre - mesh.centroids
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    return (rays * mesh.normals).sum(axis=1).astype(np.float32)
