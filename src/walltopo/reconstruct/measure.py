@@ -15,6 +15,7 @@ from walltopo.reconstruct.plate_fit import (
     Sighting,
     fit_from_corners,
     fit_from_markers,
+    polish,
     shared_scale,
 )
 from walltopo.reconstruct.plates import Plate
@@ -164,13 +165,14 @@ def _fit_plate(
     ways = {"markers": (fit_from_markers,), "corners": (fit_from_corners,)}.get(
         way, (fit_from_corners, fit_from_markers)
     )
-    fits = [fit for attempt in ways if (fit := attempt(plate, used)) is not None]
+    fits = [polish(fit, used) for attempt in ways if (fit := attempt(plate, used)) is not None]
     if not fits:
         outcome.problems[label] = (
             f"seen in {len(photos)} photos, but from too nearly one place to measure it"
         )
         return
-    best = min(fits, key=lambda fit: fit.error_px)
+    # Polished, sound ways meet in one optimum; corners, whose residual tells more, go first.
+    best = min(fits, key=lambda fit: round(fit.error_px, 2))
     outcome.fits.append(best)
     if best.residual_mm > max_residual_mm:
         outcome.problems[label] = (

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from walltopo.formats.colmap import open_model
 
-__all__ = ["describe_model", "why_unregistered"]
+__all__ = ["describe_model", "other_models", "registered_names", "why_unregistered"]
 
 _FEW_FEATURES = 200
 
@@ -28,32 +29,50 @@ def describe_model(model: Any, photos: int) -> dict[str, Any]:
 
 
 def why_unregistered(
-    database: Path, photos: Sequence[dict[str, Any]], model_path: Path, models: Path
+    database: Path, missing: Mapping[str, str], elsewhere: Mapping[str, int]
 ) -> dict[str, str]:
-    """A reason for each photo that is not in the kept model, from what COLMAP found in it."""
+    """A reason for each photo that is not in the model, from what COLMAP found in it.
+
+    Parameters
+    ----------
+    database : the feature database.
+    missing : photo name to its name in the database.
+    elsewhere : photo name to the size of another model that it is in.
+
+    Returns
+    -------
+    Photo name to the reason.
+    """
     import pycolmap
 
-    kept = _registered(model_path)
-    missing = [photo["name"] for photo in photos if photo["name"] not in kept]
     if not missing:
         return {}
-    elsewhere: dict[str, int] = {}
-    for folder in sorted(models.iterdir()):
-        if folder != model_path and (folder / "images.bin").is_file():
-            names = _registered(folder)
-            elsewhere |= {name: len(names) for name in names}
     reasons: dict[str, str] = {}
     with pycolmap.Database.open(database) as db:
-        ids = {image.name: image.image_id for image in db.read_all_images()}
-        pair_ids, counts = db.read_two_view_geometry_num_inliers()
-        linked: dict[int, int] = {}
-        for pair, count in zip(pair_ids, counts, strict=True):
-            for number in pycolmap.pair_id_to_image_pair(pair) if count else ():
-                linked[number] = linked.get(number, 0) + 1
-        for name in missing:
+        ids = {str(image.name): image.image_id for image in db.read_all_images()}
+        linked: Counter[int] = Counter()
+        for pair, count in zip(*db.read_two_view_geometry_num_inliers(), strict=True):
+            if count:
+                linked.update(pycolmap.pair_id_to_image_pair(pair))
+        for photo, name in missing.items():
             features = db.num_keypoints_for_image(ids[name])
-            reasons[name] = _reason(features, linked.get(ids[name], 0), elsewhere.get(name, 0))
+            reasons[photo] = _reason(features, linked[ids[name]], elsewhere.get(photo, 0))
     return reasons
+
+
+def other_models(models: Path, kept: Path) -> dict[str, int]:
+    """Photo name to the size of its model, for the models beside the kept one."""
+    sizes: dict[str, int] = {}
+    for folder in sorted(models.iterdir()):
+        if folder != kept and (folder / "images.bin").is_file():
+            names = registered_names(folder)
+            sizes |= {name: len(names) for name in names}
+    return sizes
+
+
+def registered_names(path: Path) -> set[str]:
+    """Names of the registered photos of a model folder."""
+    return {str(image.name) for image in open_model(path).images.values() if image.has_pose}
 
 
 def _reason(features: int, linked: int, group: int) -> str:
@@ -67,7 +86,3 @@ def _reason(features: int, linked: int, group: int) -> str:
         f"it matches {linked} other photo(s), but too few of the points they share are in the "
         "model: take photos between it and its neighbours"
     )
-
-
-def _registered(path: Path) -> set[str]:
-    return {str(image.name) for image in open_model(path).images.values() if image.has_pose}

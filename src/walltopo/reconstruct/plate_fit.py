@@ -3,14 +3,15 @@
 (a) `fit_from_markers`: as published, the rigid transform of each marker in each photo by PnP,
 averaged over markers and photos. (b) `fit_from_corners`: each corner triangulated over all photos
 with their known poses, then one similarity to the plate's known shape. Both give the similarity
-from the model to the plate's frame, and are judged by the same yardstick: how far the plate, so
-placed, falls from its corners in the photos.
+from the model to the plate's frame; `polish` brings either to the least robust reprojection error
+of all corners, which weighs depth and direction as the photos really tell them. Ways are judged
+by one yardstick: how far the plate, so placed, falls from its corners in the photos.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,11 +27,12 @@ from walltopo.reconstruct.similarity import (
     mean_rotation,
 )
 
-__all__ = ["PlateFit", "Sighting", "fit_from_corners", "fit_from_markers", "shared_scale"]
+__all__ = ["PlateFit", "Sighting", "fit_from_corners", "fit_from_markers", "polish", "shared_scale"]
 
 Floats = NDArray[np.float64]
 
 _TOLERANCE = 0.03  # of the plate's width: a corner further off its place is an outlier
+_POLISH_PX = 0.5  # px; errors beyond it count linearly, not squared
 _MARKER_TOLERANCE = 3.0  # robust standard deviations
 
 
@@ -145,7 +147,40 @@ def fit_from_markers(plate: Plate, sightings: Sequence[Sighting]) -> PlateFit | 
         photos,
     )
     # The corners are the fit's own, so their residual is 0; the spread of the centres is not.
-    return PlateFit(**{**vars(fit), "residual_mm": residual})
+    return replace(fit, residual_mm=residual)
+
+
+def polish(fit: PlateFit, sightings: Sequence[Sighting]) -> PlateFit:
+    """The same plate at the least robust (soft L1) reprojection error of all its corners.
+
+    Seven numbers (turn, place, log of the scale) over every corner of every sighting; the
+    plate's flatness and shape hold exactly. `residual_mm` stays what the way itself found.
+    """
+    from scipy.optimize import least_squares
+    from scipy.spatial.transform import Rotation
+
+    start = fit.plate_from_model.inverse()
+    corners = [fit.plate.corners(s.detection.marker) for s in sightings]
+
+    def moved(x: Floats) -> Similarity:
+        turn = np.asarray(Rotation.from_rotvec(x[:3]).as_matrix(), dtype=np.float64)
+        units = start.scale * float(np.exp(x[6]))
+        return Similarity(units, turn @ start.rotation, start.translation + start.scale * x[3:6])
+
+    def errors(x: Floats) -> Floats:
+        back = moved(x)
+        seen = [s.view.project(back.apply(c)) for s, c in zip(sightings, corners, strict=True)]
+        apart = [xy - s.detection.corners for xy, s in zip(seen, sightings, strict=True)]
+        return np.nan_to_num(np.concatenate(apart).ravel(), nan=1e3)
+
+    best = least_squares(errors, np.zeros(7), loss="soft_l1", f_scale=_POLISH_PX, x_scale="jac")
+    back = moved(best.x)
+    places = np.concatenate([fit.plate.corners(marker) for marker in fit.plate.ids])
+    photos = set(fit.photos)
+    placed = _placed(
+        fit.plate, fit.way, back.inverse(), back.apply(places), places, sightings, photos
+    )
+    return replace(placed, residual_mm=fit.residual_mm)
 
 
 def _placed(

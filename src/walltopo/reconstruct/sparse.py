@@ -15,7 +15,12 @@ from typing import Any
 from walltopo.core import InputError, Progress, StageError
 from walltopo.formats.colmap import open_model
 from walltopo.reconstruct.engine import check_supported, run_worker
-from walltopo.reconstruct.outcome import describe_model, why_unregistered
+from walltopo.reconstruct.outcome import (
+    describe_model,
+    other_models,
+    registered_names,
+    why_unregistered,
+)
 from walltopo.reconstruct.params import SparseSettings
 from walltopo.workspace import ScanFolder, atomic_path, hash_path, read_json, write_json
 
@@ -45,7 +50,10 @@ def run(scan: ScanFolder, settings: SparseSettings, progress: Progress) -> dict[
 
         return run_update(scan, photos, settings, progress)
     model_path = reconstruct(scan, photos, settings, progress)
-    reasons = why_unregistered(_database(scan), photos, model_path, model_path.parent)
+    kept = registered_names(model_path)
+    missing = {photo["name"]: photo["name"] for photo in photos if photo["name"] not in kept}
+    elsewhere = other_models(model_path.parent, model_path)
+    reasons = why_unregistered(_database(scan), missing, elsewhere)
     with atomic_path(scan.sparse_raw) as folder:
         shutil.copytree(model_path, folder)
     # A model of an earlier aligned run must not be taken for this one's frame.
@@ -90,7 +98,8 @@ def reconstruct(
         "output": str(scan.work / "mapping"),
         "reference": "",
         "constant_cameras": [],
-        "known": 0,
+        "only": [],
+        "expected": len(photos),
     }
     keep_database(job, scan)
     models = run_worker(job, progress)["models"]

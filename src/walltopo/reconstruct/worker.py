@@ -54,8 +54,9 @@ def _run(job: dict[str, Any]) -> None:
     database.parent.mkdir(parents=True, exist_ok=True)
     pycolmap.set_random_seed(job["seed"])
     register_images(database, job["cameras"], job["images"])
-    _extract(database, job)
-    _match(database, job)
+    if job["pairing"]:
+        _extract(database, job)
+        _match(database, job)
     if job["map"]:
         _map(database, job)
 
@@ -164,11 +165,14 @@ def _map(database: Path, job: dict[str, Any]) -> None:
     options.mapper.random_seed = job["seed"]
     options.min_num_matches = job["min_matches"]
     options.min_model_size = 3
+    options.image_names = task["only"]
     if task["reference"]:
+        # Photos of the reference without a match must be known to the mapper all the same.
+        options.load_all_images = True
         options.fix_existing_frames = True
         options.constant_cameras = set(task["constant_cameras"])
         options.multiple_models = False
-    _event(step="register", total=len(job["images"]) - task["known"])
+    _event(step="register", total=task["expected"])
     output = Path(task["output"])
     shutil.rmtree(output, ignore_errors=True)
     output.mkdir(parents=True)
