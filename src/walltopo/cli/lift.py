@@ -1,0 +1,84 @@
+"""`walltopo lift`: masks of anything, on a mesh of anything."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+from pathlib import Path
+
+from walltopo.lift.params import LiftParams
+
+__all__ = ["register"]
+
+EXAMPLES = """\
+examples:
+  walltopo lift --mesh wall.ply --cameras sparse/ --masks detections.json -o out/
+  walltopo lift --mesh room.glb --cameras transforms.json --masks ids/ -o out/ --normalised
+"""
+
+
+def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the command."""
+    parser = commands.add_parser(
+        "lift",
+        help="lift 2D masks of posed photos onto a mesh",
+        description="Find the objects that masks in many photos show, and label the mesh's "
+        "triangles with them. Writes instances.npz, instances.json and, to look at, "
+        "instances.ply and instances.glb with a colour per instance.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--mesh", type=Path, required=True, help="triangle mesh (PLY, OBJ, GLB)")
+    parser.add_argument(
+        "--cameras", type=Path, required=True, help="COLMAP model folder, or transforms.json"
+    )
+    parser.add_argument(
+        "--masks", type=Path, required=True, help="COCO file, or folder of PNGs of object numbers"
+    )
+    parser.add_argument("-o", "--output", type=Path, required=True, help="folder for the results")
+    _add_settings(parser.add_argument_group("settings"))
+    parser.set_defaults(run=run)
+
+
+def _add_settings(group: argparse._ArgumentGroup) -> None:
+    """One option for each field of `LiftParams`."""
+    for field in dataclasses.fields(LiftParams):
+        name = "--" + field.name.replace("_", "-")
+        unit = f" [{field.metadata['unit']}]" if field.metadata["unit"] else ""
+        # argparse formats help with %: a percent sign would be a format.
+        text = f"{field.metadata['help']}{unit} (default: {field.default})".replace("%", "%%")
+        if isinstance(field.default, bool):
+            group.add_argument(
+                name, action=argparse.BooleanOptionalAction, default=field.default, help=text
+            )
+        else:
+            choices = field.metadata["choices"] or None
+            group.add_argument(
+                name, type=type(field.default), default=field.default, choices=choices, help=text
+            )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Read, lift, write; says what came out."""
+    params = LiftParams(**{f.name: getattr(args, f.name) for f in dataclasses.fields(LiftParams)})
+
+    from walltopo.cli.console import console
+    from walltopo.formats.ply import read_mesh
+    from walltopo.lift import lift
+    from walltopo.lift.inputs import attach_masks, read_cameras, read_masks
+    from walltopo.lift.outputs import write_coloured
+    from walltopo.lift.stage import write_instances
+
+    masks, classes = read_masks(args.masks)
+    views = attach_masks(read_cameras(args.cameras), masks)
+    mesh = read_mesh(args.mesh)
+    instances = lift(mesh, views, params)
+    out: Path = args.output
+    out.mkdir(parents=True, exist_ok=True)
+    write_instances(out / "instances.npz", out / "instances.json", instances, views, classes)
+    write_coloured(out, mesh, instances)
+    total = sum(len(view.masks) for view in views)
+    console.print(
+        f"{len(instances)} instances from {total} masks in {len(views)} photos, written to {out}"
+    )
+    return 0
