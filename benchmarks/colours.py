@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Camera, Mesh, Silent, View
 from walltopo.routes.classify import gather
-from walltopo.routes.colour import HoldPaint, assign_colours, paint_over_views
+from walltopo.routes.colour import HoldPaint, assign_colours, find_palette, paint_over_views
 from walltopo.routes.geometry import measure_shapes
 from walltopo.routes.palette import Entry
 from walltopo.routes.params import ClassifySettings
@@ -51,24 +51,29 @@ def true_scan(
     return views, mesh, source["face_instance"].astype(np.int32), colours, kinds
 
 
+def scale(settings: ClassifySettings) -> dict[str, float]:
+    """The settings that say which colours are the same."""
+    return {"spread": settings.colour_spread, "lightness_weight": settings.lightness_weight}
+
+
 def paints_of(
     folder: Path, lift: bool, settings: ClassifySettings
-) -> tuple[dict[int, HoldPaint], dict[int, str]]:
-    """Each seen hold's paint, and its true colour."""
-    views, mesh, labels, colours, _ = true_scan(folder, lift)
+) -> tuple[dict[int, HoldPaint], dict[int, str], set[int]]:
+    """Each seen hold's paint, its true colour, and which instances are volumes."""
+    views, mesh, labels, colours, kinds = true_scan(folder, lift)
     seen, light = gather(views, folder / "photos", mesh, labels, settings, Silent())
     shapes = measure_shapes(mesh, labels, sorted(colours))
     positions = {number: shape.position for number, shape in shapes.items()}
     seen = {number: rows for number, rows in sorted(seen.items()) if number in positions}
-    return paint_over_views(seen, light, positions, settings.max_views), colours
+    volumes = {number for number, kind in kinds.items() if kind == "volume"}
+    return paint_over_views(seen, light, positions, settings.max_views), colours, volumes
 
 
 def setters_palette(folder: Path, settings: ClassifySettings) -> list[Entry]:
     """The palette of another scan, its clusters named by a setter who knows the truth."""
-    paints, colours = paints_of(folder, False, settings)
-    found, entries = assign_colours(
-        paints, None, spread=settings.colour_spread, lightness_weight=settings.lightness_weight
-    )
+    paints, colours, volumes = paints_of(folder, False, settings)
+    entries = find_palette(paints, volumes, **scale(settings))
+    found = assign_colours(paints, entries, **scale(settings))
     named = []
     for entry in entries:
         truth = Counter(
@@ -83,17 +88,15 @@ def report(
     title: str,
     paints: dict[int, HoldPaint],
     truth: dict[int, str],
-    palette: list[Entry] | None,
+    palette: list[Entry],
     settings: ClassifySettings,
 ) -> None:
     """Print accuracy and the confusions."""
-    found, entries = assign_colours(
-        paints, palette, spread=settings.colour_spread, lightness_weight=settings.lightness_weight
-    )
+    found = assign_colours(paints, palette, **scale(settings))
     right = sum(found[hold].name == truth[hold] for hold in found)
     missed = len(truth) - len(found)
     print(f"{title}: {right}/{len(found)} = {right / len(found):.4f} ({missed} instances not seen)")
-    print("  palette:", ", ".join(f"{entry.name} {entry.rgb}" for entry in entries))
+    print("  palette:", ", ".join(f"{entry.name} {entry.rgb}" for entry in palette))
     wrong = Counter((truth[h], found[h].name) for h in found if found[h].name != truth[h])
     for (was, called), count in wrong.most_common():
         print(f"  {was} called {called}: {count}")
@@ -103,9 +106,10 @@ def main() -> None:
     data = Path(sys.argv[1] if len(sys.argv) > 1 else "../shared/data")
     settings = ClassifySettings()
     begun = time.process_time()
-    paints, truth = paints_of(data / "gym-a", True, settings)
+    paints, truth, volumes = paints_of(data / "gym-a", True, settings)
     print(f"{len(paints)} instances in 72 photos read in {time.process_time() - begun:.1f} CPU-s")
-    report("untrained default", paints, truth, None, settings)
+    found = find_palette(paints, volumes, **scale(settings))
+    report("untrained default", paints, truth, found, settings)
     palette = setters_palette(data / "gym-a-reset", settings)
     report("with a palette from the other scan", paints, truth, palette, settings)
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh, Progress, View
-from walltopo.routes.colour import Coloured, assign_colours, paint_over_views
+from walltopo.routes.colour import Coloured, assign_colours, find_palette, paint_over_views
 from walltopo.routes.cutouts import best_views, write_cutouts
 from walltopo.routes.geometry import Shape, measure_shapes
 from walltopo.routes.light import SceneLight, solve_light
@@ -161,9 +161,10 @@ def run(scan: ScanFolder, settings: ClassifySettings, progress: Progress) -> dic
     positions = {number: shape.position for number, shape in shapes.items()}
     seen = {number: rows for number, rows in sorted(seen.items()) if number in shapes}
     paints = paint_over_views(seen, light, positions, settings.max_views)
-    colours, entries = assign_colours(
-        paints, palette, spread=settings.colour_spread, lightness_weight=settings.lightness_weight
-    )
+    scale = {"spread": settings.colour_spread, "lightness_weight": settings.lightness_weight}
+    volumes = {number for number, kind in kinds.items() if kind == "volume"}
+    entries = palette or find_palette(paints, volumes, **scale)
+    colours = assign_colours(paints, entries, **scale)
     names = [view.name for view in views]
     holds = describe(kinds, shapes, colours, seen, names, entries, settings)
     kept = {number: best_views(rows, settings.cutouts) for number, rows in seen.items()}

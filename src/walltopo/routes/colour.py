@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,11 +13,12 @@ from walltopo.routes.oklab import features, linear_from_srgb8, srgb8_from_linear
 from walltopo.routes.palette import Entry, cluster_colours, name_of
 from walltopo.routes.samples import HoldView
 
-__all__ = ["Coloured", "HoldPaint", "assign_colours", "paint_over_views"]
+__all__ = ["Coloured", "HoldPaint", "assign_colours", "find_palette", "paint_over_views"]
 
 Floats = NDArray[np.float64]
 
 WHITE_LEVEL = 0.80  # luminance given to the brightest paint of a scan (white paint: 0.7 to 0.85)
+SAME = 0.6  # times `colour_spread`: nearer to a colour of the holds, a volume has that colour
 REACH = 2.0  # times `colour_spread`: farther from every palette entry a colour is unknown
 
 
@@ -104,14 +105,18 @@ def _rgb(linear: Floats) -> tuple[int, int, int]:
 
 
 def _found_palette(
-    points: Floats, paints: Sequence[HoldPaint], spread: float, lightness_weight: float
+    points: Floats,
+    paints: Sequence[HoldPaint],
+    spread: float,
+    lightness_weight: float,
+    taken: Sequence[str] = (),
 ) -> list[Entry]:
-    """Cluster the holds' colours and name each cluster; equal names get a number."""
+    """Cluster colours and name each cluster; a name that is taken gets a number."""
     weights = np.array([np.sqrt(paint.weights.sum()) for paint in paints])
     groups = cluster_colours(points, weights, spread)
     entries: list[Entry] = []
-    used: dict[str, int] = {}
-    for number in range(int(groups.max()) + 1):
+    used = dict.fromkeys(taken, 1)
+    for number in range(int(groups.max(initial=-1)) + 1):
         rows = np.flatnonzero(groups == number).tolist()
         rgb = _rgb(np.median([paints[row].linear for row in rows], axis=0))
         name = name_of(rgb, lightness_weight)
@@ -120,54 +125,79 @@ def _found_palette(
     return entries
 
 
-def assign_colours(
+def _anchors(entries: Sequence[Entry], lightness_weight: float) -> Floats:
+    rgb = np.array([entry.rgb for entry in entries], dtype=np.uint8).reshape(-1, 3)
+    return features(linear_from_srgb8(rgb), lightness_weight)
+
+
+def find_palette(
     paints: Mapping[int, HoldPaint],
-    palette: Sequence[Entry] | None,
+    volumes: Collection[int],
     *,
     spread: float,
     lightness_weight: float,
-) -> tuple[dict[int, Coloured], list[Entry]]:
-    """Name the colour of each hold.
+) -> list[Entry]:
+    """The colours of a scan, found by clustering its holds, heaviest colour first.
+
+    Volumes do not shape the palette of the holds (plywood lies between orange, grey and
+    white, and would glue them together). Those that match no colour of the holds are
+    clustered by themselves, and their colours come last.
+    """
+
+    def paint_points(ids: Sequence[int]) -> Floats:
+        return features(np.array([paints[k].linear for k in ids]).reshape(-1, 3), lightness_weight)
+
+    holds = [number for number in paints if number not in volumes] or list(paints)
+    entries = _found_palette(
+        paint_points(holds), [paints[k] for k in holds], spread, lightness_weight
+    )
+    others = [number for number in paints if number not in set(holds)]
+    points = paint_points(others)
+    anchors = _anchors(entries, lightness_weight)
+    apart = np.linalg.norm(points[:, None] - anchors[None], axis=2).min(axis=1) > SAME * spread
+    others = [number for number, far in zip(others, apart.tolist(), strict=True) if far]
+    if others:
+        taken = [entry.name for entry in entries]
+        rest = [paints[k] for k in others]
+        entries += _found_palette(points[apart], rest, spread, lightness_weight, taken)
+    return entries
+
+
+def assign_colours(
+    paints: Mapping[int, HoldPaint],
+    palette: Sequence[Entry],
+    *,
+    spread: float,
+    lightness_weight: float,
+) -> dict[int, Coloured]:
+    """Name the colour of each hold: the nearest entry of a palette.
+
+    A colour farther than `REACH` times `spread` from every entry is "unknown". The
+    confidence is the margin to the nearest entry of another name, times the share of the
+    views that agree.
 
     Parameters
     ----------
     paints : hold id to its paint.
-    palette : the gym's colours; None: found by clustering the paints.
+    palette : the gym's colours (`find_palette`, or a palette file); several may share a name.
     spread, lightness_weight : see `params.ClassifySettings`.
-
-    Returns
-    -------
-    Hold id to its colour, and the palette used.
     """
-    if not paints:
-        return {}, list(palette or [])
-    ids, values = list(paints), list(paints.values())
-    points = features(np.array([paint.linear for paint in values]), lightness_weight)
-    given = palette is not None
-    entries = (
-        list(palette)
-        if palette is not None
-        else _found_palette(points, values, spread, lightness_weight)
-    )
-    anchors = features(
-        linear_from_srgb8(np.array([entry.rgb for entry in entries], dtype=np.uint8)),
-        lightness_weight,
-    )
-    names = np.array([entry.name for entry in entries])
+    anchors = _anchors(palette, lightness_weight)
+    names = np.array([entry.name for entry in palette])
     coloured: dict[int, Coloured] = {}
-    for hold, paint, point in zip(ids, values, points, strict=True):
-        distance = np.linalg.norm(anchors - point, axis=1)
+    for hold, paint in paints.items():
+        distance = np.linalg.norm(anchors - features(paint.linear, lightness_weight), axis=1)
         nearest = int(distance.argmin())
         name = str(names[nearest])
+        if distance[nearest] > REACH * spread:
+            coloured[hold] = Coloured("unknown", _rgb(paint.linear), 0.0)
+            continue
         others = distance[names != name]
-        margin = 1.0
-        if len(others):
-            margin = float(1 - distance[nearest] / max(float(others.min()), 1e-9))
+        # With one colour in the gym there is nothing to confuse it with.
+        rival = float(others.min()) if len(others) else np.inf
+        margin = 1 - float(distance[nearest]) / max(rival, 1e-9)
         own = features(paint.views, lightness_weight)
         votes = names[np.linalg.norm(own[:, None] - anchors[None], axis=2).argmin(axis=1)]
         agreement = float(paint.weights[votes == name].sum() / paint.weights.sum())
-        known = not given or distance[nearest] <= REACH * spread
-        coloured[hold] = Coloured(
-            name if known else "unknown", _rgb(paint.linear), margin * agreement if known else 0.0
-        )
-    return coloured, entries
+        coloured[hold] = Coloured(name, _rgb(paint.linear), margin * agreement)
+    return coloured

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,10 @@ __all__ = ["Shape", "measure_shapes"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+
+RING = 1.8  # radius around a hold, in its own radii, in which the wall's normal is taken
+MIN_RING = 12  # triangles of wall needed for that
+AGREE_DEG = (40.0, 25.0, 15.0)  # how well they must agree, round by round
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,17 +68,68 @@ def _longest(flat: Floats) -> tuple[float, float]:
     return float(extents[best]), float(extents[(best + 12) % 24])
 
 
-def _shape(mesh: Mesh, rows: Ints) -> Shape:
+def _rim_normal(mesh: Mesh, rows: Ints) -> Floats | None:
+    """The normal of the wall under a hold, from the hold's own triangles.
+
+    The summed area vectors of a patch depend on its rim only, not on its shape, so they point
+    out of the wall that the hold sits on whatever the hold looks like. None where they cancel.
+    """
+    total = mesh.areas[rows] @ mesh.normals[rows]
+    length = float(np.linalg.norm(total))
+    return total / length if length > 1e-9 * float(mesh.areas[rows].sum() + 1e-300) else None
+
+
+@dataclass(frozen=True, eq=False)
+class _Wall:
+    """The triangles of the wall without holds, thinned, for looking up its normal."""
+
+    points: Floats
+    normals: Floats
+    areas: Floats
+    tree: Any
+
+    @classmethod
+    def of(cls, mesh: Mesh, face_instance: NDArray[np.int32], most: int = 300_000) -> _Wall | None:
+        from scipy.spatial import cKDTree
+
+        rows = np.flatnonzero(face_instance == 0)
+        rows = rows[:: max(1, len(rows) // most)]
+        if len(rows) == 0:
+            return None
+        points = mesh.centroids[rows]
+        return cls(points, mesh.normals[rows], mesh.areas[rows], cKDTree(points))
+
+    def normal_around(self, position: Floats, first: Floats, radius: float) -> Floats:
+        """Normal of the panel around a point: the mean of those that agree with each other.
+
+        Starts from the normal `first` of the hold's rim and drops, in three rounds, triangles
+        of other panels and of holds that were not found; `first` where too few are left.
+        """
+        rows = np.asarray(self.tree.query_ball_point(position, radius), dtype=np.int64)
+        if len(rows) < MIN_RING:
+            return first
+        normals, areas = self.normals[rows], self.areas[rows]
+        normal = first
+        for limit in AGREE_DEG:
+            kept = normals @ normal > np.cos(np.radians(limit))
+            if np.count_nonzero(kept) < MIN_RING:
+                return normal
+            normal = areas[kept] @ normals[kept]
+            normal = normal / max(float(np.linalg.norm(normal)), 1e-12)
+        return normal
+
+
+def _shape(mesh: Mesh, rows: Ints, wall: _Wall | None) -> Shape:
     areas, centroids, normals = mesh.areas[rows], mesh.centroids[rows], mesh.normals[rows]
     total = float(areas.sum())
     weights = areas / total if total > 0 else np.full(len(rows), 1 / len(rows))
     position = weights @ centroids
-    # The summed area vectors of a patch depend on its rim only, not on its shape: they are
-    # the normal of the wall that the hold sits on, whatever the hold looks like.
-    normal = weights @ normals
-    length = float(np.linalg.norm(normal))
-    normal = normal / length if length > 1e-9 else np.array([0.0, -1.0, 0.0])
+    normal = _rim_normal(mesh, rows)
+    normal = np.array([0.0, -1.0, 0.0]) if normal is None else normal
     corners = mesh.vertices[mesh.faces[rows].ravel()] - position
+    if wall is not None:
+        reach = float(np.linalg.norm(corners, axis=1).max())
+        normal = wall.normal_around(position, normal, RING * reach)
     size, width = _longest(corners @ _plane_axes(normal).T)
     facing = normals @ normal
     return Shape(
@@ -91,12 +147,18 @@ def _shape(mesh: Mesh, rows: Ints) -> Shape:
 def measure_shapes(
     mesh: Mesh, face_instance: NDArray[np.int32], ids: list[int]
 ) -> dict[int, Shape]:
-    """The shape of each instance that has triangles; ids without are left out."""
+    """The shape of each instance that has triangles; ids without are left out.
+
+    Parameters
+    ----------
+    mesh : the scan's mesh; face_instance : (F,) int32, 0 = wall; ids : instances wanted.
+    """
     order = np.argsort(face_instance, kind="stable")
     labels = face_instance[order]
+    wall = _Wall.of(mesh, face_instance)
     shapes: dict[int, Shape] = {}
     for number in ids:
         first, last = np.searchsorted(labels, [number, number + 1])
         if last > first:
-            shapes[number] = _shape(mesh, order[first:last])
+            shapes[number] = _shape(mesh, order[first:last], wall)
     return shapes
