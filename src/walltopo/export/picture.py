@@ -1,0 +1,42 @@
+"""The texture atlas, resized and encoded."""
+
+from __future__ import annotations
+
+from io import BytesIO
+from pathlib import Path
+
+from walltopo.core import InputError
+
+__all__ = ["encode_texture"]
+
+MIME = {"WEBP": "image/webp", "JPEG": "image/jpeg"}
+
+
+def encode_texture(path: Path, longest: int, kind: str, quality: int) -> tuple[bytes, str]:
+    """The atlas at most `longest` pixels long, as WEBP or JPEG; gives bytes and MIME type.
+
+    Raises
+    ------
+    InputError : the file is not a picture.
+    """
+    from PIL import Image, UnidentifiedImageError
+
+    # An atlas of 16384 pixels is ours, not an attack: lift Pillow's guard for this file.
+    guard, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, None
+    try:
+        with Image.open(path) as opened:
+            picture = opened.convert("RGB")
+    except (OSError, UnidentifiedImageError) as error:
+        raise InputError(f"{path}: cannot be read as a picture ({error})") from error
+    finally:
+        Image.MAX_IMAGE_PIXELS = guard
+    scale = longest / max(picture.size)
+    if scale < 1.0:
+        width, height = (max(1, round(side * scale)) for side in picture.size)
+        picture = picture.resize((width, height), Image.Resampling.LANCZOS)
+    stream = BytesIO()
+    if kind == "WEBP":
+        picture.save(stream, "WEBP", quality=quality, method=4)
+    else:
+        picture.save(stream, "JPEG", quality=quality, optimize=True, subsampling=0)
+    return stream.getvalue(), MIME[kind]

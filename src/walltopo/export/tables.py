@@ -1,0 +1,135 @@
+"""Hold and route tables as `EXT_structural_metadata` property tables.
+
+Format: Cesium's "EXT_structural_metadata" and "EXT_mesh_features" (3D Tiles Next extensions of
+glTF 2.0). Row k of the hold table describes feature id k; row 0 is the wall itself, and an id
+without a hold (deleted by an editor) keeps an empty row, so that ids stay those of `holds.json`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+__all__ = ["SCHEMA", "Column", "hold_columns", "route_columns"]
+
+NO_NUMBER = -9999.0
+NO_ROUTE = -1
+
+
+@dataclass(frozen=True)
+class Column:
+    """One property: its name, schema entry and values by row."""
+
+    name: str
+    schema: dict[str, Any]
+    values: Sequence[Any]
+
+
+def _text(description: str) -> dict[str, Any]:
+    return {"type": "STRING", "description": description}
+
+
+def _number(description: str, component: str = "FLOAT32", **more: Any) -> dict[str, Any]:
+    return {
+        "type": "SCALAR",
+        "componentType": component,
+        "description": description,
+        **more,
+    }
+
+
+_VECTOR = {"type": "VEC3", "componentType": "FLOAT32"}
+
+HOLD_SCHEMA: dict[str, dict[str, Any]] = {
+    "class": _text("wall, hold, volume; none where an id is not in use"),
+    "type": _text("jug, crimp, sloper, pinch, pocket, foot, ..."),
+    "colour": _text("name of the colour"),
+    "route": _number("id of the hold's route", "INT32", noData=NO_ROUTE, default=NO_ROUTE),
+    "score": _number("confidence from 0 to 1"),
+    "position": {**_VECTOR, "description": "centre, metres, z up (the mesh's own frame)"},
+    "normal": {**_VECTOR, "description": "outward unit normal, the mesh's own frame"},
+    "size_m": _number("longest extent, metres", noData=NO_NUMBER),
+    "area_m2": _number("surface, square metres", noData=NO_NUMBER),
+    "steepness_deg": _number("0 vertical, positive overhanging", noData=NO_NUMBER),
+}
+
+ROUTE_SCHEMA: dict[str, dict[str, Any]] = {
+    "id": _number("route id", "INT32"),
+    "colour": _text("name of the colour"),
+    "holds": {
+        **_number("hold ids from bottom to top", "UINT32"),
+        "array": True,
+    },
+    "length_m": _number("length along the wall, metres", noData=NO_NUMBER),
+    "steepness_deg": _number("mean; 0 vertical, positive overhanging", noData=NO_NUMBER),
+}
+
+SCHEMA: dict[str, Any] = {
+    "id": "walltopo_1",
+    "name": "walltopo",
+    "classes": {
+        "hold": {"name": "Hold", "properties": HOLD_SCHEMA},
+        "route": {"name": "Route", "properties": ROUTE_SCHEMA},
+    },
+}
+
+
+def _of(rows: Sequence[dict[str, Any] | None], key: str, convert: Callable[[Any], Any]) -> Any:
+    return [convert(row.get(key) if row is not None else None) for row in rows]
+
+
+def _as_text(value: Any) -> str:
+    return "" if value is None else str(value)
+
+
+def _as_number(value: Any) -> float:
+    return NO_NUMBER if value is None or not np.isfinite(value) else float(value)
+
+
+def _as_vector(value: Any) -> list[float]:
+    return [0.0, 0.0, 0.0] if value is None else [float(v) for v in value]
+
+
+_CONVERT: dict[str, Callable[[Any], Any]] = {
+    "route": lambda v: NO_ROUTE if v is None else int(v),
+    "id": lambda v: int(v or 0),
+    "score": lambda v: float(v or 0.0),
+    "position": _as_vector,
+    "normal": _as_vector,
+    "holds": lambda v: [int(item) for item in v or []],
+    "size_m": _as_number,
+    "area_m2": _as_number,
+    "length_m": _as_number,
+    "steepness_deg": _as_number,
+}
+
+
+def _columns(schema: dict[str, Any], rows: Sequence[dict[str, Any] | None]) -> list[Column]:
+    return [
+        Column(name, entry, _of(rows, name, _CONVERT.get(name, _as_text)))
+        for name, entry in schema.items()
+    ]
+
+
+def hold_columns(holds: Sequence[dict[str, Any]], most: int = 0) -> list[Column]:
+    """Columns of the hold table; row k is feature id k, row 0 the wall.
+
+    Parameters
+    ----------
+    holds : rows of `holds.json`.
+    most : the highest feature id in the mesh (the table covers it even without a hold row).
+    """
+    count = max([most, *(int(hold["id"]) for hold in holds)], default=0) + 1
+    rows: list[dict[str, Any] | None] = [{"class": "none"} for _ in range(count)]
+    rows[0] = {"class": "wall"}
+    for hold in holds:
+        rows[int(hold["id"])] = hold
+    return _columns(HOLD_SCHEMA, rows)
+
+
+def route_columns(routes: Sequence[dict[str, Any]]) -> list[Column]:
+    """Columns of the route table, one row a route."""
+    return _columns(ROUTE_SCHEMA, list(routes))

@@ -1,0 +1,65 @@
+/** Which way a wall faces, so that the camera stays in front of it and above the mat. */
+
+import { Box3, Vector3 } from "three";
+import type { Wall } from "./load";
+
+export interface Front {
+  /** Horizontal unit vector from the wall to where climbers stand. */
+  direction: Vector3;
+  /** Half of the allowed swing in radians; Infinity for a boulder that one walks around. */
+  swing: number;
+  /** Height of the mat. */
+  floor: number;
+  /** Box of the climbing surface: without far, flat floor. */
+  box: Box3;
+  /** Places that the picture of the whole wall must show. */
+  places: Vector3[];
+}
+
+/** Area-weighted mean of the steep triangles' horizontal normals, from every n-th triangle. */
+export function frontOf(wall: Wall): Front {
+  const sum = new Vector3();
+  const [a, b, c] = [new Vector3(), new Vector3(), new Vector3()];
+  let total = 0;
+  const steep = new Box3();
+  const seen: Vector3[] = [];
+  for (const { geometry } of wall.parts) {
+    const place = geometry.getAttribute("position");
+    const index = geometry.getIndex()!;
+    const step = 3 * Math.max(1, Math.floor(index.count / 3 / 40000));
+    for (let k = 0; k + 2 < index.count; k += step) {
+      a.fromBufferAttribute(place, index.getX(k));
+      b.fromBufferAttribute(place, index.getX(k + 1)).sub(a);
+      c.fromBufferAttribute(place, index.getX(k + 2)).sub(a);
+      b.cross(c);
+      const area = b.length();
+      // Mats and table tops say nothing about where the wall faces.
+      if (area === 0 || b.z > 0.8 * area) continue;
+      steep.expandByPoint(a);
+      if (seen.length < 4000) seen.push(a.clone());
+      sum.x += b.x;
+      sum.y += b.y;
+      total += Math.hypot(b.x, b.y);
+    }
+  }
+  const coherence = total > 0 ? Math.hypot(sum.x, sum.y) / total : 0;
+  const direction = coherence > 0.02 ? sum.setZ(0).normalize() : new Vector3(0, -1, 0);
+  const swing = coherence > 0.4 ? (75 * Math.PI) / 180 : Infinity;
+  const holds = [...wall.tables.holds.values()];
+  const box = holds.length > 3 ? new Box3() : steep.isEmpty() ? wall.box.clone() : steep;
+  for (const hold of holds.length > 3 ? holds : []) {
+    box.expandByPoint(new Vector3(...hold.position));
+  }
+  if (holds.length > 3) {
+    const size = box.getSize(new Vector3());
+    box.expandByScalar(0.06 * Math.max(size.x, size.y, size.z));
+    box.min.z = Math.max(box.min.z, wall.box.min.z);
+    box.max.min(wall.box.max);
+  }
+  const places = holds.length > 3 ? holds.map((hold) => new Vector3(...hold.position)) : seen;
+  const foot = new Vector3();
+  for (const p of holds.length > 3 ? [...places] : []) {
+    places.push(foot.copy(p).setZ(Math.max(wall.box.min.z, box.min.z - 0.3)).clone());
+  }
+  return { direction, swing, floor: wall.box.min.z, box, places };
+}

@@ -1,0 +1,92 @@
+/** What lies over the picture and moves with it: start and top flags, the measuring line. */
+
+import { Vector3 } from "three";
+import { h } from "./dom";
+import type { Stage } from "./stage";
+import type { Hold, Route, Tables, Vec3 } from "./types";
+import { metres } from "./words";
+
+interface Pin {
+  element: HTMLElement;
+  place: Vec3;
+}
+
+export class Overlay {
+  readonly root = h("div", { class: "overlay", "aria-hidden": "true" });
+  private readonly line: SVGLineElement;
+  private readonly svg: SVGSVGElement;
+  private readonly label = h("div", { class: "length" });
+  private pins: Pin[] = [];
+  private dots: Pin[] = [];
+  private ends: Vector3[] = [];
+
+  constructor(private readonly stage: Stage) {
+    const space = "http://www.w3.org/2000/svg";
+    this.svg = document.createElementNS(space, "svg");
+    this.line = document.createElementNS(space, "line");
+    this.svg.append(this.line);
+    this.root.append(this.svg, this.label);
+    this.clearMeasure();
+  }
+
+  /** Flags at the first and last holds: told apart by shape and word, not by colour. */
+  flags(route: Route | null, tables: Tables): void {
+    for (const { element } of this.pins) element.remove();
+    this.pins = [];
+    if (!route) return;
+    const add = (ids: number[], kind: "start" | "top"): void => {
+      for (const id of ids) {
+        const hold: Hold | undefined = tables.holds.get(id);
+        if (!hold) continue;
+        const word = kind === "start" ? "Start" : "Top";
+        const element = h("div", { class: `flag ${kind}` }, h("span", {}, word));
+        const rise = (hold.size_m ?? 0.1) * 0.5;
+        const [x, y, z] = hold.position;
+        this.pins.push({ element, place: [x, y, kind === "start" ? z - rise : z + rise] });
+        this.root.append(element);
+      }
+    };
+    add(route.start ?? route.holds.slice(0, 1), "start");
+    add(route.top ?? route.holds.slice(-1), "top");
+  }
+
+  /** One more end of the measuring line; the third begins a new one. Gives the length. */
+  measure(point: Vector3, metric: boolean): string | null {
+    if (this.ends.length === 2) this.clearMeasure();
+    this.ends.push(point.clone());
+    const element = h("div", { class: "dot" });
+    this.dots.push({ element, place: [point.x, point.y, point.z] });
+    this.root.append(element);
+    if (this.ends.length < 2) return null;
+    const length = this.ends[0]!.distanceTo(this.ends[1]!);
+    const text = metric ? `${length.toFixed(length < 1 ? 3 : 2)} m` : metres(length, false);
+    this.label.textContent = text;
+    this.label.hidden = false;
+    this.svg.style.display = "";
+    return text;
+  }
+
+  clearMeasure(): void {
+    for (const { element } of this.dots) element.remove();
+    this.dots = [];
+    this.ends = [];
+    this.label.hidden = true;
+    this.svg.style.display = "none";
+  }
+
+  update(): void {
+    for (const { element, place } of [...this.pins, ...this.dots]) {
+      const at = this.stage.project(place);
+      element.style.transform = `translate(${at.x.toFixed(1)}px, ${at.y.toFixed(1)}px)`;
+      element.style.visibility = at.ahead ? "visible" : "hidden";
+    }
+    if (this.ends.length < 2) return;
+    const [a, b] = this.ends.map((end) => this.stage.project(end));
+    this.line.setAttribute("x1", String(a!.x));
+    this.line.setAttribute("y1", String(a!.y));
+    this.line.setAttribute("x2", String(b!.x));
+    this.line.setAttribute("y2", String(b!.y));
+    const [x, y] = [(a!.x + b!.x) / 2, (a!.y + b!.y) / 2];
+    this.label.style.transform = `translate(${x}px, ${y}px) translate(-50%, -50%)`;
+  }
+}
