@@ -1,0 +1,1 @@
+"""Labelled photos: formats, checks, and labels from painted meshes; see `docs/datasets.md`."""

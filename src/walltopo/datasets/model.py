@@ -1,0 +1,145 @@
+"""A set of labelled photos, whatever file it came from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import InputError, Mask
+
+__all__ = ["Annotation", "Dataset", "Photo", "Polygon"]
+
+# (n, 2) float, pixels; pixel (0, 0) is the corner of the top-left pixel.
+Polygon = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Annotation:
+    """One labelled object in a photo.
+
+    Parameters
+    ----------
+    label : class id, >= 1.
+    box : x, y, w, h in pixels (COCO's bbox); may leave the photo, `check` says so.
+    polygons : outlines of its parts, or empty.
+    mask : its bitmap, or None. A box-only annotation has neither.
+    score : confidence; 1 for labels drawn by people.
+    extra : whatever else its file said (`route_id` and the like), JSON-able.
+    """
+
+    label: int
+    box: tuple[float, float, float, float]
+    polygons: tuple[Polygon, ...] = ()
+    mask: Mask | None = None
+    score: float = 1.0
+    extra: Mapping[str, Any] = field(default_factory=dict[str, Any])
+
+    def __post_init__(self) -> None:
+        if self.label < 1:
+            raise InputError(f"annotation label: expected >= 1, got {self.label}")
+        if not np.isfinite(self.box).all():
+            raise InputError(f"annotation box: expected finite numbers, got {self.box}")
+
+    @property
+    def has_shape(self) -> bool:
+        """Whether more than a box is known."""
+        return self.mask is not None or bool(self.polygons)
+
+
+@dataclass(frozen=True, eq=False)
+class Photo:
+    """One photo and its labels.
+
+    Parameters
+    ----------
+    name : file name, relative to the folder of photos.
+    width, height : pixels.
+    annotations : in the order of the file.
+    path : where the picture lies; None where it was not found.
+    gym : where it was taken, if the file says so; '' if not.
+    embedded : the picture's file content, where it lies inside the label file.
+    """
+
+    name: str
+    width: int
+    height: int
+    annotations: tuple[Annotation, ...] = ()
+    path: Path | None = None
+    gym: str = ""
+    embedded: bytes | None = None
+
+    def content(self) -> bytes:
+        """The picture file's bytes.
+
+        Raises
+        ------
+        InputError : the picture was not found.
+        """
+        if self.path is not None:
+            return self.path.read_bytes()
+        if self.embedded is None:
+            raise InputError(
+                f"{self.name}: the picture was not found beside its labels",
+                "Give the folder of photos with --photos.",
+            )
+        return self.embedded
+
+    def pixels(self) -> NDArray[np.uint8]:
+        """(height, width, 3) sRGB as stored, without EXIF's turn: labels are drawn on that.
+
+        Raises
+        ------
+        InputError : not found, not a picture, or of another size than the labels say.
+        """
+        import io
+
+        from PIL import Image, UnidentifiedImageError
+
+        try:
+            with Image.open(io.BytesIO(self.content())) as image:
+                pixels = np.asarray(image.convert("RGB"))
+        except (OSError, UnidentifiedImageError) as error:
+            raise InputError(f"{self.name}: cannot be read as a picture ({error})") from error
+        if pixels.shape[:2] != (self.height, self.width):
+            raise InputError(
+                f"{self.name}: the picture is {pixels.shape[1]}x{pixels.shape[0]}, "
+                f"its labels say {self.width}x{self.height}"
+            )
+        return pixels
+
+    def with_annotations(self, annotations: tuple[Annotation, ...]) -> Photo:
+        """The same photo with other labels."""
+        return replace(self, annotations=annotations)
+
+
+@dataclass(frozen=True, eq=False)
+class Dataset:
+    """Photos with labels.
+
+    Parameters
+    ----------
+    photos : names are unique.
+    classes : class id (>= 1) to name.
+    """
+
+    photos: tuple[Photo, ...]
+    classes: Mapping[int, str]
+
+    def __post_init__(self) -> None:
+        names = [photo.name for photo in self.photos]
+        if len(set(names)) != len(names):
+            twice = next(name for name in names if names.count(name) > 1)
+            raise InputError(f"photo {twice} occurs twice in the set")
+        used = {a.label for photo in self.photos for a in photo.annotations}
+        stray = sorted(used - set(self.classes))
+        if stray:
+            raise InputError(f"annotations of classes without a name: {stray[:5]}")
+
+    def subset(self, names: set[str]) -> Dataset:
+        """Only the photos of these names."""
+        return Dataset(tuple(p for p in self.photos if p.name in names), self.classes)
