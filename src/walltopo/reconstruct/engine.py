@@ -16,7 +16,12 @@ from walltopo.reconstruct.params import SparseSettings
 __all__ = ["check_supported", "run_worker"]
 
 _EVENT = "@walltopo "
-_WHAT = {"features": "find features", "matches": "match photos", "register": "register photos"}
+_WHAT = {
+    "features": "find features",
+    "matches": "match photos",
+    "register": "register photos",
+    "refine": "refine all together",
+}
 _FEATURE = re.compile(r"Processed file \[\d+/\d+\]")
 _BLOCK = re.compile(r"\] Processing block \[")
 _BLOCK_DONE = re.compile(r"\] in [\d.]+s")
@@ -130,6 +135,8 @@ class _Listener:
         elif "error" in event:
             self.error = event["error"]
         else:
+            if self._step == "refine":
+                self._advance(1)
             self.result.update(event)
 
     def _advance(self, count: int) -> None:

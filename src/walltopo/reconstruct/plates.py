@@ -28,7 +28,7 @@ copies = 5           # the next plates of the same shape carry ids 4-7, 8-11, ..
 size = [0.42, 0.42]  # width, height
 marker = 0.15        # side of a marker (its black square)
 margin = 0.02        # from the markers to the edges of the plate
-thickness = 0.0      # height of the print above the floor
+thickness = 0.004    # height of the print above the floor
 floor = true         # lies on the floor
 
 [[plate]]            # `walltopo measure print --paper a4`

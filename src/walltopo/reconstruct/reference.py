@@ -190,14 +190,14 @@ def _constrained(
         "output": str(scan.work / "mapping"),
         "reference": str(start),
         "constant_cameras": sorted(known.cameras),
+        "held_images": sorted(known.images),
         "only": [],
         "expected": len(photos),
     }
-    models = run_worker({**job, "pairing": None, "map": task}, progress)["models"]
-    if not models:
+    result = run_worker({**job, "pairing": None, "map": task}, progress)
+    if not result["best"]:
         raise StageError(_not_this_wall(0, len(photos), reference))
-    # A model that is continued is written to the folder itself.
-    model = open_model(scan.work / "mapping")
+    model = open_model(Path(result["best"]))
     moved = _moved(known, model)
     if moved > _MOVED:
         raise StageError(
@@ -246,13 +246,14 @@ def _rigid(
         "output": str(scan.work / "mapping"),
         "reference": "",
         "constant_cameras": [],
+        "held_images": [],
         "only": [entry["name"] for entry in job["images"][:count]],
         "expected": count,
     }
-    models = run_worker({**job, "pairing": None, "map": task}, progress)["models"]
-    if not models:
+    result = run_worker({**job, "pairing": None, "map": task}, progress)
+    if not result["best"]:
         raise StageError(f"none of the {count} new photos could be put together")
-    alone = open_model(scan.work / "mapping" / max(models, key=lambda key: models[key]))
+    alone = open_model(Path(result["best"]))
     known = _reference_for_mapper(reference, job)
     source, target = _shared_points(alone, known, job)
     centres = np.array([image.projection_center() for image in known.images.values()])

@@ -98,11 +98,13 @@ def reconstruct(
         "output": str(scan.work / "mapping"),
         "reference": "",
         "constant_cameras": [],
+        "held_images": [],
         "only": [],
         "expected": len(photos),
     }
     keep_database(job, scan)
-    models = run_worker(job, progress)["models"]
+    result = run_worker(job, progress)
+    models = result["models"]
     if not models:
         raise StageError(
             f"none of the {len(photos)} photos could be put together",
@@ -115,8 +117,7 @@ def reconstruct(
             f"the photos fall into {len(models)} groups that do not connect "
             f"({', '.join(map(str, counts))} photos); the largest is kept"
         )
-    best = max(models, key=lambda key: (models[key], -int(key)))
-    return scan.work / "mapping" / best
+    return Path(result["best"])
 
 
 def camera_entries(
