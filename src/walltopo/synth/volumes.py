@@ -1,0 +1,106 @@
+"""Volumes: plywood polyhedra screwed to the wall, that every route may use."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.synth.bodies import Facet, GymInstance
+from walltopo.synth.params import GymSettings
+
+__all__ = ["place_volumes", "volume_footprint"]
+
+Floats = NDArray[np.float64]
+
+_PAINTS: dict[str, tuple[tuple[str, tuple[float, float, float]], ...]] = {
+    "vivid": (
+        ("wood", (0.72, 0.56, 0.38)),
+        ("grey", (0.52, 0.53, 0.55)),
+        ("white", (0.86, 0.85, 0.82)),
+        ("black", (0.13, 0.13, 0.14)),
+        ("blue", (0.16, 0.36, 0.62)),
+        ("wood", (0.66, 0.50, 0.34)),
+    ),
+    "faded": (
+        ("wood", (0.60, 0.46, 0.30)),
+        ("wood", (0.52, 0.40, 0.27)),
+        ("grey", (0.40, 0.40, 0.40)),
+    ),
+}
+
+
+def _shape(rng: np.random.Generator) -> tuple[Floats, Floats]:
+    """Outline (N, 2) on the wall, counter-clockwise, and apex points (1 or 2, 3); metres."""
+    corners = int(rng.integers(3, 6))
+    size = rng.uniform(0.22, 0.52)
+    angles = np.sort(np.arange(corners) / corners * 2 * np.pi + rng.uniform(-0.35, 0.35, corners))
+    radii = size * rng.uniform(0.75, 1.15, corners)
+    outline = np.stack([np.cos(angles), np.sin(angles)], axis=1) * radii[:, None]
+    outline[:, 1] *= rng.uniform(0.7, 1.0)
+    depth = size * rng.uniform(0.35, 0.75)
+    shift = rng.uniform(-0.25, 0.25, 2) * size
+    if corners == 4 and rng.random() < 0.5:
+        cut = rng.uniform(0.25, 0.6)  # a truncated pyramid: the outline again, smaller
+        top = np.column_stack([outline * cut + shift, np.full(corners, depth)])
+        return outline, top
+    return outline, np.array([[shift[0], shift[1], depth]])
+
+
+def _faces(outline: Floats, top: Floats) -> list[Floats]:
+    """Polygons (3 or 4, 3) of the volume in its frame, its back 2 cm in the wall."""
+    count = len(outline)
+    base = np.column_stack([outline, np.full(count, -0.02)])
+    polygons = []
+    for k in range(count):
+        after = (k + 1) % count
+        if len(top) == 1:
+            polygons.append(np.array([base[k], base[after], top[0]]))
+        else:
+            polygons.append(np.array([base[k], base[after], top[after], top[k]]))
+    if len(top) > 1:
+        polygons.append(top)
+    back = base[::-1]
+    polygons += [np.array([back[0], back[k], back[k + 1]]) for k in range(1, count - 1)]
+    return polygons
+
+
+def place_volumes(
+    wall: list[Facet], settings: GymSettings, rng: np.random.Generator
+) -> tuple[list[Facet], list[GymInstance]]:
+    """Facets and records of the volumes; ids from 1."""
+    facets: list[Facet] = []
+    records: list[GymInstance] = []
+    areas = np.array([np.linalg.norm(np.cross(*(f.corners[1:3] - f.corners[0]))) for f in wall])
+    taken: list[tuple[Floats, float]] = []
+    paint = _PAINTS[settings.colours]
+    for _ in range(settings.volumes * 30):
+        if len(records) == settings.volumes:
+            break
+        host = wall[int(rng.choice(len(wall), p=areas / areas.sum()))]
+        outline, top = _shape(rng)
+        weights = rng.dirichlet(np.ones(len(host.corners)) * 2)
+        centre = weights @ host.corners
+        radius = float(np.linalg.norm(outline, axis=1).max())
+        low, high = 0.75, settings.height - 0.5
+        apart = all(np.linalg.norm(centre - c) > radius + r + 0.12 for c, r in taken)
+        if host.inside(centre) < 0.75 * radius or not low < centre[2] < high or not apart:
+            continue
+        taken.append((centre, radius))
+        number = len(records) + 1
+        name, rgb = paint[int(rng.integers(len(paint)))]
+        rotation = np.stack(host.frame, axis=1)
+        for polygon in _faces(outline, top):
+            world = centre + polygon @ rotation.T
+            facets.append(Facet(world, "volume", number, 0.003, int(rng.integers(1 << 16))))
+        records.append(
+            GymInstance(
+                number, "volume", "volume", name, rgb, -1, centre, host.frame[2], role="volume"
+            )
+        )
+    return facets, records
+
+
+def volume_footprint(record: GymInstance, facets: list[Facet]) -> float:
+    """Largest distance of a volume's corners from where it is mounted, metres."""
+    corners = np.concatenate([f.corners for f in facets if f.instance == record.id])
+    return float(np.linalg.norm(corners - record.position, axis=1).max())
