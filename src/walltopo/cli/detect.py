@@ -1,0 +1,67 @@
+"""`walltopo detect`: holds and volumes in photos, as a stage on its own."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+from pathlib import Path
+
+from walltopo.detect.params import DetectSettings
+
+__all__ = ["register"]
+
+EXAMPLES = """\
+examples:
+  walltopo detect photos/ -o detections.json
+  walltopo detect wall.jpg -o detections.json --draw pictures/
+  walltopo detect photos/ -o detections.json --model our-gym.onnx --score 0.4
+"""
+
+
+def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the command."""
+    parser = commands.add_parser(
+        "detect",
+        help="find holds and volumes in photos",
+        description="Find holds and volumes in photos and write them as COCO: masks (RLE), boxes "
+        "and scores, in the pixels of each photo.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("photos", type=Path, nargs="+", help="photos, or folders of photos")
+    parser.add_argument("-o", "--output", type=Path, required=True, help="the COCO file to write")
+    parser.add_argument("--draw", type=Path, metavar="DIR", help="also write pictures here")
+    parser.add_argument("-v", "--verbose", action="store_true", help="a line per photo")
+    group = parser.add_argument_group("settings")
+    for field in dataclasses.fields(DetectSettings):
+        unit = f" [{field.metadata['unit']}]" if field.metadata["unit"] else ""
+        group.add_argument(
+            f"--{field.name}",
+            type=type(field.default),
+            default=field.default,
+            choices=field.metadata["choices"] or None,
+            help=f"{field.metadata['help']}{unit} (default: {field.default})",
+        )
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Detect, write, say how much was found."""
+    names = [field.name for field in dataclasses.fields(DetectSettings)]
+    settings = DetectSettings(**{name: getattr(args, name) for name in names})
+
+    from walltopo.cli.console import console
+    from walltopo.cli.listener import TerminalListener
+    from walltopo.detect.detector import open_detector
+    from walltopo.detect.stage import detect_photos, photos_in
+
+    photos = [p for given in args.photos for p in (photos_in(given) if given.is_dir() else [given])]
+    detector = open_detector(settings)
+    with TerminalListener(console, verbose=args.verbose) as progress:
+        figures = detect_photos(photos, detector, args.output, progress, args.draw)
+    console.print(
+        f"{figures['masks']} objects in {figures['photos']} photos "
+        f"({figures['seconds_per_photo']:.2f} s a photo), written to {args.output}",
+        soft_wrap=True,
+    )
+    return 0

@@ -1,0 +1,94 @@
+"""What a network found in one image, before it becomes masks of a photo."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import InputError, Mask
+
+__all__ = ["Found", "box_iou", "keep_best"]
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """Objects found in an image of `width` x `height` pixels.
+
+    Parameters
+    ----------
+    boxes : (n, 4) float64, x0, y0, x1, y1 in pixels, as the network measures them.
+    scores : (n,) float64 in (0, 1].
+    labels : (n,) int64, >= 1.
+    masks : n masks of the same image, or none at all (box networks).
+    """
+
+    width: int
+    height: int
+    boxes: NDArray[np.float64]
+    scores: NDArray[np.float64]
+    labels: NDArray[np.int64]
+    masks: tuple[Mask, ...] = ()
+
+    def __post_init__(self) -> None:
+        n = len(self.scores)
+        if self.boxes.shape != (n, 4) or self.labels.shape != (n,):
+            raise InputError(
+                f"detections: expected {n} boxes and labels, got {self.boxes.shape} "
+                f"and {self.labels.shape}"
+            )
+        if self.masks and len(self.masks) != n:
+            raise InputError(f"detections: {n} scores but {len(self.masks)} masks")
+
+    def __len__(self) -> int:
+        return len(self.scores)
+
+    def pick(self, index: NDArray[np.int64] | Sequence[int]) -> Found:
+        """The detections at the given positions, in that order."""
+        index = np.asarray(index, dtype=np.int64)
+        masks = tuple(self.masks[i] for i in index) if self.masks else ()
+        return Found(
+            self.width,
+            self.height,
+            self.boxes[index],
+            self.scores[index],
+            self.labels[index],
+            masks,
+        )
+
+
+def box_iou(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(n, m) intersection over union of boxes (n, 4) and (m, 4), x0, y0, x1, y1."""
+    low = np.maximum(a[:, None, :2], b[None, :, :2])
+    high = np.minimum(a[:, None, 2:], b[None, :, 2:])
+    shared = np.prod(np.maximum(high - low, 0.0), axis=2)
+    area_a = np.prod(np.maximum(a[:, 2:] - a[:, :2], 0.0), axis=1)
+    area_b = np.prod(np.maximum(b[:, 2:] - b[:, :2], 0.0), axis=1)
+    union = area_a[:, None] + area_b[None, :] - shared
+    return shared / np.maximum(union, 1e-9)
+
+
+def keep_best(
+    boxes: NDArray[np.float64],
+    scores: NDArray[np.float64],
+    labels: NDArray[np.int64],
+    same: float = 0.5,
+    other: float = 0.8,
+) -> NDArray[np.int64]:
+    """Non-maximum suppression; positions of what stays, best first.
+
+    A box goes when a better one of its class overlaps it by more than `same` (IoU), or a better
+    one of another class by more than `other`: a hold lies on its volume, but no object is both.
+    """
+    order = np.argsort(-scores, kind="stable")
+    boxes, labels = boxes[order], labels[order]
+    overlap = box_iou(boxes, boxes)
+    limit = np.where(labels[:, None] == labels[None, :], same, other)
+    clash = overlap > limit
+    alive = np.ones(len(order), dtype=np.bool_)
+    for i in range(len(order)):
+        if alive[i]:
+            alive[i + 1 :] &= ~clash[i, i + 1 :]
+    return np.asarray(order[alive], dtype=np.int64)

@@ -1,0 +1,173 @@
+"""Objects from the three outputs of the shipped network (`walltopo.train.net`).
+
+A peak of the heat is an object; the vote at the peak is its box; its mask is every pixel that
+the mask output calls this class and that votes for this box rather than for another one.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import Mask
+from walltopo.detect.found import Found, keep_best
+
+__all__ = ["decode_votes", "vote_boxes"]
+
+Floats = NDArray[np.float32]
+_CELL = 4  # px of a heat or vote cell
+_MOST = 2000  # peaks looked at; the densest photo known has under 400 objects
+_LEAST_VOTE = 0.35  # IoU with the detection that a pixel's vote must reach
+_LEAST_FILL = 0.12  # share of its box that a mask must fill to count as seen
+
+
+def vote_boxes(votes: Floats) -> NDArray[np.float64]:
+    """Boxes (C, h, w, 4) x0, y0, x1, y1 in pixels from votes (4 C, h, w) of distances."""
+    channels, h, w = votes.shape
+    split = votes.reshape(channels // 4, 4, h, w).astype(np.float64)
+    x = (np.arange(w) * _CELL + _CELL / 2)[None, None, :]
+    y = (np.arange(h) * _CELL + _CELL / 2)[None, :, None]
+    left, top, right, bottom = split[:, 0], split[:, 1], split[:, 2], split[:, 3]
+    return np.stack([x - left, y - top, x + right, y + bottom], axis=-1)
+
+
+def _peaks(heat: Floats, threshold: float) -> tuple[NDArray[np.int64], ...]:
+    """Class, row and column of local maxima above the threshold, best first."""
+    top = np.stack([cv2.dilate(layer, np.ones((3, 3), np.uint8)) for layer in heat])
+    c, i, j = np.nonzero((heat >= top) & (heat > threshold))
+    order = np.argsort(-heat[c, i, j], kind="stable")[:_MOST]
+    return c[order], i[order], j[order]
+
+
+def _assign(cells: NDArray[np.float64], boxes: NDArray[np.float64]) -> NDArray[np.int32]:
+    """(h, w) position of the box each cell votes for, -1 where for none; cells (h, w, 4)."""
+    h, w = cells.shape[:2]
+    best = np.full((h, w), _LEAST_VOTE)
+    owner = np.full((h, w), -1, np.int32)
+    area = np.prod(cells[..., 2:] - cells[..., :2], axis=-1)
+    for k, (x0, y0, x1, y1) in enumerate(boxes):
+        j0, i0 = max(0, int(x0 / _CELL) - 1), max(0, int(y0 / _CELL) - 1)
+        j1, i1 = min(w, int(x1 / _CELL) + 2), min(h, int(y1 / _CELL) + 2)
+        window = cells[i0:i1, j0:j1]
+        wide = np.minimum(window[..., 2], x1) - np.maximum(window[..., 0], x0)
+        tall = np.minimum(window[..., 3], y1) - np.maximum(window[..., 1], y0)
+        shared = np.maximum(wide, 0.0) * np.maximum(tall, 0.0)
+        iou = shared / (area[i0:i1, j0:j1] + (x1 - x0) * (y1 - y0) - shared)
+        better = iou > best[i0:i1, j0:j1]
+        best[i0:i1, j0:j1][better] = iou[better]
+        owner[i0:i1, j0:j1][better] = k
+    return owner
+
+
+def _object_mask(
+    mask: Floats,
+    owner: NDArray[np.int32],
+    k: int,
+    box: NDArray[np.float64],
+    scale: float,
+    size: tuple[int, int],
+) -> tuple[NDArray[np.bool_], int, int] | None:
+    """Bitmap of one object in the photo and its corner; None where no pixel is its own."""
+    width, height = size
+    h, w = owner.shape
+    j0, i0 = max(0, int(box[0] / _CELL) - 1), max(0, int(box[1] / _CELL) - 1)
+    j1, i1 = min(w, int(box[2] / _CELL) + 2), min(h, int(box[3] / _CELL) + 2)
+    mine = (owner[i0:i1, j0:j1] == k).astype(np.float32)
+    mine = mine.repeat(2, axis=0).repeat(2, axis=1)
+    field = mask[2 * i0 : 2 * i1, 2 * j0 : 2 * j1] * mine
+    if field.size == 0:
+        return None
+    x0, y0 = max(0, int(j0 * _CELL / scale)), max(0, int(i0 * _CELL / scale))
+    x1 = min(width, int(np.ceil(j1 * _CELL / scale)))
+    y1 = min(height, int(np.ceil(i1 * _CELL / scale)))
+    if x1 <= x0 or y1 <= y0:
+        return None
+    # Photo pixel (x + 0.5) lies at (x + 0.5) * scale of the input, half that in the mask output.
+    step = scale / 2
+    matrix = np.array(
+        [
+            [step, 0, (x0 + 0.5) * step - 0.5 - 2 * j0],
+            [0, step, (y0 + 0.5) * step - 0.5 - 2 * i0],
+        ]
+    )
+    photo = cv2.warpAffine(
+        field, matrix, (x1 - x0, y1 - y0), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    )
+    return np.asarray(photo > 0.5), x0, y0
+
+
+def _as_mask(
+    bitmap: NDArray[np.bool_], x: int, y: int, size: tuple[int, int], label: int, score: float
+) -> Mask | None:
+    """The largest part of a bitmap, holes of a few pixels closed; None if empty."""
+    count, parts, stats, _ = cv2.connectedComponentsWithStats(
+        bitmap.astype(np.uint8), connectivity=4
+    )
+    if count < 2:
+        return None
+    part = 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax())
+    left, top = int(stats[part, cv2.CC_STAT_LEFT]), int(stats[part, cv2.CC_STAT_TOP])
+    wide, tall = int(stats[part, cv2.CC_STAT_WIDTH]), int(stats[part, cv2.CC_STAT_HEIGHT])
+    crop = np.ascontiguousarray(parts[top : top + tall, left : left + wide] == part)
+    return Mask(crop, x + left, y + top, size[0], size[1], label, score)
+
+
+def decode_votes(
+    heat: Floats,
+    votes: Floats,
+    mask: Floats,
+    threshold: float,
+    scale: float,
+    size: tuple[int, int],
+    overlap: float = 0.5,
+) -> Found:
+    """Objects of one photo.
+
+    Parameters
+    ----------
+    heat : (C, H/4, W/4) float32 in [0, 1].
+    votes : (4 C, H/4, W/4) float32, distances in input pixels.
+    mask : (C, H/2, W/2) float32 in [0, 1].
+    threshold : least score.
+    scale : input pixels per photo pixel; the input's corner is the photo's corner.
+    size : width and height of the photo in pixels.
+    overlap : IoU above which the weaker of two boxes of a class goes.
+
+    Returns
+    -------
+    Found, in photo pixels; labels are class numbers from 1.
+    """
+    c, i, j = _peaks(heat, threshold)
+    cells = vote_boxes(votes)
+    limit = np.array([size[0], size[1], size[0], size[1]]) * scale
+    boxes = np.clip(cells[c, i, j], 0.0, limit)
+    scores = heat[c, i, j].astype(np.float64)
+    kept = keep_best(boxes, scores, c + 1, overlap)
+    kept = kept[np.prod(boxes[kept, 2:] - boxes[kept, :2], axis=1) > 1.0]
+    c, boxes, scores = c[kept], boxes[kept], scores[kept]
+    stay: list[int] = []
+    masks: list[Mask] = []
+    for k in np.unique(c):
+        members = np.flatnonzero(c == k)
+        owner = _assign(cells[k], boxes[members])
+        for n, member in enumerate(members):
+            drawn = _object_mask(mask[k], owner, n, boxes[member], scale, size)
+            if drawn is None:
+                continue
+            score = float(min(scores[member], 1.0))
+            found = _as_mask(*drawn, size, int(k) + 1, score)
+            wanted = _LEAST_FILL * float(np.prod(boxes[member, 2:] - boxes[member, :2])) / scale**2
+            if found is not None and found.area >= wanted:
+                stay.append(int(member))
+                masks.append(found)
+    order = np.argsort(-scores[stay], kind="stable")
+    index = np.asarray(stay, dtype=np.int64)[order]
+    return Found(
+        size[0],
+        size[1],
+        boxes[index] / scale,
+        np.minimum(scores[index], 1.0),
+        np.asarray(c[index] + 1, dtype=np.int64),
+        tuple(masks[n] for n in order),
+    )

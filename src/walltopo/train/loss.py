@@ -1,0 +1,58 @@
+"""Losses of the three outputs."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+from torch.nn import functional
+
+__all__ = ["box_loss", "heat_loss", "mask_loss"]
+
+
+def heat_loss(logits: Tensor, target: Tensor, weight: Tensor) -> Tensor:
+    """Focal loss with softened negatives near peaks (CornerNet; Law and Deng, ECCV 2018)."""
+    p = torch.sigmoid(logits)
+    at_peak = (target >= 1.0).float()
+    positive = at_peak * (1 - p) ** 2 * functional.softplus(-logits)
+    negative = (1 - at_peak) * (1 - target) ** 4 * p**2 * functional.softplus(logits)
+    return ((positive + negative) * weight).sum() / at_peak.sum().clamp(min=8.0)
+
+
+def box_loss(votes: Tensor, target: Tensor, weight: Tensor) -> Tensor:
+    """Weighted mean of 1 - GIoU of boxes given as distances from the same pixel.
+
+    Parameters
+    ----------
+    votes, target : (n, 4 C, h, w), pixels > 0.
+    weight : (n, C, h, w).
+    """
+    n, channels, h, w = votes.shape
+    shape = (n, channels // 4, 4, h, w)
+    pick = weight > 0
+    v = votes.view(shape).permute(0, 1, 3, 4, 2)[pick]
+    t = target.view(shape).permute(0, 1, 3, 4, 2)[pick]
+    share = weight[pick]
+    if len(share) == 0:
+        return votes.sum() * 0.0
+    overlap = torch.minimum(v, t)
+    around = torch.maximum(v, t)
+
+    def area(d: Tensor) -> Tensor:
+        return (d[:, 0] + d[:, 2]) * (d[:, 1] + d[:, 3])
+
+    inside = area(overlap)
+    union = area(v) + area(t) - inside
+    hull = area(around)
+    giou = inside / union - (hull - union) / hull
+    return ((1 - giou) * share).sum() / share.sum()
+
+
+def mask_loss(logits: Tensor, target: Tensor, weight: Tensor) -> Tensor:
+    """Weighted cross entropy plus the soft Dice loss of each class."""
+    entropy = functional.binary_cross_entropy_with_logits(logits, target, reduction="none") * weight
+    p = torch.sigmoid(logits) * (weight > 0)
+    t = target * (weight > 0)
+    both = (p * t * weight).sum(dim=(0, 2, 3))
+    either = ((p + t) * weight).sum(dim=(0, 2, 3))
+    dice = 1 - (2 * both + 50.0) / (either + 50.0)
+    return entropy.mean() + 0.5 * dice.mean()

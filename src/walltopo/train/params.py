@@ -1,0 +1,56 @@
+"""Settings of `walltopo train`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from walltopo.core import check_settings, setting
+
+__all__ = ["AugmentSettings", "TrainSettings"]
+
+
+@dataclass(frozen=True)
+class AugmentSettings:
+    """How photos are varied; the colour ranges are the published ones for hold detectors."""
+
+    hue: float = setting(1.0, "largest hue shift, share of the circle", low=0.0, high=1.0)
+    hue_share: float = setting(0.6, "share of crops whose hue is shifted", low=0.0, high=1.0)
+    saturation: float = setting(0.7, "largest change of saturation", low=0.0, high=1.0)
+    value: float = setting(0.4, "largest change of brightness", low=0.0, high=1.0)
+    rotation: float = setting(20.0, "rotation of most crops", unit="deg", low=0.0, high=180.0)
+    turn_share: float = setting(0.15, "share of crops turned by any angle", low=0.0, high=1.0)
+    flip_vertical: float = setting(0.1, "share of crops upside down", low=0.0, high=1.0)
+    scale_low: float = setting(0.6, "smallest scale of a photo", low=0.1, high=1.0)
+    scale_high: float = setting(2.2, "largest scale of a photo", low=1.0, high=8.0)
+    degrade: float = setting(0.25, "share blurred, noisy or compressed", low=0.0, high=1.0)
+
+    def __post_init__(self) -> None:
+        check_settings(self, "augment")
+
+
+@dataclass(frozen=True)
+class TrainSettings:
+    """How long and on what the detector is trained."""
+
+    minutes: float = setting(
+        60.0, "time to train, all resumed parts together", unit="min", low=0.01
+    )
+    crop: int = setting(480, "side of a training crop, a multiple of 32", unit="px", low=64)
+    batch: int = setting(8, "crops per step", low=1)
+    rate: float = setting(2e-3, "peak learning rate of AdamW", low=1e-6, high=1.0)
+    weight_decay: float = setting(0.02, "weight decay of AdamW", low=0.0, high=1.0)
+    warmup: float = setting(0.02, "share of the time spent raising the rate", low=0.0, high=0.5)
+    ema: float = setting(0.998, "decay of the averaged weights", low=0.0, high=0.99999)
+    held_out: float = setting(0.08, "share of the sources kept for choosing", low=0.0, high=0.5)
+    synthetic: float = setting(0.25, "share of crops from sets with exact masks", low=0.0, high=1.0)
+    patience: int = setting(12, "stop after so many checks without gain", low=1)
+    check_every: float = setting(
+        6.0, "time between checks on the held-out photos", unit="min", low=0.0
+    )
+    check_photos: int = setting(24, "held-out photos looked at in a check", low=1)
+    threads: int = setting(2, "CPU threads", low=1)
+    seed: int = setting(0, "seed of weights, crops and the split", low=0)
+    device: str = setting("auto", "where to train", choices=("auto", "cpu", "cuda"))
+
+    def __post_init__(self) -> None:
+        check_settings(self, "train")
