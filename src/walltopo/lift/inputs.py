@@ -59,7 +59,8 @@ def read_transforms(path: Path) -> list[View]:
         full[: len(world_from_gl)] = world_from_gl
         # Some exporters leave a scale in the matrix: a rotation has none.
         full[:3, :3] /= np.cbrt(np.linalg.det(full[:3, :3]))
-        views.append(View(name, camera, np.linalg.inv(full @ _FLIP)[:3]))
+        cam_from_world = np.asarray(np.linalg.inv(full @ _FLIP)[:3], dtype=np.float64)
+        views.append(View(name, camera, cam_from_world))
     return sorted(views, key=lambda view: view.name)
 
 

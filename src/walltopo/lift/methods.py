@@ -8,6 +8,7 @@ from walltopo.core import InputError, Instances, Mesh, Progress, Silent, View
 from walltopo.lift.distance import resolve_lengths
 from walltopo.lift.fast import lift_literal, nothing
 from walltopo.lift.params import LiftParams
+from walltopo.lift.robust import lift_robust
 
 __all__ = ["run_method"]
 
@@ -22,4 +23,6 @@ def run_method(
     if not any(mask.area for view in views for mask in view.masks):
         return nothing(len(mesh.faces))
     params = resolve_lengths(params, mesh, views)
-    return lift_literal(mesh, views, params, progress)
+    if params.method == "literal":
+        return lift_literal(mesh, views, params, progress)
+    return lift_robust(mesh, views, params, progress)

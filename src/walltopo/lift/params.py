@@ -17,8 +17,15 @@ def length_of_share(share: float, mean_distance: float) -> float:
 
 @dataclass(frozen=True)
 class LiftParams:
-    """How 2D masks become 3D instances."""
+    """How 2D masks become 3D instances.
 
+    `method = "literal"` is the published algorithm; `"robust"` (default) is ours: the same
+    evidence, other decisions, each of its steps with a switch of its own.
+    """
+
+    method: str = setting(
+        "robust", "robust, or literal: the published algorithm", choices=("robust", "literal")
+    )
     normalised: bool = setting(
         False, "take lengths from their normalised form (for scans without a scale)"
     )
@@ -51,6 +58,30 @@ class LiftParams:
     )
     threshold: float = setting(
         0.5, "a triangle is kept at this share of positive evidence", low=0.0, high=1.0
+    )
+    drop_duplicates: bool = setting(
+        True, "robust: of two masks of the same object in one photo keep the surer one"
+    )
+    drop_fused: bool = setting(
+        True, "robust: ignore masks that most other views see as several objects"
+    )
+    least_overlap: float = setting(
+        0.3, "robust: masks overlapping less are not connected", low=0.0, high=1.0
+    )
+    rounds: int = setting(
+        2, "robust: how often masks are handed to the instance they fit best", low=0, high=20
+    )
+    least_support: float = setting(
+        0.15,
+        "robust: an instance is dropped if fewer of the views that saw it found it",
+        low=0.0,
+        high=1.0,
+    )
+    sample_px: float = setting(
+        8.0, "robust: larger triangles get several samples", unit="px", low=0.5
+    )
+    most_splits: int = setting(
+        8, "robust: at most this number squared of samples a triangle", low=1, high=64
     )
     seed: int = setting(0, "seed of Louvain and of the sampled rays", low=0)
 

@@ -1,0 +1,122 @@
+"""The robust method: the same evidence as the published one, other decisions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import Instances, Mesh, Progress, View
+from walltopo.lift.blocks import blocks_of
+from walltopo.lift.cluster import louvain, renumber
+from walltopo.lift.covisible import Covisible, compare_projections
+from walltopo.lift.evidence import Evidence, Sampling, gather_evidence
+from walltopo.lift.params import LiftParams
+from walltopo.lift.records import scored_instances
+from walltopo.lift.tidy import tidy_order
+from walltopo.lift.vote import Claims, claims_of, vote
+
+__all__ = ["find_fused", "lift_robust"]
+
+Ints = NDArray[np.int32]
+Floats = NDArray[np.float64]
+
+# A view judges a mask if it saw this share of it.
+JUDGES = 0.3
+# A part: this share of another view's mask lies within the judged one, and it makes up at least
+# this share of it.
+WITHIN, PART = 0.7, 0.15
+# One mask over this share of the judged one confirms it.
+WHOLE = 0.75
+
+
+def find_fused(evidence: Evidence, pairs: Covisible) -> NDArray[np.bool_]:
+    """Masks that more views see as several objects than as one.
+
+    For a mask p, every other view that saw enough of it is asked for its masks on p's triangles:
+    two or more, each mostly within p, say "several"; one that covers most of p says "one".
+
+    Returns
+    -------
+    (P,) bool.
+    """
+    count, views = len(evidence.label), len(evidence.first_mask) - 1
+    other = evidence.view_of[pairs.q]
+    judges = pairs.p_seen >= JUDGES * pairs.area[pairs.p]
+    cover = pairs.shared / np.maximum(pairs.p_seen, 1e-300)
+    within = pairs.shared / np.maximum(pairs.q_seen, 1e-300)
+    part = judges & (cover >= PART) & (within >= WITHIN)
+    whole = judges & (cover >= WHOLE)
+    key = pairs.p.astype(np.int64) * views + other
+    asked, inverse = np.unique(key, return_inverse=True)
+    parts = np.bincount(inverse, part, minlength=len(asked))
+    wholes = np.bincount(inverse, whole, minlength=len(asked))
+    several = parts >= 2
+    one = ~several & (wholes >= 1)
+    p = asked // views
+    against = np.bincount(p[several], minlength=count)
+    for_it = np.bincount(p[one], minlength=count)
+    return against > for_it
+
+
+def _cluster(pairs: Covisible, usable: NDArray[np.bool_], params: LiftParams) -> Ints:
+    """(P,) cluster of each projection, -1 for those that are not usable."""
+    count = len(usable)
+    covered = (pairs.p_seen >= JUDGES * pairs.area[pairs.p]) | (
+        pairs.q_seen >= JUDGES * pairs.area[pairs.q]
+    )
+    weight = pairs.iou
+    edge = (pairs.p < pairs.q) & covered & (weight >= params.least_overlap)
+    edge &= usable[pairs.p] & usable[pairs.q]
+    found = louvain(
+        count, pairs.p[edge], pairs.q[edge], weight[edge], params.resolution, params.seed
+    )
+    cluster = np.where(usable, found, -1)
+    cluster[usable] = renumber(cluster[usable].astype(np.int64))
+    return cluster.astype(np.int32)
+
+
+def _reassign(evidence: Evidence, claims: Claims, area: Floats, usable: NDArray[np.bool_]) -> Ints:
+    """Each usable projection to the cluster it agrees with best, over what its view saw."""
+    iou = claims.shared / (area[claims.projection] + claims.seen - claims.shared)
+    good = (iou >= 0.5) & usable[claims.projection]
+    cluster = np.full(len(usable), -1, dtype=np.int32)
+    # The last write wins: ascending overlap, and the lower cluster last among equals.
+    order = np.lexsort((-claims.cluster[good], iou[good]))
+    cluster[claims.projection[good][order]] = claims.cluster[good][order]
+    cluster[cluster >= 0] = renumber(cluster[cluster >= 0].astype(np.int64))
+    return cluster
+
+
+def lift_robust(
+    mesh: Mesh, views: Sequence[View], params: LiftParams, progress: Progress
+) -> Instances:
+    """Masks to instances, with defences against masks that are wrong.
+
+    Parameters
+    ----------
+    params : lengths in the mesh's unit (`normalised` is resolved by the caller).
+    """
+    sampling = Sampling(
+        params.visibility_distance, params.easing_power, params.mask_resolution,
+        params.sample_px, params.most_splits,
+    )  # fmt: skip
+    evidence = gather_evidence(
+        blocks_of(mesh), views, lambda view: tidy_order(view, params.drop_duplicates), sampling,
+        progress,
+    )  # fmt: skip
+    progress.step("compare masks")
+    pairs = compare_projections(evidence)
+    usable = pairs.area > 0
+    if params.drop_fused:
+        usable &= ~find_fused(evidence, pairs)
+    progress.step("cluster")
+    cluster = _cluster(pairs, usable, params)
+    progress.step("vote")
+    winner, shares = vote(evidence, cluster, params.threshold)
+    for _ in range(params.rounds):
+        claims = claims_of(evidence, winner, int(cluster.max(initial=-1)) + 1)
+        cluster = _reassign(evidence, claims, pairs.area, usable)
+        winner, shares = vote(evidence, cluster, params.threshold)
+    return scored_instances(mesh, evidence, cluster, winner, shares, pairs.area, params)
