@@ -46,7 +46,7 @@ class _Handler(BaseHTTPRequestHandler):
     def log_message(self, format: str, *args: Any) -> None:
         """Say nothing: the terminal shows the address and waits."""
 
-    def do_GET(self) -> None:  # noqa: N802 (the name is http.server's)
+    def do_GET(self) -> None:
         if not self._from_here():
             return
         name = unquote(urlsplit(self.path).path).lstrip("/") or "index.html"
@@ -65,7 +65,7 @@ class _Handler(BaseHTTPRequestHandler):
 
     do_HEAD = do_GET  # noqa: N815
 
-    def do_POST(self) -> None:  # noqa: N802
+    def do_POST(self) -> None:
         if not self._from_here():
             return
         length = int(self.headers.get("Content-Length") or 0)
@@ -109,12 +109,12 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _file(self, name: str) -> Path | None:
         """The file behind a name, if it is one that the page is made of."""
-        first = name.split("/", 1)[0]
-        if name not in FILES and first not in FOLDERS:
+        root = self.scan.root.resolve()
+        path = (root / name).resolve()
+        if not path.is_relative_to(root) or not path.is_file():
             return None
-        path = (self.scan.root / name).resolve()
-        inside = path.is_relative_to(self.scan.root.resolve())
-        return path if inside and path.is_file() else None
+        parts = path.relative_to(root).parts
+        return path if parts[0] in FOLDERS or "/".join(parts) in FILES else None
 
     def _json(self, status: HTTPStatus, value: Any) -> None:
         self._send(status, json.dumps(value).encode("utf-8"), "application/json")

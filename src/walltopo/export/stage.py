@@ -63,7 +63,7 @@ def run(scan: ScanFolder, settings: ExportSettings, progress: Progress) -> dict[
     write_json(scan.holds, {"version": 1, "metric": wall.metric, "holds": wall.holds})
     first, metrics = _write_tiers(scan, wall, settings, progress)
     progress.step("report", 1)
-    write_report(scan, wall, first, settings)
+    write_report(scan, wall, first, settings, progress)
     progress.advance()
     for name in ("first", "detail", "glb"):
         if f"{name}_mb" in metrics:

@@ -1,0 +1,120 @@
+"""Flat pictures of the wall, from the front and from above, in true proportion."""
+
+from __future__ import annotations
+
+import base64
+from dataclasses import dataclass
+from io import BytesIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import Camera
+from walltopo.export.surface import Surface
+
+__all__ = ["Canvas", "base_colours", "data_url", "front_direction", "paper_view"]
+
+Floats = NDArray[np.float64]
+PAPER = (245, 246, 248)
+FAR = 2000.0  # distance of the drawing camera in wall sizes: as good as parallel rays
+
+
+def front_direction(positions: Floats, triangles: NDArray[np.int64]) -> Floats:
+    """(3,) horizontal unit vector that the steep parts of the wall face on average."""
+    a, b, c = (positions[triangles[:, k]] for k in range(3))
+    crosses = np.cross(b - a, c - a)
+    areas = np.linalg.norm(crosses, axis=1)
+    steep = crosses[crosses[:, 2] < 0.8 * areas]
+    total = steep[:, :2].sum(axis=0)
+    length = float(np.hypot(*total))
+    if length < 1e-9:
+        return np.array([0.0, -1.0, 0.0])
+    return np.array([total[0] / length, total[1] / length, 0.0])
+
+
+@dataclass(frozen=True, eq=False)
+class Canvas:
+    """A drawing plane: where world points land, and which face each pixel shows.
+
+    Parameters
+    ----------
+    right, down : (3,) world directions of the picture's axes.
+    origin : (2,) plane coordinates of the top-left corner, world units.
+    scale : pixels per world unit.
+    face : (H, W) int32 face index, -1 = none.
+    """
+
+    right: Floats
+    down: Floats
+    origin: Floats
+    scale: float
+    face: NDArray[np.int32]
+
+    def place(self, points: Floats) -> Floats:
+        """(n, 2) pixels of (n, 3) world points."""
+        plane = np.stack([points @ self.right, points @ self.down], axis=-1)
+        return (plane - self.origin) * self.scale
+
+    def picture(self, face_colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """(H, W, 3) picture with the given (F, 3) colours."""
+        table = np.vstack([face_colours, np.array([PAPER], dtype=np.uint8)])
+        return table[self.face]
+
+
+def paper_view(
+    positions: Floats, triangles: NDArray[np.int64], towards: Floats, up: Floats, width: int
+) -> Canvas:
+    """Draw without perspective.
+
+    Parameters
+    ----------
+    positions : (V, 3), world frame.
+    towards : (3,) unit, the direction one looks.
+    up : (3,) unit, up in the picture.
+    width : pixels; the height follows, at most twice the width.
+    """
+    from walltopo.raycast import render_ids
+
+    right = np.cross(towards, up)
+    down = -up
+    plane = np.stack([positions @ right, positions @ down], axis=-1)
+    low, high = plane.min(axis=0), plane.max(axis=0)
+    size = np.maximum(high - low, 1e-6)
+    origin = low - 0.04 * size.max()
+    extent = size + 0.08 * size.max()
+    scale = width / extent[0]
+    height = int(np.clip(round(extent[1] * scale), 16, 2 * width))
+    depth = positions @ towards
+    distance = FAR * float(np.ptp(positions, axis=0).max() + 1e-6)
+    # A camera far away whose rays through the corner pixel start at `origin`.
+    rotation = np.stack([right, down, towards])
+    focal = scale * distance
+    camera = Camera("SIMPLE_PINHOLE", width, height, (focal, 0.0, 0.0))
+    translation = np.array([-origin[0], -origin[1], distance - float(depth.mean())])
+    pose = np.column_stack([rotation, translation])
+    face, _ = render_ids(positions, triangles.astype(np.int32), camera, pose)
+    return Canvas(right, down, origin, scale, face)
+
+
+def base_colours(surface: Surface, texture: NDArray[np.uint8] | None) -> NDArray[np.uint8]:
+    """(T, 3) one colour a triangle: of the texture, of the vertices, or shaded grey."""
+    corners = surface.triangles.astype(np.int64)
+    if surface.uv is not None and texture is not None:
+        height, width = texture.shape[:2]
+        middle = surface.uv[corners].mean(axis=1)
+        column = np.clip((middle[:, 0] * width).astype(int), 0, width - 1)
+        row = np.clip((middle[:, 1] * height).astype(int), 0, height - 1)
+        return np.ascontiguousarray(texture[row, column, :3])
+    if surface.colours is not None:
+        return surface.colours[corners].mean(axis=1).astype(np.uint8)
+    shade = 130 + 90 * np.abs(surface.normals[corners].mean(axis=1) @ np.array([0.5, 0.4, 0.76]))
+    return np.repeat(shade[:, None], 3, axis=1).astype(np.uint8)
+
+
+def data_url(picture: NDArray[np.uint8], quality: int = 82) -> str:
+    """A picture as a `data:` address."""
+    from PIL import Image
+
+    stream = BytesIO()
+    Image.fromarray(picture).save(stream, "WEBP", quality=quality, method=4)
+    return "data:image/webp;base64," + base64.b64encode(stream.getvalue()).decode("ascii")

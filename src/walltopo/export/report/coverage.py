@@ -1,0 +1,93 @@
+"""How many photos see each spot of the wall, and where more would help."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import View
+
+__all__ = ["THIN", "Spot", "count_views", "thin_spots"]
+
+Floats = NDArray[np.float64]
+
+THIN = 3  # fewer photos than this do not make a surface one can trust
+LONGEST = 320  # pixels of the depth picture that decides what hides what
+SLACK = 0.015  # share of the depth by which a spot may lie behind what is drawn
+
+
+def count_views(
+    positions: Floats, triangles: NDArray[np.int64], views: Sequence[View]
+) -> NDArray[np.int32]:
+    """(T,) int32: photos in which a triangle's centre is in the picture, unhidden, and faces us."""
+    from walltopo.raycast import render_ids
+
+    corners = positions[triangles]
+    centres = corners.mean(axis=1)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    counts = np.zeros(len(triangles), dtype=np.int32)
+    for view in views:
+        camera = view.camera.scaled(LONGEST / max(view.camera.width, view.camera.height))
+        _, depth = render_ids(positions, triangles.astype(np.int32), camera, view.cam_from_world)
+        local = view.to_camera(centres)
+        pixel = camera.project(local)
+        with np.errstate(invalid="ignore"):
+            inside = (pixel >= 0).all(axis=1) & (pixel < [camera.width, camera.height]).all(axis=1)
+        index = np.flatnonzero(inside & (((view.centre - centres) * normals).sum(axis=1) > 0))
+        column, row = pixel[index].astype(int).T
+        shown = local[index, 2] <= depth[row, column] * (1 + SLACK)
+        counts[index[shown]] += 1
+    return counts
+
+
+@dataclass(frozen=True)
+class Spot:
+    """A place that too few photos see.
+
+    Parameters
+    ----------
+    centre : (3,) world.
+    area : square metres (square units when unscaled) that fewer than `THIN` photos see.
+    views : mean number of photos over that area.
+    """
+
+    centre: Floats
+    area: float
+    views: float
+
+
+def thin_spots(
+    centres: Floats,
+    areas: Floats,
+    counts: NDArray[np.int32],
+    right: Floats,
+    cell: float,
+    most: int = 5,
+) -> list[Spot]:
+    """The worst cells of a grid over the wall's front, largest thin area first.
+
+    Parameters
+    ----------
+    centres, areas, counts : per triangle of the climbing surface.
+    right : (3,) horizontal direction along the wall.
+    cell : side of a cell, world units.
+    """
+    thin = counts < THIN
+    if not thin.any():
+        return []
+    grid = np.floor(np.stack([centres @ right, centres[:, 2]], axis=-1) / cell).astype(np.int64)
+    _, group = np.unique(grid, axis=0, return_inverse=True)
+    whole = np.bincount(group, areas)
+    bare = np.bincount(group, areas * thin)
+    # A cell counts when a fair part of it is thin: every border has a few such triangles.
+    worst = [k for k in np.argsort(-bare) if bare[k] > 0.25 * whole[k] and bare[k] > 0.1 * cell**2]
+    spots = []
+    for k in worst[:most]:
+        chosen = thin & (group == k)
+        weight = areas[chosen] / areas[chosen].sum()
+        centre = (centres[chosen] * weight[:, None]).sum(axis=0)
+        spots.append(Spot(centre, float(bare[k]), float((counts[chosen] * weight).sum())))
+    return spots
