@@ -55,7 +55,8 @@ class PlateFit:
     plate_from_model : model units to the plate's frame in metres.
     corners_model : (n, 3) corners of the print in model units that the fit rests on.
     corners_plate : (n, 3) the same corners in the plate's frame, metres.
-    residual_mm : root mean square distance between the two after the fit.
+    residual_mm : root mean square distance between the two after the fit, over the better three
+        quarters of all corners that were found (one marker of four may be covered or confused).
     error_px : median distance of the placed corners from the detected ones.
     photos : names of the photos it rests on.
     """
@@ -103,7 +104,9 @@ def fit_from_corners(plate: Plate, sightings: Sequence[Sighting]) -> PlateFit | 
         return None
     if inliers.sum() < 4:
         return None
-    return _placed(plate, "corners", fit, points[inliers], places[inliers], sightings, photos)
+    placed = _placed(plate, "corners", fit, points[inliers], places[inliers], sightings, photos)
+    # Over all corners: a plate of another shape has corners that agree with each other, too.
+    return replace(placed, residual_mm=_trimmed(fit.apply(points) - places))
 
 
 def fit_from_markers(plate: Plate, sightings: Sequence[Sighting]) -> PlateFit | None:
@@ -212,6 +215,12 @@ def _placed(
         error,
         tuple(sorted(photos)),
     )
+
+
+def _trimmed(errors: Floats) -> float:
+    """Root mean square length, mm, of the better three quarters of (n, 3) errors in metres."""
+    lengths = np.sort(np.linalg.norm(errors, axis=1))
+    return 1000 * float(np.sqrt(np.mean(lengths[: -(-3 * len(lengths) // 4)] ** 2)))
 
 
 def _triangulate_corner(sightings: Sequence[Sighting], corner: int) -> Triangulated | None:
