@@ -18,8 +18,8 @@ __all__ = ["Coloured", "HoldPaint", "assign_colours", "find_palette", "paint_ove
 Floats = NDArray[np.float64]
 
 WHITE_LEVEL = 0.80  # luminance given to the brightest paint of a scan (white paint: 0.7 to 0.85)
-SAME = 0.6  # times `colour_spread`: nearer to a colour of the holds, a volume has that colour
-REACH = 2.0  # times `colour_spread`: farther from every palette entry a colour is unknown
+SAME = 1.0  # times `colour_spread`: nearer to a colour of the holds, a volume has that colour
+REACH = 3.0  # times `colour_spread`: farther from every palette entry a colour is unknown
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,23 +105,23 @@ def _rgb(linear: Floats) -> tuple[int, int, int]:
 
 
 def _found_palette(
-    points: Floats,
-    paints: Sequence[HoldPaint],
-    spread: float,
-    lightness_weight: float,
-    taken: Sequence[str] = (),
+    paints: Sequence[HoldPaint], spread: float, lightness_weight: float, taken: Sequence[str] = ()
 ) -> list[Entry]:
     """Cluster colours and name each cluster; a name that is taken gets a number."""
-    weights = np.array([np.sqrt(paint.weights.sum()) for paint in paints])
-    groups = cluster_colours(points, weights, spread)
+    if not paints:
+        return []
+    linear = np.array([paint.linear for paint in paints])
+    points = features(linear, lightness_weight)
     entries: list[Entry] = []
-    used = dict.fromkeys(taken, 1)
-    for number in range(int(groups.max(initial=-1)) + 1):
-        rows = np.flatnonzero(groups == number).tolist()
-        rgb = _rgb(np.median([paints[row].linear for row in rows], axis=0))
-        name = name_of(rgb, lightness_weight)
-        used[name] = used.get(name, 0) + 1
-        entries.append(Entry(name if used[name] == 1 else f"{name} {used[name]}", rgb))
+    used = set(taken)
+    for term, rows in cluster_colours(points, spread, lightness_weight).items():
+        rgb = _rgb(np.median(linear[rows], axis=0))
+        # The centre may have moved away from the term it started from.
+        wanted = [name_of(rgb, lightness_weight), term]
+        numbered = [f"{wanted[0]} {number}" for number in range(2, 2 + len(used))]
+        name = next(name for name in wanted + numbered if name not in used)
+        used.add(name)
+        entries.append(Entry(name, rgb))
     return entries
 
 
@@ -144,23 +144,17 @@ def find_palette(
     clustered by themselves, and their colours come last.
     """
 
-    def paint_points(ids: Sequence[int]) -> Floats:
-        return features(np.array([paints[k].linear for k in ids]).reshape(-1, 3), lightness_weight)
-
     holds = [number for number in paints if number not in volumes] or list(paints)
-    entries = _found_palette(
-        paint_points(holds), [paints[k] for k in holds], spread, lightness_weight
-    )
-    others = [number for number in paints if number not in set(holds)]
-    points = paint_points(others)
+    entries = _found_palette([paints[k] for k in holds], spread, lightness_weight)
     anchors = _anchors(entries, lightness_weight)
-    apart = np.linalg.norm(points[:, None] - anchors[None], axis=2).min(axis=1) > SAME * spread
-    others = [number for number, far in zip(others, apart.tolist(), strict=True) if far]
-    if others:
-        taken = [entry.name for entry in entries]
-        rest = [paints[k] for k in others]
-        entries += _found_palette(points[apart], rest, spread, lightness_weight, taken)
-    return entries
+    apart = [
+        paint
+        for number, paint in paints.items()
+        if number in volumes
+        and np.linalg.norm(anchors - features(paint.linear, lightness_weight), axis=1).min()
+        > SAME * spread
+    ]
+    return entries + _found_palette(apart, spread, lightness_weight, [e.name for e in entries])
 
 
 def assign_colours(

@@ -33,9 +33,6 @@ _TO_LINEAR = np.where(_CODES <= 0.04045, _CODES / 12.92, ((_CODES + 0.055) / 1.0
 KNEE = 0.35
 # Lightness below which a/L, b/L are noise, and are held down.
 DARK = 0.06
-# Saturation (compressed) up to which a colour counts as grey, where lightness tells more.
-GREYISH = 0.12
-GREY_GAIN = 1.6
 
 
 def linear_from_srgb8(pixels: NDArray[np.uint8]) -> Floats:
@@ -59,14 +56,11 @@ def features(linear: Floats, lightness_weight: float) -> Floats:
     """(..., 3) features in which Euclidean distance compares paint, not light.
 
     OKLab scales as a whole when light is scaled, so a/L and b/L are free of shading. They are
-    compressed radially (see `KNEE`); the third feature is lightness with a low weight, higher
-    for greys, because black, grey and white differ in nothing else.
+    compressed radially (see `KNEE`). The third feature is lightness with a lower weight: it
+    is what tells black, grey and white, but shading changes it.
     """
     lab = oklab_from_linear(linear)
     lightness = lab[..., :1]
     paint = lab[..., 1:] / (np.maximum(lightness, 0.0) + DARK)
     radius = np.linalg.norm(paint, axis=-1, keepdims=True)
-    paint = paint / (radius + KNEE)
-    grey = np.exp(-(((radius / (radius + KNEE)) / GREYISH) ** 2))
-    weight = lightness_weight * (1 + (GREY_GAIN - 1) * grey)
-    return np.concatenate([paint, lightness * weight], axis=-1)
+    return np.concatenate([paint / (radius + KNEE), lightness * lightness_weight], axis=-1)

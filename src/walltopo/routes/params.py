@@ -25,13 +25,13 @@ class ClassifySettings:
     cutouts: int = setting(6, "Cutouts kept per hold", low=1, high=50)
     cutout_px: int = setting(160, "Longest side of a kept cutout", unit="px", low=32, high=1024)
     colour_spread: float = setting(
-        0.20,
+        0.13,
         "Colours nearer than this are one palette entry (see docs/colours.md)",
         low=0.02,
         high=1.0,
     )
     lightness_weight: float = setting(
-        0.5, "Weight of lightness against hue and chroma when colours are grouped", low=0, high=2
+        0.7, "Weight of lightness against hue and chroma when colours are grouped", low=0, high=2
     )
     palette: str = setting(
         "", "A palette.toml with names and reference colours; empty: found by clustering"
