@@ -14,7 +14,7 @@ Floats = NDArray[np.float64]
 # Pairs that share fewer points than this say too little about their overlap.
 _MIN_SHARED = 12
 # A baseline closer than this to the viewing direction cannot be rectified usefully.
-_MAX_FORWARD = np.cos(np.deg2rad(40.0))
+_MAX_FORWARD = np.cos(np.deg2rad(25.0))
 # Width (natural logarithm) of the preference for the best angle.
 _ANGLE_SPREAD = 0.55
 

@@ -35,7 +35,7 @@ class DenseSettings:
     )
     agree: int = setting(2, "stereo pairs that must agree on a depth (fewer if fewer exist)", low=1)
     min_part: float = setting(
-        0.1, "loose parts smaller than this many metres (or 1 % of the scene) are crumbs", low=0
+        0.3, "loose parts smaller than this many metres (or 3 % of the scene) are crumbs", low=0
     )
     max_hole: float = setting(
         0.1, "holes up to this diameter, in metres (or 1 % of the scene), are closed", low=0

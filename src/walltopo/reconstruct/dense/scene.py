@@ -83,10 +83,10 @@ def ground_sampling(scene: Scene) -> float:
 def surroundings(scene: Scene) -> tuple[Floats, Floats]:
     """Least and largest corner (3,) of the box that holds the surface worth meshing.
 
-    The box of the points without its outermost 0.5 % on each side, widened by 5 % of its
-    diagonal.
+    The box of the points without its outermost 0.5 % on each side, widened by 10 % of
+    its diagonal.
     """
     used = scene.points[np.unique(np.concatenate(scene.seen))]
     low, high = np.percentile(used, [0.5, 99.5], axis=0)
-    margin = 0.05 * float(np.linalg.norm(high - low))
+    margin = 0.1 * float(np.linalg.norm(high - low))
     return low - margin, high + margin

@@ -18,6 +18,9 @@ Image = NDArray[np.uint8]
 Depth = NDArray[np.float32]
 
 _BLOCK = 5
+# Matches this close to a photo's border compare the photo with the black around it.
+_RIM = 4
+_UNIQUENESS = 6
 _SPECKLE_AREA = 200
 # One standard deviation of a disparity, pixels, where stereo works at all.
 _DISPARITY_SIGMA = 0.35
@@ -48,7 +51,7 @@ def undistort(image: Image, view: View, size: tuple[int, int] | None = None) -> 
     return np.asarray(straight, dtype=np.uint8), new
 
 
-def _disparity(left: Image, right: Image, count: int) -> Depth:
+def _search(left: Image, right: Image, count: int) -> Depth:
     """Disparity of the left image in pixels, NaN where unknown, by StereoSGBM."""
     matcher = cv2.StereoSGBM.create(
         minDisparity=0,
@@ -58,13 +61,31 @@ def _disparity(left: Image, right: Image, count: int) -> Depth:
         P2=40 * _BLOCK * _BLOCK,
         disp12MaxDiff=1,
         preFilterCap=31,
-        uniquenessRatio=8,
+        uniquenessRatio=_UNIQUENESS,
         speckleWindowSize=_SPECKLE_AREA,
         speckleRange=1,
         mode=cv2.STEREO_SGBM_MODE_SGBM_3WAY,
     )
     fixed = matcher.compute(left, right)
     return np.where(fixed >= 0, fixed.astype(np.float32) / 16.0, np.nan).astype(np.float32)
+
+
+def _disparity(left: Image, right: Image, count: int) -> Depth:
+    """Disparity of the left image; where the texture is too fine or too faint at full size,
+    that of the halved photos."""
+    full = _search(left, right, count)
+    height, width = left.shape
+    half_size = (width + 1) // 2, (height + 1) // 2
+    small = [
+        np.asarray(cv2.resize(i, half_size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+        for i in (left, right)
+    ]
+    # At half size the empty columns on the left are half as many; round them up to 16.
+    coarse = _search(small[0], small[1], (count // 2 + 15) // 16 * 16)
+    coarse = np.asarray(cv2.resize(coarse, (width, height), interpolation=cv2.INTER_LINEAR)) * (
+        width / half_size[0]
+    )
+    return np.where(np.isnan(full), coarse, full).astype(np.float32)
 
 
 def match_pair(image: Image, view: View, other: Image, partner: View, points: Floats) -> Depth:
@@ -87,7 +108,30 @@ def match_pair(image: Image, view: View, other: Image, partner: View, points: Fl
     left = cv2.warpPerspective(image, pair.left, size, flags=cv2.INTER_CUBIC)
     right = cv2.warpPerspective(other, pair.right, size, flags=cv2.INTER_CUBIC)
     disparity = _disparity(np.asarray(left), np.asarray(right), pair.disparities)
+    for home, shift in ((pair.left, np.zeros(())), (pair.right, disparity)):
+        disparity = _within(disparity, home, shift, image.shape, size)
     return _to_photo(disparity, pair, view)
+
+
+def _within(
+    disparity: Depth,
+    homography: Floats,
+    shift: NDArray[np.floating],
+    shape: tuple[int, ...],
+    size: tuple[int, int],
+) -> Depth:
+    """Without the disparities whose pixel, moved left by `shift`, lies outside its photo.
+
+    Beyond a photo's border there is only black, and black matches black.
+    """
+    whole = np.full(shape, 255, dtype=np.uint8)
+    whole[:_RIM], whole[-_RIM:], whole[:, :_RIM], whole[:, -_RIM:] = 0, 0, 0, 0
+    mask = np.asarray(cv2.warpPerspective(whole, homography, size, flags=cv2.INTER_NEAREST))
+    column = np.arange(size[0], dtype=np.float32) - np.nan_to_num(shift)
+    column = np.broadcast_to(column, disparity.shape)
+    row = np.arange(size[1])[:, None]
+    inside = mask[row, np.clip(np.rint(column), 0, size[0] - 1).astype(np.intp)] > 0
+    return np.where(inside & (column >= 0), disparity, np.nan).astype(np.float32)
 
 
 def _to_photo(disparity: Depth, pair: Rectified, view: View) -> Depth:
@@ -131,7 +175,7 @@ def agreeing_depth(
     maps : (H, W) float32 z-depths, NaN where unknown.
     baselines : distance to each map's partner, world units; a longer one is more precise.
     focal : focal length of the maps in pixels.
-    agree : how many maps must lie within tolerance of each other.
+    agree : how many maps must lie within tolerance of each other, where as many see the pixel.
 
     Returns
     -------
@@ -140,9 +184,9 @@ def agreeing_depth(
     """
     stack = np.stack(maps)
     precision = np.array([(focal * b / _DISPARITY_SIGMA) ** 2 for b in baselines], dtype=np.float32)
+    needed = np.minimum(agree, np.isfinite(stack).sum(axis=0)).clip(1)
     best_weight = np.zeros(stack.shape[1:], dtype=np.float32)
     best_sum = np.zeros_like(best_weight)
-    needed = min(agree, len(maps))
     for candidate in range(len(maps)):
         centre = stack[candidate]
         weight = np.zeros_like(best_weight)
