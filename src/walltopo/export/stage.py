@@ -13,16 +13,22 @@ from walltopo.export.wall import Wall, read_wall
 from walltopo.export.webpage import write_page, write_tier
 from walltopo.workspace import ScanFolder, atomic_path, write_json
 
-__all__ = ["run"]
+__all__ = ["run", "write_wall"]
 
 ASSETS = "page"
 
 
-def _write_tiers(
+def write_wall(
     scan: ScanFolder, wall: Wall, settings: ExportSettings, progress: Progress
 ) -> tuple[Surface, dict[str, Any]]:
-    """Write `wall.glb` and the page with its tiers; gives the first tier's surface, sizes."""
+    """Write `holds.json`, `wall.glb` and the page with its tiers.
+
+    Returns
+    -------
+    The first tier's surface, and sizes (MB) and triangles of the tiers.
+    """
     metrics: dict[str, Any] = {}
+    write_json(scan.holds, {"version": 1, "metric": wall.metric, "holds": wall.holds})
     progress.step("glTF tiers", 3)
     data, surface = build_tier(wall, "archive", settings)
     with atomic_path(scan.glb) as temporary:
@@ -60,8 +66,7 @@ def run(scan: ScanFolder, settings: ExportSettings, progress: Progress) -> dict[
     progress.step("reading the scan", 1)
     wall = read_wall(scan, settings.title)
     progress.advance()
-    write_json(scan.holds, {"version": 1, "metric": wall.metric, "holds": wall.holds})
-    first, metrics = _write_tiers(scan, wall, settings, progress)
+    first, metrics = write_wall(scan, wall, settings, progress)
     progress.step("report", 1)
     write_report(scan, wall, first, settings, progress)
     progress.advance()

@@ -1,0 +1,88 @@
+"""One wall as one file of a chosen format."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from walltopo.core import InputError, Progress, Silent
+from walltopo.export.gltf import Packing, write_glb
+from walltopo.export.params import ExportSettings
+from walltopo.export.picture import encode_texture
+from walltopo.export.tiers import tier_surface
+from walltopo.export.wall import Wall
+from walltopo.workspace import ScanFolder, atomic_path
+
+__all__ = ["FORMATS", "convert"]
+
+FORMATS = {
+    "glb": ".glb",
+    "glb-web": ".glb",
+    "obj": ".obj",
+    "ply": ".ply",
+    "painted-ply": ".ply",
+    "geojson": ".geojson",
+    "csv": ".csv",
+    "labelme": "",
+}
+
+
+def _glb(path: Path, wall: Wall, settings: ExportSettings, web: bool) -> None:
+    tier = "first" if web else "archive"
+    surface = tier_surface(wall, getattr(settings, f"{tier}_triangles"))
+    picture = None
+    if wall.texture is not None:
+        longest = getattr(settings, f"{tier}_texture")
+        kind = "WEBP" if web else "JPEG"
+        picture = encode_texture(wall.texture, longest, kind, settings.texture_quality)
+    packing = Packing(quantised=True, compressed=True, normals=False) if web else Packing()
+    data = write_glb(
+        surface,
+        wall.holds,
+        wall.routes,
+        picture=picture,
+        packing=packing,
+        metric=wall.metric,
+        title=wall.title,
+    )
+    with atomic_path(path) as temporary:
+        temporary.write_bytes(data)
+
+
+def convert(
+    wall: Wall,
+    kind: str,
+    path: Path,
+    *,
+    scan: ScanFolder | None = None,
+    settings: ExportSettings | None = None,
+    progress: Progress | None = None,
+) -> None:
+    """Write `wall` to `path` (for `labelme`, a folder).
+
+    Parameters
+    ----------
+    kind : a key of `FORMATS`.
+    scan : where the photos are; needed by `labelme` alone.
+    """
+    from walltopo.export.files.labelme import write_labelme
+    from walltopo.export.files.listings import write_csv, write_geojson
+    from walltopo.export.files.meshes import write_labelled_ply, write_obj, write_painted_ply
+
+    settings, progress = settings or ExportSettings(), progress or Silent()
+    if kind in ("glb", "glb-web"):
+        _glb(path, wall, settings, web=kind == "glb-web")
+    elif kind == "labelme":
+        if scan is None:
+            raise InputError("labelme needs a scan folder with its photos")
+        write_labelme(path, scan, wall, progress)
+    elif kind in FORMATS:
+        write = {
+            "obj": write_obj,
+            "ply": write_labelled_ply,
+            "painted-ply": write_painted_ply,
+            "geojson": write_geojson,
+            "csv": write_csv,
+        }[kind]
+        write(path, wall)
+    else:
+        raise InputError(f"unknown format {kind!r}; there are {', '.join(FORMATS)}")

@@ -1,0 +1,94 @@
+"""A part of a wall: one route with the surface around it, or a stretch of the wall."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import InputError, Mesh
+from walltopo.export.report.canvas import front_direction
+from walltopo.export.wall import Wall
+
+__all__ = ["crop_route", "crop_section", "keep_faces"]
+
+AROUND = 0.8  # metres of wall kept around a route's holds
+
+
+def keep_faces(wall: Wall, keep: NDArray[np.bool_], shown: Collection[int]) -> Wall:
+    """The wall with the faces of `keep` alone; of the holds, those in `shown` keep their id."""
+    if not keep.any():
+        raise InputError("nothing of the wall lies in the part that was asked for")
+    faces = wall.mesh.faces[keep]
+    used, index = np.unique(faces, return_inverse=True)
+    colours = wall.mesh.vertex_colours
+    mesh = Mesh(
+        wall.mesh.vertices[used],
+        index.reshape(-1, 3).astype(np.int32),
+        None if colours is None else colours[used],
+    )
+    labels = wall.face_instance[keep]
+    labels = np.where(np.isin(labels, list(shown)), labels, 0).astype(np.int32)
+    holds = [hold for hold in wall.holds if hold["id"] in shown]
+    routes = []
+    for route in wall.routes:
+        rest = [hold for hold in route["holds"] if hold in shown]
+        if rest:
+            lists: dict[str, list[int]] = {
+                key: [h for h in route[key] if h in shown]
+                for key in ("start", "top", "footholds")
+                if key in route
+            }
+            routes.append({**route, "holds": rest, **lists})
+    uv = None if wall.uv is None else wall.uv[keep]
+    return replace(wall, mesh=mesh, face_instance=labels, uv=uv, holds=holds, routes=routes)
+
+
+def crop_route(wall: Wall, route_id: int) -> Wall:
+    """One route alone: its holds, the volumes near them, and the wall around.
+
+    Raises
+    ------
+    InputError : there is no such route; names the ones there are.
+    """
+    from scipy.spatial import cKDTree
+
+    route = next((r for r in wall.routes if r["id"] == route_id), None)
+    if route is None:
+        known = ", ".join(str(r["id"]) for r in wall.routes) or "none"
+        raise InputError(f"no route {route_id} in this scan; there are {known}")
+    members = set(route["holds"])
+    places = np.array([h["position"] for h in wall.holds if h["id"] in members], dtype=float)
+    unit = 1.0 if wall.metric else float(np.ptp(wall.mesh.vertices[:, 2])) / 4.0
+    distance, _ = cKDTree(places).query(wall.mesh.centroids, distance_upper_bound=AROUND * unit)
+    keep = np.isfinite(distance) | np.isin(wall.face_instance, list(members))
+    near = set(np.unique(wall.face_instance[keep]).tolist())
+    volumes = {h["id"] for h in wall.holds if h["class"] == "volume" and h["id"] in near}
+    keep |= np.isin(wall.face_instance, list(volumes))
+    cropped = keep_faces(wall, keep, members | volumes)
+    only = [r for r in cropped.routes if r["id"] == route_id]
+    return replace(cropped, routes=only)
+
+
+def crop_section(wall: Wall, left: float, right: float) -> Wall:
+    """The stretch between two distances from the wall's left end, as seen from the front.
+
+    Raises
+    ------
+    InputError : the stretch is empty.
+    """
+    if not left < right:
+        raise InputError(f"a section runs from left to right, got {left} to {right}")
+    front = front_direction(wall.mesh.vertices, wall.mesh.faces.astype(np.int64))
+    along = wall.mesh.centroids @ np.cross(-front, np.array([0.0, 0.0, 1.0]))
+    along -= along.min()
+    keep = (along >= left) & (along <= right)
+    inside = np.unique(wall.face_instance[keep])
+    # A hold on the border belongs to the section with most of it.
+    shown = {int(i) for i in inside if i > 0 and keep[wall.face_instance == i].mean() >= 0.5}
+    keep = (
+        keep & ((wall.face_instance == 0) | np.isin(wall.face_instance, list(shown)))
+    ) | np.isin(wall.face_instance, list(shown))
+    return keep_faces(wall, keep, shown)

@@ -1,0 +1,1 @@
+"""Other file formats that a wall can be written as."""

@@ -1,0 +1,75 @@
+"""Holds and routes as tables: CSV and GeoJSON."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from walltopo.export.report.canvas import front_direction
+from walltopo.export.wall import Wall
+from walltopo.workspace import atomic_path, write_json
+
+__all__ = ["write_csv", "write_geojson"]
+
+COLUMNS = ("id", "class", "type", "colour", "route", "score", "size_m", "area_m2", "steepness_deg")
+
+
+def write_csv(path: Path, wall: Wall) -> None:
+    """One line a hold; position as x, y, z, metres."""
+    with atomic_path(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as out:
+        writer = csv.writer(out)
+        writer.writerow([*COLUMNS, "x", "y", "z", "photos"])
+        for hold in wall.holds:
+            row = [_cell(hold[key]) for key in COLUMNS]
+            writer.writerow([*row, *hold["position"], len(hold["photos"] or [])])
+
+
+def _cell(value: Any) -> Any:
+    """A cell that no spreadsheet takes for a formula."""
+    if isinstance(value, str) and value[:1] in ("=", "+", "-", "@"):
+        return "'" + value
+    return "" if value is None else value
+
+
+def write_geojson(path: Path, wall: Wall) -> None:
+    """Holds as points and routes as lines in the wall's own flat map.
+
+    The coordinates are metres along the wall (as seen from the front) and height, not degrees:
+    the collection says so in `walltopo`. The place in space is each feature's `position`.
+    """
+    front = front_direction(wall.mesh.vertices, wall.mesh.faces.astype(np.int64))
+    right = np.cross(-front, np.array([0.0, 0.0, 1.0]))
+
+    def flat(position: list[float]) -> list[float]:
+        along = float(np.dot(position, right))
+        return [round(along, 4), round(float(position[2]), 4)]
+
+    keys = (*COLUMNS, "position", "normal")
+    features: list[dict[str, Any]] = [
+        {
+            "type": "Feature",
+            "id": f"hold-{hold['id']}",
+            "geometry": {"type": "Point", "coordinates": flat(hold["position"])},
+            "properties": {key: hold[key] for key in keys},
+        }
+        for hold in wall.holds
+    ]
+    places = {hold["id"]: hold["position"] for hold in wall.holds}
+    for route in wall.routes:
+        line = [flat(places[hold]) for hold in route["holds"] if hold in places]
+        kind = "LineString" if len(line) > 1 else "MultiPoint"
+        properties = {key: value for key, value in route.items() if key != "ambiguous"}
+        features.append(
+            {
+                "type": "Feature",
+                "id": f"route-{route['id']}",
+                "geometry": {"type": kind, "coordinates": line},
+                "properties": properties,
+            }
+        )
+    unit = "metres" if wall.metric else "arbitrary units"
+    note = {"coordinates": f"{unit}: along the wall, height", "along": right.tolist()}
+    write_json(path, {"type": "FeatureCollection", "walltopo": note, "features": features})
