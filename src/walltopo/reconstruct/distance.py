@@ -79,6 +79,9 @@ def named_points(path: Path, views: Sequence[View]) -> dict[str, Floats]:
             pixels = np.array([[float(x), float(y)] for x, y in seen.values()])
         except (TypeError, ValueError) as error:
             raise InputError(f"{path}: point {name!r}: a pixel is [x, y]: {error}") from error
+        sizes = [(by_name[k].camera.width, by_name[k].camera.height) for k in seen]
+        if ((pixels < 0) | (pixels > np.array(sizes))).any():
+            raise InputError(f"{path}: point {name!r}: a pixel lies outside its photo")
         found = triangulate([by_name[photo] for photo in seen], pixels, tolerance_px=12.0)
         if found is None or not found.inliers.all():
             raise InputError(

@@ -33,12 +33,15 @@ def up_from_cameras(views: Sequence[View]) -> Floats:
 
 
 def typical_unit(views: Sequence[View], points: Floats) -> float:
-    """Metres per model unit if the median point lies `TYPICAL_DISTANCE` from the cameras."""
-    if not len(points):
-        return 1.0
-    depths = [np.median(view.to_camera(points)[:, 2]) for view in views]
-    middle = float(np.median(depths))
-    return TYPICAL_DISTANCE / middle if middle > 0 else 1.0
+    """Metres per model unit if the median point lies `TYPICAL_DISTANCE` from its cameras."""
+    depths: list[float] = []
+    for view in views:
+        pixels = view.project(points)  # NaN behind the camera, which no comparison passes
+        size = (view.camera.width, view.camera.height)
+        seen = ((pixels >= 0) & (pixels <= size)).all(axis=1)
+        if seen.any():
+            depths.append(float(np.median(view.to_camera(points[seen])[:, 2])))
+    return TYPICAL_DISTANCE / float(np.median(depths)) if depths else 1.0
 
 
 def upright_frame(views: Sequence[View], points: Floats, scale: float, up: Floats) -> Similarity:
