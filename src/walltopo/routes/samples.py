@@ -18,7 +18,8 @@ Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]
 
 MIN_PIXELS = 12  # a hold seen with fewer pixels says nothing about its colour
-SHADOW, SHINE = 25, 85  # percentiles of lightness between which a hold's pixels are kept
+SHADE, SHINE = 40, 85  # percentiles of lightness between which a hold's pixels are kept
+CLIPPED = 252  # 8-bit value from which on a channel may be overexposed
 WALL_STEP = 4  # every fourth pixel of every fourth row measures the light on the wall
 MARGIN = 0.12  # of the box, around a cutout
 
@@ -31,7 +32,7 @@ class HoldView:
     ----------
     photo : number of the photo; hold : the instance's id.
     pixels : visible pixels of the hold, before erosion.
-    used : pixels that its colour was taken from.
+    clipped : share of overexposed pixels among those that its colour was taken from.
     linear : (3,) float64, typical linear RGB, as the photo has it.
     sharpness : variance of the Laplacian of the grey crop.
     cut : whether the hold touches the border of the photo.
@@ -41,7 +42,7 @@ class HoldView:
     photo: int
     hold: int
     pixels: int
-    used: int
+    clipped: float
     linear: Floats
     sharpness: float
     cut: bool
@@ -50,8 +51,8 @@ class HoldView:
 
     @property
     def quality(self) -> float:
-        """Weight of this view: visible pixels, halved where the photo cuts the hold off."""
-        return self.pixels * (0.5 if self.cut else 1.0)
+        """Weight of this view: visible pixels, less where it is cut off or overexposed."""
+        return self.pixels * (0.5 if self.cut else 1.0) * (1 - 0.9 * self.clipped)
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,24 +87,22 @@ def load_photo(path: Path, width: int, height: int) -> Image:
     return np.ascontiguousarray(picture[..., ::-1])
 
 
-def paint_of(pixels: Image) -> tuple[Floats, int]:
-    """Typical linear RGB of a hold's pixels, and how many of them it rests on.
+def paint_of(pixels: Image) -> tuple[Floats, float]:
+    """Typical linear RGB of a hold's pixels, and which share of the pixels used is clipped.
 
-    Pixels in shadow (the darkest quarter) and the brightest (highlights, chalk, screw heads:
-    the top 15 %) are left out, and so are clipped ones where enough others remain.
+    Of all pixels the lit side counts, without the brightest: the darker part is in the shade
+    of the hold itself, the top 15 % are highlights, chalk and screw heads.
 
     Parameters
     ----------
-    pixels : (n, 3) uint8 sRGB.
+    pixels : (n, 3) uint8 sRGB, n >= 1.
     """
-    clipped = (pixels >= 252).any(axis=1)
-    if np.count_nonzero(~clipped) >= max(MIN_PIXELS, len(pixels) // 3):
-        pixels = pixels[~clipped]
     linear = linear_from_srgb8(pixels)
     lightness = oklab_from_linear(linear)[:, 0]
-    low, high = np.percentile(lightness, [SHADOW, SHINE])
-    kept = linear[(lightness >= low) & (lightness <= high)]
-    return np.median(kept, axis=0), len(kept)
+    low, high = np.percentile(lightness, [SHADE, SHINE])
+    kept = (lightness >= low) & (lightness <= high)
+    clipped = float((pixels[kept] >= CLIPPED).any(axis=1).mean())
+    return np.median(linear[kept], axis=0), clipped
 
 
 def wall_patches(
@@ -152,7 +151,7 @@ def _hold_views(
         if count < MIN_PIXELS:
             continue
         core = _core(mask, erode)
-        linear, used = paint_of(picture[box][core])
+        linear, clipped = paint_of(picture[box][core])
         rows, columns = box
         pad = round(MARGIN * max(mask.shape))
         wide = (
@@ -165,7 +164,7 @@ def _hold_views(
             photo=photo,
             hold=number,
             pixels=count,
-            used=used,
+            clipped=clipped,
             linear=linear,
             sharpness=float(cv2.Laplacian(grey, cv2.CV_64F).var()),
             cut=rows.start == 0
