@@ -15,23 +15,12 @@ from walltopo.routes.order import describe_route, memberships
 from walltopo.routes.params import RoutesSettings
 from walltopo.routes.proxy import build_proxy
 from walltopo.routes.records import Hold, Route, read_holds
+from walltopo.routes.units import unit_of
 from walltopo.workspace import ScanFolder, read_json, write_json
 
-__all__ = ["find_routes", "run", "unit_of"]
+__all__ = ["find_routes", "run"]
 
 UNKNOWN = "unknown"
-
-
-def unit_of(holds: Sequence[Hold], metric: bool, typical_hold: float) -> float:
-    """How many scan units a metre is: 1 for scaled scans.
-
-    Without a scale the size of holds is the ruler: the median hold of a gym is about
-    `typical_hold` long, so the unit is the median size of the scan's holds over that.
-    """
-    sizes = [hold.size_m for hold in holds if hold.role == "hold" and hold.size_m > 0]
-    if metric or not sizes:
-        return 1.0
-    return float(np.median(sizes)) / typical_hold
 
 
 def _group(mesh: Mesh, holds: Sequence[Hold], settings: RoutesSettings, unit: float) -> Grouping:

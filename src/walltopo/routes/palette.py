@@ -12,10 +12,18 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError
 from walltopo.routes.oklab import features, linear_from_srgb8
-from walltopo.routes.records import HAND_ROLES
+from walltopo.routes.records import HAND_ROLES, Hold
 from walltopo.workspace import atomic_path
 
-__all__ = ["REFERENCE", "Entry", "cluster_colours", "name_of", "read_palette", "write_palette"]
+__all__ = [
+    "REFERENCE",
+    "Entry",
+    "cluster_colours",
+    "name_of",
+    "palette_of_holds",
+    "read_palette",
+    "write_palette",
+]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -161,6 +169,27 @@ def read_palette(path: Path, lightness_weight: float) -> list[Entry]:
         value = (rgb[0], rgb[1], rgb[2])
         entries.append(Entry(str(row.get("name") or name_of(value, lightness_weight)), value, role))
     return entries
+
+
+def palette_of_holds(holds: Sequence[Hold]) -> tuple[list[Entry], list[int]]:
+    """The colours that holds were given, most frequent first, and how many holds have each.
+
+    The reference colour is the median of the holds' own; the role is that of the holds if
+    they agree (volumes do not count, they may share a colour with holds).
+    """
+    groups: dict[str, list[Hold]] = {}
+    for hold in holds:
+        if hold.colour != "unknown":
+            groups.setdefault(hold.colour, []).append(hold)
+    entries: list[Entry] = []
+    counts: list[int] = []
+    for name, members in sorted(groups.items(), key=lambda item: (-len(item[1]), item[0])):
+        red, green, blue = np.median([hold.colour_rgb for hold in members], axis=0)
+        roles = {hold.role for hold in members if hold.kind != "volume"}
+        role = roles.pop() if len(roles) == 1 else "hold"
+        entries.append(Entry(name, (round(red), round(green), round(blue)), role))
+        counts.append(len(members))
+    return entries, counts
 
 
 def write_palette(path: Path, entries: Sequence[Entry], counts: Sequence[int]) -> None:

@@ -1,0 +1,99 @@
+"""`walltopo inventory`: what hangs on a wall, and what changed since another scan."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+__all__ = ["register"]
+
+_EXAMPLE = """examples:
+  walltopo inventory gym3
+  walltopo inventory gym3 --since gym3-march --changed
+  walltopo inventory gym3 --format csv --out holds.csv
+"""
+
+
+def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the `inventory` command."""
+    parser = commands.add_parser(
+        "inventory",
+        help="count holds by colour, type and size; compare two scans of a wall",
+        description="Count the holds of a scan by role, colour, type and size. With --since: "
+        "what came and went since an older scan of the same wall (matched by position and shape; "
+        "both scans must share a frame, as `walltopo update` or measures at the same place "
+        "give them).",
+        epilog=_EXAMPLE,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("scan", type=Path, help="scan folder")
+    parser.add_argument("--since", type=Path, metavar="OLD", help="an older scan of the wall")
+    parser.add_argument(
+        "--changed", action="store_true", help="with --since: leave out holds that stayed"
+    )
+    parser.add_argument("--format", choices=("table", "csv", "json"), default="table")
+    parser.add_argument("--out", type=Path, help="write there instead of to the terminal")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print or write the inventory; exit code 0."""
+    from walltopo.core import SettingsError
+    from walltopo.routes.inventory import changes, count_holds, load_scan, wall_area
+    from walltopo.routes.params import RoutesSettings
+    from walltopo.routes.units import unit_of
+
+    if args.changed and args.since is None:
+        raise SettingsError("--changed needs --since OLD")
+    scan, holds, metric = load_scan(args.scan)
+    if args.since is None:
+        rows = [row.to_json() for row in count_holds(holds)]
+        area = wall_area(scan)
+        unit = "m²" if metric else "square scan units (the scan has no scale)"
+        summary = f"{len(holds)} instances on {area:.1f} {unit} of mesh"
+        return _emit(args, rows, {"holds": len(holds), "area_m2": round(area, 3)}, summary)
+    _, old, _ = load_scan(args.since)
+    found = changes(old, holds, unit_of(holds, metric, RoutesSettings().typical_hold))
+    counts = {what: 0 for what in ("came", "went", "recoloured", "stayed")}
+    for change in found:
+        counts[change.what] += 1
+    rows = [c.to_json() for c in found if not (args.changed and c.what == "stayed")]
+    return _emit(args, rows, counts, ", ".join(f"{n} {what}" for what, n in counts.items()))
+
+
+def _emit(
+    args: argparse.Namespace, rows: list[dict[str, Any]], totals: dict[str, Any], summary: str
+) -> int:
+    import json
+
+    from walltopo.cli.console import console
+    from walltopo.routes.inventory import to_csv
+    from walltopo.workspace import atomic_path
+
+    if args.format == "table" and args.out is None:
+        console.print(_table(rows))
+        console.print(summary)
+        return 0
+    if args.format == "json":
+        text = json.dumps({"version": 1, "totals": totals, "rows": rows}, indent=1) + "\n"
+    else:
+        text = to_csv(rows)
+    if args.out is None:
+        console.out(text, end="", highlight=False)
+    else:
+        with atomic_path(args.out) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+        console.print(f"{args.out}: {summary}")
+    return 0
+
+
+def _table(rows: list[dict[str, Any]]) -> Any:
+    from rich.table import Table
+
+    table = Table()
+    for name in rows[0] if rows else ("nothing",):
+        table.add_column(name)
+    for row in rows:
+        table.add_row(*("" if value is None else str(value) for value in row.values()))
+    return table

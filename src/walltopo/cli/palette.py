@@ -1,0 +1,59 @@
+"""`walltopo palette`: the colours of a gym as a file that a setter can edit."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+__all__ = ["register"]
+
+_EXAMPLE = """examples:
+  walltopo palette learn gym3                 # writes gym3/palette.toml
+  walltopo palette learn gym3 --out gym.toml
+then rename colours in the file and give it to the next scan:
+  walltopo scan photos/ gym4 --set classify.palette=gym.toml
+"""
+
+
+def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the `palette` command."""
+    parser = commands.add_parser(
+        "palette",
+        help="write a gym's colours to a file to edit",
+        description="The colours of a gym: found by clustering its holds, named and kept in a "
+        "palette.toml.",
+        epilog=_EXAMPLE,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
+    learn = actions.add_parser(
+        "learn",
+        help="write the palette of a classified scan",
+        description="Write the colours that a scan's holds have, with how many holds have each.",
+        epilog=_EXAMPLE,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    learn.add_argument("scan", type=Path, help="scan folder")
+    learn.add_argument("--out", type=Path, help="file to write (default SCAN/palette.toml)")
+    learn.add_argument("--force", action="store_true", help="replace the file if it is there")
+    learn.set_defaults(run=run_learn)
+
+
+def run_learn(args: argparse.Namespace) -> int:
+    """Write the palette; exit code 0."""
+    from walltopo.cli.console import console
+    from walltopo.core import InputError
+    from walltopo.routes.inventory import load_scan
+    from walltopo.routes.palette import palette_of_holds, write_palette
+
+    scan, holds, _ = load_scan(args.scan)
+    out = args.out or scan.root / "palette.toml"
+    if out.exists() and not args.force:
+        raise InputError(f"{out}: is there already", "Give --force to replace it, or --out.")
+    entries, counts = palette_of_holds(holds)
+    if not entries:
+        raise InputError(f"{scan.attributes}: no hold has a colour", "Nothing to learn from.")
+    write_palette(out, entries, counts)
+    names = ", ".join(f"{e.name} ({n})" for e, n in zip(entries, counts, strict=True))
+    console.print(f"{out}: {len(entries)} colours: {names}")
+    return 0

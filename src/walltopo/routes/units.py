@@ -1,0 +1,23 @@
+"""How long a metre is in a scan that has no scale."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from walltopo.routes.records import Hold
+
+__all__ = ["unit_of"]
+
+
+def unit_of(holds: Sequence[Hold], metric: bool, typical_hold: float) -> float:
+    """How many scan units a metre is: 1 for scaled scans.
+
+    Without a scale the size of holds is the ruler: the median hold of a gym is about
+    `typical_hold` long, so the unit is the median size of the scan's holds over that.
+    """
+    sizes = [hold.size_m for hold in holds if hold.role == "hold" and hold.size_m > 0]
+    if metric or not sizes:
+        return 1.0
+    return float(np.median(sizes)) / typical_hold
