@@ -55,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
         return _emit(args, rows, {"holds": len(holds), "area_m2": round(area, 3)}, summary)
     _, old, _ = load_scan(args.since)
     found = changes(old, holds, unit_of(holds, metric, RoutesSettings().typical_hold))
-    counts = {what: 0 for what in ("came", "went", "recoloured", "stayed")}
+    counts = dict.fromkeys(("came", "went", "recoloured", "stayed"), 0)
     for change in found:
         counts[change.what] += 1
     rows = [c.to_json() for c in found if not (args.changed and c.what == "stayed")]
