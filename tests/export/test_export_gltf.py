@@ -1,0 +1,83 @@
+"""The GLB: what a reader of the specification finds in it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from glbfile import Glb  # type: ignore[import-not-found]
+
+from walltopo.export.params import ExportSettings
+from walltopo.export.tiers import build_tier
+from walltopo.export.wall import Wall, read_wall
+from walltopo.workspace import ScanFolder
+
+MakeScan = Callable[..., ScanFolder]
+
+
+@pytest.fixture
+def wall(make_scan: MakeScan) -> Wall:
+    return read_wall(make_scan())
+
+
+@pytest.mark.parametrize("tier", ["archive", "first", "detail"])
+def test_ids_and_tables(wall: Wall, tier: str) -> None:
+    data, surface = build_tier(wall, tier, ExportSettings(first_triangles=2000))
+    glb = Glb(data)
+    ids = glb.attribute("_FEATURE_ID_0").astype(int)
+    corner = ids[glb.triangles()]
+    assert (corner == corner[:, :1]).all(), "a triangle mixes two holds"
+    assert set(ids) == set(range(13))
+    np.testing.assert_array_equal(ids, surface.feature)
+    feature = glb.primitive["extensions"]["EXT_mesh_features"]["featureIds"][0]
+    assert feature["attribute"] == 0
+    assert feature["featureCount"] == 13
+    assert glb.column(0, "class")[0] == "wall"
+    assert glb.column(0, "colour")[1:] == [hold["colour"] for hold in wall.holds]
+    np.testing.assert_allclose(
+        glb.column(0, "position")[1:], [hold["position"] for hold in wall.holds], atol=1e-6
+    )
+    assert glb.column(1, "holds") == [route["holds"] for route in wall.routes]
+    extras = glb.json["scenes"][0]["extras"]["walltopo"]
+    assert extras["holds"] == wall.holds
+    assert extras["routes"] == wall.routes
+
+
+def test_quantised_positions_land_where_they_were(wall: Wall) -> None:
+    data, surface = build_tier(wall, "first", ExportSettings())
+    glb = Glb(data)
+    node = glb.json["nodes"][1]
+    places = glb.attribute("POSITION") * np.array(node["scale"]) + np.array(node["translation"])
+    # Half a step of 65,535 over 6 m, per axis.
+    assert np.abs(places - surface.positions).max() <= 0.51 * 6.0 / 65535
+
+
+def test_archive_needs_no_extension(wall: Wall) -> None:
+    """Any viewer opens it: what is not core glTF is optional."""
+    data, surface = build_tier(wall, "archive", ExportSettings())
+    glb = Glb(data)
+    assert "extensionsRequired" not in glb.json
+    assert len(surface.triangles) == len(wall.mesh.faces)
+    assert glb.json["images"][0]["mimeType"] == "image/jpeg"
+
+
+def test_a_gap_in_the_ids_keeps_its_row(wall: Wall) -> None:
+    """A deleted hold leaves a row of class none, so that ids stay those of holds.json."""
+    holds = [hold for hold in wall.holds if hold["id"] != 5]
+    keep = np.where(wall.face_instance == 5, 0, wall.face_instance)
+    data, _ = build_tier(
+        replace(wall, holds=holds, face_instance=keep), "archive", ExportSettings()
+    )
+    classes = Glb(data).column(0, "class")
+    assert classes[5] == "none"
+    assert classes[6] == "hold"
+
+
+def test_without_texture_and_without_holds(make_scan: MakeScan) -> None:
+    wall = read_wall(make_scan(holds=0, textured=False, cells=20))
+    glb = Glb(build_tier(wall, "first", ExportSettings())[0])
+    assert "images" not in glb.json
+    assert not glb.attribute("_FEATURE_ID_0").any()
+    assert glb.json["scenes"][0]["extras"]["walltopo"]["holds"] == []
