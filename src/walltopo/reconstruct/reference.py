@@ -28,7 +28,7 @@ from walltopo.reconstruct.model_parts import KeptImage, match_keypoints, rebuild
 from walltopo.reconstruct.outcome import describe_model, why_unregistered
 from walltopo.reconstruct.params import SparseSettings
 from walltopo.reconstruct.similarity import fit_similarity_robust
-from walltopo.reconstruct.sparse import camera_entries, keep_database, mapping_job
+from walltopo.reconstruct.sparse import camera_entries, keep_database, known_features, mapping_job
 from walltopo.workspace import ScanFolder, atomic_path, read_json, write_json
 
 __all__ = ["run_update"]
@@ -168,6 +168,12 @@ def _update_job(
     ]
     job = mapping_job(scan.work / "aligned-features" / "features.db", root, settings)
     job["cameras"], job["images"] = cameras, images
+    if (known := known_features(job, reference.scan)) is not None:
+        names = {f"{_REFERENCE}/{image.name}": str(image.name) for image in reference.images}
+        # A copy: to open a database is to write beside it, and the reference is only read.
+        copy = scan.work / "reference-features.db"
+        shutil.copyfile(known, copy)
+        job["known_features"] = {"database": str(copy), "names": names}
     job["pairing"]["new"] = list(range(1, len(photos) + 1))
     job["pairing"]["reference"] = list(range(len(photos) + 1, len(images) + 1))
     return job
@@ -328,6 +334,6 @@ def _reasons(
 def _not_this_wall(registered: int, photos: int, reference: _Reference) -> str:
     return (
         f"{registered} of the {photos} new photos could be registered into the reference "
-        f"{reference.scan.root}: they show another wall, or nothing on it stayed the same. "
-        "Both scans are as they were"
+        f"{reference.scan.root}: they show another wall, overlap too little with its photos, or "
+        "nothing on the wall stayed the same. Both scans are as they were"
     )

@@ -24,8 +24,17 @@ from walltopo.reconstruct.outcome import (
 from walltopo.reconstruct.params import SparseSettings
 from walltopo.workspace import ScanFolder, atomic_path, hash_path, read_json, write_json
 
-__all__ = ["camera_entries", "keep_database", "mapping_job", "photo_entries", "run", "reconstruct"]
+__all__ = [
+    "camera_entries",
+    "keep_database",
+    "known_features",
+    "mapping_job",
+    "photo_entries",
+    "reconstruct",
+    "run",
+]
 
+_STAMP = "made-from.json"
 _DEFAULT_FOCAL = 1.2  # of the longer side, where EXIF tells none (COLMAP's own default)
 
 
@@ -165,16 +174,27 @@ def mapping_job(database: Path, image_root: Path, settings: SparseSettings) -> d
 
 def keep_database(job: dict[str, Any], scan: ScanFolder) -> None:
     """Drop the feature database unless it was made from these photos with these settings."""
-    key = {
-        name: job[name]
-        for name in ("cameras", "images", "max_features", "first_octave", "min_matches", "seed")
-    }
-    key["photos"] = hash_path(scan.photos)
-    folder = Path(job["database"]).parent
-    stamp = folder / "made-from.json"
+    key = {name: job[name] for name in ("cameras", "images", "min_matches", "seed")}
+    key |= _feature_key(job, scan)
+    stamp = Path(job["database"]).parent / _STAMP
     if not (stamp.is_file() and read_json(stamp) == key):
-        shutil.rmtree(folder, ignore_errors=True)
+        shutil.rmtree(stamp.parent, ignore_errors=True)
         write_json(stamp, key)
+
+
+def known_features(job: dict[str, Any], other: ScanFolder) -> Path | None:
+    """The feature database of another scan, if it holds what this job would find again."""
+    stamp = _database(other).parent / _STAMP
+    if not (stamp.is_file() and _database(other).is_file()):
+        return None
+    told, wanted = read_json(stamp), _feature_key(job, other)
+    return _database(other) if {name: told.get(name) for name in wanted} == wanted else None
+
+
+def _feature_key(job: dict[str, Any], scan: ScanFolder) -> dict[str, Any]:
+    """What a photo's features follow from."""
+    settings = {name: job[name] for name in ("max_features", "first_octave")}
+    return {**settings, "photos": hash_path(scan.photos)}
 
 
 def _database(scan: ScanFolder) -> Path:

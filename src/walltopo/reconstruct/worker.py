@@ -58,6 +58,7 @@ def _run(job: dict[str, Any]) -> None:
     pycolmap.set_random_seed(job["seed"])
     register_images(database, job["cameras"], job["images"])
     if job["pairing"]:
+        _adopt_features(database, job)
         _extract(database, job)
         _match(database, job)
     if job["map"]:
@@ -97,6 +98,26 @@ def register_images(
             frame = pycolmap.Frame(frame_id=number, rig_id=entry["camera"] + 1)
             frame.add_data_id(image.data_id)
             db.write_frame(frame, use_frame_id=True)
+
+
+def _adopt_features(database: Path, job: dict[str, Any]) -> None:
+    """Copy features that another scan already found in the same photos with the same settings."""
+    import pycolmap
+
+    source = job.get("known_features")
+    if not source or not Path(source["database"]).is_file():
+        return
+    with (
+        pycolmap.Database.open(database) as db,
+        pycolmap.Database.open(source["database"]) as known,
+    ):
+        by_name = {str(image.name): image.image_id for image in known.read_all_images()}
+        for number, entry in enumerate(job["images"], start=1):
+            old = by_name.get(source["names"].get(entry["name"], ""))
+            if old is None or not known.exists_descriptors(old) or db.exists_descriptors(number):
+                continue
+            db.write_keypoints(number, known.read_keypoints(old))
+            db.write_descriptors(number, known.read_descriptors(old))
 
 
 def _extract(database: Path, job: dict[str, Any]) -> None:
