@@ -53,7 +53,10 @@ def _similarity(
     if rng.random() < settings.flip_vertical:
         linear[1] *= -1
     if len(sample.boxes) and rng.random() < 0.7:
-        box = sample.boxes[rng.integers(len(sample.boxes))]
+        # Volumes are a tenth of the objects: look at them more often than chance would.
+        volumes = np.flatnonzero(sample.labels == 2)
+        among = volumes if len(volumes) and rng.random() < 0.4 else np.arange(len(sample.boxes))
+        box = sample.boxes[rng.choice(among)]
         middle = (box[:2] + box[2:]) / 2
     else:
         middle = rng.uniform(0.15, 0.85, 2) * [width, height]

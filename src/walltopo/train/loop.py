@@ -5,8 +5,8 @@ from __future__ import annotations
 import copy
 import math
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -156,7 +156,8 @@ def _update(
 def _check(run: Run, check: Check, progress: Progress, means: dict[str, float]) -> None:
     run.average.eval()
     figures = check(run.average)
-    entry = {"step": float(run.step), "minutes": run.seconds / 60, **means, **figures}
+    known = {k: v for k, v in figures.items() if math.isfinite(v)}
+    entry = {"step": float(run.step), "minutes": run.seconds / 60, **means, **known}
     run.history.append(entry)
     score = figures["score"]
     if score > run.best:
@@ -164,8 +165,7 @@ def _check(run: Run, check: Check, progress: Progress, means: dict[str, float]) 
         run.best_state = {k: v.detach().cpu().clone() for k, v in run.average.state_dict().items()}
     else:
         run.since_best += 1
-    told = ", ".join(f"{name} {value:.3f}" for name, value in entry.items())
-    progress.note(f"check: {told}")
+    progress.note(f"check: {_told(entry)}")
 
 
 def train(
@@ -177,6 +177,7 @@ def train(
     augment: AugmentSettings,
     progress: Progress,
     size: NetSize | None = None,
+    until: float = 1.0,
 ) -> Run:
     """Train until the time is used up or nothing is gained; resume where `checkpoint` stopped.
 
@@ -184,18 +185,41 @@ def train(
     ----------
     folders, shares : see `batches`.
     check : figures of the averaged network on held-out photos; `score` is what is maximised.
+    until : stop at this share of the time (the schedule is that of the whole time).
     """
     torch.set_num_threads(settings.threads)
     device = _device(settings)
     run = load_run(checkpoint, settings) if checkpoint.is_file() else _new_run(size, settings)
     run.net.to(device, memory_format=torch.channels_last)
     run.average.to(device, memory_format=torch.channels_last)
+    if run.seconds >= settings.minutes * 60 * until:
+        return run
     progress.step("training", round(settings.minutes))
+    progress.advance(min(int(run.seconds // 60), round(settings.minutes)))
+    supply = batches(folders, shares, settings, augment, settings.seed + run.step)
+    try:
+        _steps(run, supply, checkpoint, check, settings, device, progress, until)
+    except KeyboardInterrupt:
+        run.save(checkpoint)
+        raise
+    return run
+
+
+def _steps(
+    run: Run,
+    supply: Iterator[Batch],
+    checkpoint: Path,
+    check: Check,
+    settings: TrainSettings,
+    device: torch.device,
+    progress: Progress,
+    until: float,
+) -> None:
+    """Steps until `until`, with checks and checkpoints between them."""
     saved = checked = time.monotonic()
     sums: list[dict[str, float]] = []
     minutes = int(run.seconds // 60)
-    progress.advance(min(minutes, round(settings.minutes)))
-    for batch in batches(folders, shares, settings, augment, settings.seed + run.step):
+    for batch in supply:
         begin = time.monotonic()
         run.net.train()
         sums.append(_update(run, batch, settings, device))
@@ -203,10 +227,9 @@ def train(
         if int(run.seconds // 60) > minutes:
             minutes += 1
             progress.advance()
-            recent = {k: float(np.mean([s[k] for s in sums[-50:]])) for k in sums[-1]}
-            told = ", ".join(f"{name} {value:.3f}" for name, value in recent.items())
+            told = _told({k: float(np.mean([s[k] for s in sums[-50:]])) for k in sums[-1]})
             progress.detail(f"minute {minutes}, step {run.step}: {told}")
-        over = run.seconds >= settings.minutes * 60
+        over = run.seconds >= settings.minutes * 60 * until
         now = time.monotonic()
         if over or now - checked > settings.check_every * 60:
             means = {k: float(np.mean([s[k] for s in sums])) for k in sums[-1]}
@@ -218,9 +241,7 @@ def train(
             saved = now
         if over:
             break
-    return run
 
 
-def describe(settings: TrainSettings, augment: AugmentSettings) -> dict[str, Any]:
-    """The settings as plain values, for the model card."""
-    return {"train": asdict(settings), "augment": asdict(augment)}
+def _told(figures: dict[str, float]) -> str:
+    return ", ".join(f"{name} {value:.3f}" for name, value in figures.items())

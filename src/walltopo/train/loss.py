@@ -8,6 +8,13 @@ from torch.nn import functional
 
 __all__ = ["box_loss", "heat_loss", "mask_loss"]
 
+_CLASS_WEIGHTS = (1.0, 3.0)  # hold, volume: there are ten holds to a volume
+
+
+def _class_weight(classes: int, like: Tensor) -> Tensor:
+    """(1, C, 1, 1) weight of each class."""
+    return like.new_tensor(_CLASS_WEIGHTS[:classes]).view(1, classes, 1, 1)
+
 
 def heat_loss(logits: Tensor, target: Tensor, weight: Tensor) -> Tensor:
     """Focal loss with softened negatives near peaks (CornerNet; Law and Deng, ECCV 2018)."""
@@ -15,7 +22,8 @@ def heat_loss(logits: Tensor, target: Tensor, weight: Tensor) -> Tensor:
     at_peak = (target >= 1.0).float()
     positive = at_peak * (1 - p) ** 2 * functional.softplus(-logits)
     negative = (1 - at_peak) * (1 - target) ** 4 * p**2 * functional.softplus(logits)
-    return ((positive + negative) * weight).sum() / at_peak.sum().clamp(min=8.0)
+    total = (positive + negative) * weight * _class_weight(logits.shape[1], logits)
+    return total.sum() / at_peak.sum().clamp(min=8.0)
 
 
 def box_loss(votes: Tensor, target: Tensor, weight: Tensor) -> Tensor:
@@ -31,7 +39,7 @@ def box_loss(votes: Tensor, target: Tensor, weight: Tensor) -> Tensor:
     pick = weight > 0
     v = votes.view(shape).permute(0, 1, 3, 4, 2)[pick]
     t = target.view(shape).permute(0, 1, 3, 4, 2)[pick]
-    share = weight[pick]
+    share = (weight * _class_weight(weight.shape[1], votes))[pick]
     if len(share) == 0:
         return votes.sum() * 0.0
     overlap = torch.minimum(v, t)

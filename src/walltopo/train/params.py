@@ -48,7 +48,10 @@ class TrainSettings:
         6.0, "time between checks on the held-out photos", unit="min", low=0.0
     )
     check_photos: int = setting(24, "held-out photos looked at in a check", low=1)
-    threads: int = setting(2, "CPU threads", low=1)
+    audit: float = setting(
+        0.3, "share of the time after which labels are checked; 0 never", low=0.0, high=1.0
+    )
+    threads: int = setting(1, "CPU threads beside the one that makes crops", low=1)
     seed: int = setting(0, "seed of weights, crops and the split", low=0)
     device: str = setting("auto", "where to train", choices=("auto", "cpu", "cuda"))
 

@@ -1,0 +1,92 @@
+"""`walltopo train`: a detector from labelled photos."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import shlex
+import sys
+from pathlib import Path
+from typing import Any
+
+from walltopo.train.params import AugmentSettings, TrainSettings
+
+__all__ = ["register"]
+
+EXAMPLES = """\
+examples:
+  walltopo train hold-boxes/train -o run
+  walltopo train hold-boxes/train synth/coco.json -o run --minutes 70 --threads 2
+The same command goes on where the last one stopped. The result is run/holds.onnx, for
+`walltopo detect --model run/holds.onnx`; run/holds.md is its model card.
+"""
+
+
+def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the command."""
+    parser = commands.add_parser(
+        "train",
+        help="train a detector on labelled photos",
+        description="Train the vote network from fresh weights, on YOLO box sets (made into "
+        "pseudo-masks) and on COCO sets with masks; export it as ONNX with a model card.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        "datasets", type=Path, nargs="+", help="YOLO folders (images/, labels/), COCO .json files"
+    )
+    parser.add_argument("-o", "--out", type=Path, required=True, help="folder of the run")
+    parser.add_argument(
+        "--attribution", action="append", default=[], help="credit of a data set, for the card"
+    )
+    parser.add_argument("-v", "--verbose", action="store_true", help="a line per minute")
+    _add_settings(parser.add_argument_group("training"), TrainSettings)
+    _add_settings(parser.add_argument_group("augmentation"), AugmentSettings)
+    parser.set_defaults(run=run)
+
+
+def _add_settings(group: argparse._ArgumentGroup, kind: type[Any]) -> None:
+    for field in dataclasses.fields(kind):
+        unit = f" [{field.metadata['unit']}]" if field.metadata["unit"] else ""
+        text = f"{field.metadata['help']}{unit} (default: {field.default})"
+        group.add_argument(
+            "--" + field.name.replace("_", "-"),
+            type=type(field.default),
+            default=field.default,
+            choices=field.metadata["choices"] or None,
+            help=text.replace("%", "%%"),
+        )
+
+
+def _settings(args: argparse.Namespace, kind: type[Any]) -> Any:
+    return kind(**{field.name: getattr(args, field.name) for field in dataclasses.fields(kind)})
+
+
+def run(args: argparse.Namespace) -> int:
+    """Train, export, say how good it is."""
+    from walltopo.cli.console import console
+    from walltopo.cli.listener import TerminalListener
+    from walltopo.core import EnvironmentLacksError
+
+    settings, augment = _settings(args, TrainSettings), _settings(args, AugmentSettings)
+    try:
+        import torch  # noqa: F401
+    except ImportError as error:
+        raise EnvironmentLacksError(
+            f"training needs PyTorch, which is not here ({error})",
+            "Install the extra: pip install 'walltopo[train]'",
+        ) from error
+    from walltopo.train.detector import Job, train_detector
+
+    words = [Path(w).name if Path(w).is_absolute() else w for w in sys.argv[1:]]
+    job = Job(
+        tuple(args.datasets),
+        args.out,
+        tuple(args.attribution),
+        "walltopo " + shlex.join(words),
+    )
+    with TerminalListener(console, verbose=args.verbose) as progress:
+        figures = train_detector(job, settings, augment, progress)
+    told = ", ".join(f"{name} {value:.3f}" for name, value in figures.items())
+    console.print(f"{args.out / 'holds.onnx'}: {told}", soft_wrap=True)
+    return 0

@@ -1,0 +1,81 @@
+"""The model card that goes with an exported network."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from walltopo.train.params import AugmentSettings, TrainSettings
+from walltopo.workspace import atomic_path
+
+__all__ = ["CardFacts", "write_card"]
+
+
+@dataclass(frozen=True)
+class CardFacts:
+    """What a model card tells.
+
+    Parameters
+    ----------
+    sets : per data set its name, its photos for training, held out, and dropped by the audit.
+    attribution : credit and licence of the data, one line per set.
+    command : the command that repeats the training.
+    parameters : weights in the network.
+    step, minutes : length of the run that gave these weights.
+    figures : figures on the held-out photos.
+    """
+
+    sets: Sequence[tuple[str, int, int, int]]
+    attribution: Sequence[str]
+    command: str
+    parameters: int
+    step: int
+    minutes: float
+    figures: Mapping[str, float]
+
+
+def _table(rows: Mapping[str, object]) -> list[str]:
+    return ["| | |", "|---|---|", *(f"| {key} | {value} |" for key, value in rows.items())]
+
+
+def write_card(
+    path: Path, facts: CardFacts, settings: TrainSettings, augment: AugmentSettings
+) -> None:
+    """Write the card as Markdown."""
+    lines = [
+        f"# {path.stem}",
+        "",
+        "Finds holds and volumes in photos of indoor climbing walls: boxes, masks, scores.",
+        f"Vote network (`walltopo.train.net`), {facts.parameters / 1e6:.2f} M weights, trained "
+        f"from fresh weights for {facts.minutes:.0f} minutes ({facts.step} steps of "
+        f"{settings.batch} crops of {settings.crop} px).",
+        "",
+        "## Data",
+        "",
+        "| set | trained on | held out | dropped (labels do not fit) |",
+        "|---|---|---|---|",
+        *(f"| {name} | {n} | {held} | {dropped} |" for name, n, held, dropped in facts.sets),
+        "",
+        *(f"- {line}" for line in facts.attribution),
+        "",
+        "Sets with boxes only were made into pseudo-masks (GrabCut in the box, undecided where "
+        "colour cannot tell).",
+        "",
+        "## Figures on the held-out photos",
+        "",
+        "These photos chose the weights and the threshold: they flatter. The figures to quote "
+        "come from `python -m benchmarks.detectors`, on photos that chose nothing.",
+        "",
+        *_table({key: f"{value:.3f}" for key, value in facts.figures.items()}),
+        "",
+        "## Command",
+        "",
+        f"    {facts.command}",
+        "",
+        "## Settings",
+        "",
+        *_table({**asdict(settings), **asdict(augment)}),
+    ]
+    with atomic_path(path) as temporary:
+        temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")

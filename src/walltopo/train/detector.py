@@ -1,0 +1,205 @@
+"""`walltopo train` as a function: data sets in, ONNX file, card and plot out."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from walltopo.core import InputError, Progress
+from walltopo.train.audit import audit
+from walltopo.train.batches import split_sources
+from walltopo.train.cache import cache_coco, cache_yolo
+from walltopo.train.card import CardFacts, write_card
+from walltopo.train.choose import best_threshold, check_on
+from walltopo.train.export import export_onnx
+from walltopo.train.loop import Run, train
+from walltopo.train.net import VoteNet, build_net
+from walltopo.train.params import AugmentSettings, TrainSettings
+from walltopo.train.plots import plot_history
+from walltopo.workspace import read_json, write_json
+
+__all__ = ["Job", "export_run", "train_detector"]
+
+
+@dataclass(frozen=True)
+class _Set:
+    """One cached data set, parted."""
+
+    name: str
+    folder: Path
+    exact: bool
+    train: tuple[str, ...]
+    held_out: tuple[str, ...]
+    dropped: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Job:
+    """What `walltopo train` is asked for.
+
+    Parameters
+    ----------
+    datasets : YOLO folders (`images/`, `labels/`) and COCO files (photos beside them, in
+        `photos/` or in `images/`).
+    out : folder of the run: cache, checkpoint, audit, results.
+    attribution : credit of the data, for the card.
+    command : how the run was called, for the card.
+    """
+
+    datasets: tuple[Path, ...]
+    out: Path
+    attribution: tuple[str, ...] = ()
+    command: str = "walltopo train"
+
+
+def _photos_of(annotations: Path) -> Path:
+    for folder in (annotations.parent / "photos", annotations.parent / "images"):
+        if folder.is_dir():
+            return folder
+    return annotations.parent
+
+
+def _open_sets(job: Job, settings: TrainSettings, progress: Progress) -> list[_Set]:
+    sets = []
+    for path in job.datasets:
+        exact = path.suffix == ".json"
+        label = "-".join(path.with_suffix("").parts[-2:])
+        folder = job.out / "cache" / label
+        if exact:
+            names = cache_coco(path, _photos_of(path), folder, progress)
+            sets.append(_Set(label, folder, True, tuple(names), ()))
+        elif (path / "images").is_dir() and (path / "labels").is_dir():
+            names = cache_yolo(path, folder, progress)
+            kept, held_out = split_sources(names, settings.held_out)
+            sets.append(_Set(label, folder, False, tuple(kept), tuple(held_out)))
+        else:
+            raise InputError(
+                f"{path}: neither a COCO file nor a YOLO folder",
+                "A YOLO folder holds images/ and labels/; a COCO set is named by its .json.",
+            )
+    if not any(s.train for s in sets):
+        raise InputError(f"no labelled photos in {', '.join(str(p) for p in job.datasets)}")
+    return sets
+
+
+def _held_out(sets: Sequence[_Set], count: int) -> tuple[Path, list[str]]:
+    """The photos to check on: evenly drawn from the held-out ones of the first set with any."""
+    for item in sets:
+        if item.held_out:
+            pick = np.linspace(0, len(item.held_out) - 1, min(count, len(item.held_out)))
+            return item.folder, [item.held_out[int(k)] for k in pick]
+    item = sets[0]
+    return item.folder, list(item.train[:count])
+
+
+def _drop_wrong(
+    job: Job, sets: Sequence[_Set], net: VoteNet | None, progress: Progress
+) -> list[_Set]:
+    """Leave out photos whose labels do not fit; remembers its verdicts in the run's folder."""
+    verdicts_file = job.out / "audit.json"
+    if net is not None and not verdicts_file.is_file():
+        verdicts = {
+            s.name: [dataclasses.asdict(v) for v in audit(net, s.folder, s.train, progress)]
+            for s in sets
+            if not s.exact
+        }
+        write_json(verdicts_file, verdicts)
+    if not verdicts_file.is_file():
+        return list(sets)
+    wrong = {v["name"] for items in read_json(verdicts_file).values() for v in items if v["wrong"]}
+    progress.note(f"{len(wrong)} photos left out: their labels do not fit the picture")
+    return [
+        dataclasses.replace(
+            s,
+            train=tuple(n for n in s.train if n not in wrong),
+            dropped=tuple(n for n in s.train if n in wrong),
+        )
+        for s in sets
+    ]
+
+
+def _shares(sets: Sequence[_Set], synthetic: float) -> list[float]:
+    """Share of the crops per set: exact sets together `synthetic`, by photos within a kind."""
+    photos = [len(s.train) for s in sets]
+    exact = sum(n for s, n in zip(sets, photos, strict=True) if s.exact)
+    boxes = sum(photos) - exact
+    if not exact or not boxes:
+        return [n / sum(photos) for n in photos]
+    return [
+        synthetic * n / exact if s.exact else (1 - synthetic) * n / boxes
+        for s, n in zip(sets, photos, strict=True)
+    ]
+
+
+def export_run(
+    run: Run,
+    job: Job,
+    sets: Sequence[_Set],
+    settings: TrainSettings,
+    augment: AugmentSettings,
+) -> dict[str, Any]:
+    """Write `holds.onnx`, its card and the plot from the best weights of a run."""
+    net = build_net(run.net.size)
+    net.load_state_dict(run.best_state or run.average.state_dict())
+    net.eval()
+    folder, names = _held_out(sets, max(settings.check_photos, 48))
+    figures = check_on(net, folder, names)
+    threshold = best_threshold(net, folder, names)
+    facts = {"score": f"{threshold:.2f}", "version": f"step {run.step}", "licence": "see card"}
+    difference = export_onnx(net, job.out / "holds.onnx", facts)
+    parameters = sum(p.numel() for p in net.parameters())
+    card = CardFacts(
+        [(s.name, len(s.train), len(s.held_out), len(s.dropped)) for s in sets],
+        job.attribution,
+        job.command,
+        parameters,
+        run.step,
+        run.seconds / 60,
+        {**figures, "threshold": threshold},
+    )
+    write_card(job.out / "holds.md", card, settings, augment)
+    plot_history(run.history, job.out / "history.svg")
+    write_json(job.out / "history.json", run.history)
+    return {**figures, "threshold": threshold, "export_difference": difference}
+
+
+def train_detector(
+    job: Job, settings: TrainSettings, augment: AugmentSettings, progress: Progress
+) -> dict[str, Any]:
+    """Train, or go on training, and export; returns the held-out figures.
+
+    Raises
+    ------
+    InputError : a data set cannot be read, or the folder holds another run's checkpoint.
+    """
+    sets = _open_sets(job, settings, progress)
+    folder, names = _held_out(sets, settings.check_photos)
+    checkpoint = job.out / "checkpoint.pt"
+
+    def check(net: VoteNet) -> dict[str, float]:
+        return check_on(net, folder, names)
+
+    def leg(parts: Sequence[_Set], until: float) -> Run:
+        used = [s for s in parts if s.train]
+        return train(
+            [(s.folder, s.train) for s in used],
+            _shares(used, settings.synthetic),
+            checkpoint,
+            check,
+            settings,
+            augment,
+            progress,
+            until=until,
+        )
+
+    if 0 < settings.audit < 1 and not (job.out / "audit.json").is_file():
+        run = leg(sets, settings.audit)
+        _drop_wrong(job, sets, run.average, progress)
+    sets = _drop_wrong(job, sets, None, progress)
+    run = leg(sets, 1.0)
+    return export_run(run, job, sets, settings, augment)

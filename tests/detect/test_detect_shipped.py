@@ -1,0 +1,143 @@
+"""The shipped network, from photo to COCO file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from walltopo.core import EnvironmentLacksError, InputError, Silent
+from walltopo.detect.detector import open_detector, shipped_model
+from walltopo.detect.found import box_iou
+from walltopo.detect.onnx_detector import OnnxDetector, prepare
+from walltopo.detect.onnx_session import parse_classes
+from walltopo.detect.params import DetectSettings
+from walltopo.detect.stage import detect_photos, read_photo, run
+from walltopo.formats.coco import read_coco_masks
+from walltopo.workspace import ScanFolder
+
+
+def painted_wall(width: int = 640, height: int = 480) -> np.ndarray:
+    """A grey wall with a dozen coloured blobs, RGB."""
+    rng = np.random.default_rng(1)
+    wall = np.full((height, width, 3), (170, 165, 158), np.uint8)
+    for k in range(12):
+        middle = (80 + 160 * (k % 4), 90 + 150 * (k // 4))
+        colour = tuple(
+            int(v) for v in cv2.cvtColor(np.uint8([[[15 * k, 220, 200]]]), cv2.COLOR_HSV2RGB)[0, 0]
+        )
+        cv2.ellipse(wall, middle, (30, 20), 20 * k, 0, 360, colour, -1, cv2.LINE_AA)
+    noise = rng.normal(0, 4, wall.shape)
+    return np.clip(wall + noise, 0, 255).astype(np.uint8)
+
+
+@pytest.fixture(scope="module")
+def detector() -> OnnxDetector:
+    return OnnxDetector(shipped_model(), DetectSettings(size=640, threads=1))
+
+
+def test_metadata_say_how_to_use_it(detector: OnnxDetector) -> None:
+    assert detector.classes == {1: "hold", 2: "volume"}
+    assert detector.model.head == "votes"
+    assert 0.05 <= detector.score <= 0.9
+    assert shipped_model().stat().st_size < 8e6
+
+
+def test_blobs_on_a_wall_are_holds(detector: OnnxDetector) -> None:
+    found = detector.detect(painted_wall())
+    middles = [(80 + 160 * (k % 4), 90 + 150 * (k // 4)) for k in range(12)]
+    hit = sum(any(m.full()[y, x] for m in found.masks if m.area < 5000) for x, y in middles)
+    assert hit >= 10
+
+
+def test_tiles_find_what_the_whole_photo_finds(detector: OnnxDetector) -> None:
+    photo = painted_wall()
+    whole = detector.detect(photo)
+    settings = DetectSettings(size=640, tile=384, overlap=128, threads=1)
+    tiled = OnnxDetector(shipped_model(), settings).detect(photo)
+    met = box_iou(whole.boxes, tiled.boxes).max(axis=1) > 0.6
+    assert met.mean() > 0.8
+    assert abs(len(whole) - len(tiled)) <= 0.25 * len(whole) + 1
+
+
+def test_stage_writes_coco_in_photo_pixels(tmp_path: Path) -> None:
+    scan = ScanFolder(tmp_path)
+    scan.photos.mkdir()
+    cv2.imwrite(str(scan.photos / "a.jpg"), painted_wall()[..., ::-1])
+    cv2.imwrite(str(scan.photos / "b.png"), np.full((90, 120, 3), 128, np.uint8))
+    figures = run(scan, DetectSettings(size=640, threads=1), Silent())
+    masks, classes = read_coco_masks(scan.detections)
+    assert classes == {1: "hold", 2: "volume"}
+    assert set(masks) == {"a.jpg", "b.png"}
+    assert figures["masks"] == sum(len(m) for m in masks.values()) > 0
+    assert {(m.width, m.height) for m in masks["a.jpg"]} == {(640, 480)}
+
+
+def test_drawings(tmp_path: Path, detector: OnnxDetector) -> None:
+    photo = tmp_path / "wall.png"
+    cv2.imwrite(str(photo), painted_wall()[..., ::-1])
+    detect_photos([photo], detector, tmp_path / "d.json", Silent(), tmp_path / "pictures")
+    drawn = read_photo(tmp_path / "pictures" / "wall.png")
+    assert drawn.shape == (480, 640, 3)
+    assert (drawn != read_photo(photo)).any()
+
+
+def test_photo_is_padded_not_stretched() -> None:
+    photo = np.full((100, 130, 3), 200, np.uint8)
+    canvas = prepare(photo, 0.5)
+    assert canvas.shape == (64, 96, 3)
+    assert (canvas[:50, :65] == 200).all()
+    assert canvas[50:].max() == 0
+
+
+def test_errors_name_the_file(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no known detector"):
+        open_detector(DetectSettings(model="yolo99"))
+    with pytest.raises(InputError, match="no such model file"):
+        open_detector(DetectSettings(model=str(tmp_path / "x.onnx")))
+    broken = tmp_path / "broken.onnx"
+    broken.write_bytes(b"not a network")
+    with pytest.raises(InputError, match=r"broken\.onnx"):
+        open_detector(DetectSettings(model=str(broken)))
+    (tmp_path / "photos").mkdir()
+    with pytest.raises(InputError, match="holds no photos"):
+        run(ScanFolder(tmp_path), DetectSettings(), Silent())
+
+
+def test_cuda_is_not_silently_replaced() -> None:
+    import onnxruntime
+
+    if "CUDAExecutionProvider" in onnxruntime.get_available_providers():
+        pytest.skip("this machine has CUDA")
+    with pytest.raises(EnvironmentLacksError, match="no CUDA provider"):
+        open_detector(DetectSettings(device="cuda"))
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("{0: 'hold', 1: 'volume'}", {1: "hold", 2: "volume"}),
+        ('["hold", "volume"]', {1: "hold", 2: "volume"}),
+    ],
+)
+def test_class_names(text: str, expected: dict[int, str]) -> None:
+    assert parse_classes(text, Path("m.onnx")) == expected
+
+
+@pytest.mark.parametrize("text", ["{1: 'hold'}", "hold", "{}", "[1"])
+def test_unreadable_class_names(text: str) -> None:
+    with pytest.raises(InputError, match=r"m\.onnx"):
+        parse_classes(text, Path("m.onnx"))
+
+
+@pytest.mark.data
+def test_real_photo_of_a_dense_wall(data_root: Path) -> None:
+    photo = read_photo(data_root / "spraywall" / "photos" / "IMG_8992.jpg")
+    height, width = photo.shape[:2]
+    rows = np.loadtxt(data_root / "spraywall" / "labels" / "IMG_8992.txt")
+    middle, size = rows[:, 1:3] * [width, height], rows[:, 3:5] * [width, height]
+    boxes = np.concatenate([middle - size / 2, middle + size / 2], axis=1)
+    found = OnnxDetector(shipped_model(), DetectSettings(threads=1)).detect(photo)
+    assert (box_iou(boxes, found.boxes).max(axis=1) >= 0.5).mean() > 0.5
