@@ -51,11 +51,11 @@ class Scene:
 def make_scene(
     seed: int,
     width: float = 5.0,
-    height: float = 3.5,
-    step: float = 0.015,
-    objects: int = 70,
-    views: int = 30,
-    photo: tuple[int, int] = (960, 720),
+    height: float = 3.2,
+    step: float = 0.012,
+    objects: int = 60,
+    views: int = 26,
+    photo: tuple[int, int] = (1280, 960),
     depth_noise: float = 0.002,
 ) -> Scene:
     """A wall of `width` x `height` metres in steps of `step`, with bumps, seen by cameras."""
@@ -90,7 +90,7 @@ def _bumps(
     spots: list[tuple[float, float, float]] = []
     for number in range(1, objects + 1):
         volume = number <= max(1, objects // 14)
-        size = rng.uniform(0.2, 0.45) if volume else 0.02 + rng.gamma(2.0, 0.022)
+        size = rng.uniform(0.2, 0.45) if volume else 0.03 + rng.gamma(2.0, 0.02)
         if spots and not volume and rng.random() < 0.25:  # close to the one before
             px, pz, psize = spots[-1]
             angle, gap = rng.uniform(0, 2 * np.pi), psize + size * rng.uniform(0.8, 1.6)
@@ -190,10 +190,20 @@ def _shift_border(bitmap: Bools, most: int, rng: np.random.Generator) -> Bools:
     from scipy import ndimage
 
     step = int(rng.integers(-most, most + 1))
-    if step == 0:
+    if step == 0 or not bitmap.any():
         return bitmap
-    operation = ndimage.binary_dilation if step > 0 else ndimage.binary_erosion
-    return np.asarray(operation(bitmap, iterations=abs(step)), dtype=np.bool_)
+    rows, cols = np.flatnonzero(bitmap.any(axis=1)), np.flatnonzero(bitmap.any(axis=0))
+    window = (
+        slice(max(0, rows[0] - most), rows[-1] + most + 1),
+        slice(max(0, cols[0] - most), cols[-1] + most + 1),
+    )
+    shifted = np.zeros_like(bitmap)
+    if step > 0:
+        shifted[window] = ndimage.binary_dilation(bitmap[window], iterations=step)
+    else:
+        # What the photo cuts off is no border of the object.
+        shifted[window] = ndimage.binary_erosion(bitmap[window], iterations=-step, border_value=1)
+    return shifted
 
 
 def _half(bitmap: Bools, rng: np.random.Generator) -> Bools:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from walltopo.core.callable_module import make_callable
 from walltopo.lift.params import LiftParams
 
 if TYPE_CHECKING:
@@ -43,3 +44,7 @@ def lift(
     from walltopo.lift.methods import run_method
 
     return run_method(mesh, views, params or LiftParams(), progress)
+
+
+# `walltopo.lift(mesh, views)` is this function; `walltopo.lift.params` stays a module.
+make_callable(__name__, "walltopo.lift:lift")

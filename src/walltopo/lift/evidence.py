@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import pairwise
 from threading import local
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Camera, Progress, View
 from walltopo.lift.blocks import Blocks
+from walltopo.lift.border import STEPS, soften
 from walltopo.lift.easing import ease
 from walltopo.lift.labels import draw_labels
 from walltopo.lift.visibility import (
@@ -43,6 +44,7 @@ class Sampling:
     visibility_distance : metres.
     easing_power : see `ease`.
     mask_resolution : see `label_size`.
+    band : pixels around mask borders in which distances to them are told apart; 0 = in or out.
     sample_px : a triangle whose longest edge measures more pixels gets several samples.
     most_splits : at most this number squared; 1 = the centroid alone, as published.
     """
@@ -50,6 +52,7 @@ class Sampling:
     visibility_distance: float
     easing_power: float = 0.0
     mask_resolution: int = 0
+    band: float = 0.0
     sample_px: float = 8.0
     most_splits: int = 1
 
@@ -63,10 +66,13 @@ class Evidence:
     faces : (C,) int32, indices into the mesh's faces: all that some mask lies on.
     areas : (C,) float64, their areas.
     starts : (C + 1,) int64, where each face's entries begin.
-    projection : (N,) int32, number of the mask that was on it, -1 = on no mask.
+    projection : (N,) int32, number of the mask that was on it; on no mask: -2 - number of one
+        whose border is within the band, -1 = of none.
     view : (N,) int32.
     share : (N,) float32, the share of the face's seen samples that this entry stands for.
     ease : (N,) float32, weight by distance.
+    border : (N,) float32, distance to the mask's border in pixels, at most the band.
+    detail : (N,) float32, pixels of the label image that a metre at the triangle measures.
     first_mask : (views + 1,) int64; mask m of view v is projection `first_mask[v] + m`.
     label : (P,) int32 class, score : (P,) float64 of each mask.
     """
@@ -78,6 +84,8 @@ class Evidence:
     view: Ints
     share: NDArray[np.float32]
     ease: NDArray[np.float32]
+    border: NDArray[np.float32]
+    detail: NDArray[np.float32]
     first_mask: NDArray[np.int64]
     label: Ints
     score: Floats
@@ -124,20 +132,43 @@ def gather_evidence(
             progress.advance()
     first_mask = np.cumsum([0, *(len(view.masks) for view in views)]).astype(np.int64)
     kept, starts, columns = _by_face(tables, first_mask, len(candidates))
-    projection, view, share, eased = columns
     masks = [mask for item in views for mask in item.masks]
     return Evidence(
         faces=blocks.original[candidates[kept]],
         areas=blocks.areas[candidates[kept]],
         starts=starts,
-        projection=projection,
-        view=view,
-        share=share,
-        ease=eased,
+        projection=columns.projection,
+        view=columns.view,
+        share=columns.share,
+        ease=columns.ease,
+        border=columns.border,
+        detail=columns.detail,
         first_mask=first_mask,
         label=np.array([mask.label for mask in masks], dtype=np.int32),
         score=np.array([mask.score for mask in masks], dtype=np.float64),
     )
+
+
+class _Seen(NamedTuple):
+    """What one view saw: the candidates' numbers, and see `Evidence` for the other columns."""
+
+    face: Ints
+    label: Ints
+    share: NDArray[np.float32]
+    ease: NDArray[np.float32]
+    border: NDArray[np.float32]
+    detail: NDArray[np.float32]
+
+
+class _Columns(NamedTuple):
+    """The columns of `Evidence`."""
+
+    projection: Ints
+    view: Ints
+    share: NDArray[np.float32]
+    ease: NDArray[np.float32]
+    border: NDArray[np.float32]
+    detail: NDArray[np.float32]
 
 
 class _Targets:
@@ -160,6 +191,7 @@ class _Targets:
             own.where = np.zeros((len(self.candidates) + 1024, 3))
             own.owner = np.zeros(len(own.where), dtype=np.int32)
             own.label = np.zeros(len(own.where), dtype=np.int32)
+            own.border = np.zeros(len(own.where), dtype=np.uint8)
         own.turn += 1
         return own
 
@@ -194,23 +226,25 @@ class _Looker:
             sampling.most_splits, mark,
         )  # fmt: skip
 
-    def see(self, targets: _Targets) -> tuple[Ints, Ints, NDArray[np.float32], NDArray[np.float32]]:
-        """Seen candidates: their numbers, mask (-1 = none), share and weight by distance."""
+    def see(self, targets: _Targets) -> _Seen:
+        """The candidates that this view sees."""
         blocks, sampling, pose = self.blocks, self.sampling, self.view.cam_from_world
-        in_photo, labels = self._in_photo(), self._labels()
+        in_photo = self._in_photo()
+        labels, distance = soften(self._labels(), sampling.band)
         own = targets.worker_buffers(len(blocks.vertices))
         while True:
             count = place_samples(
                 in_photo, targets.starts, targets.candidates, blocks.vertices, blocks.faces,
                 blocks.centroids, blocks.longest, pose, self.lens, self.reach, self.size, labels,
-                sampling.visibility_distance, sampling.sample_px, sampling.most_splits,
-                own.where, own.owner, own.label,
+                distance, sampling.visibility_distance, sampling.sample_px, sampling.most_splits,
+                own.where, own.owner, own.label, own.border,
             )  # fmt: skip
             if count <= len(own.owner):
                 break
             own.where = np.zeros((count * 5 // 4, 3))
             own.owner = np.zeros(len(own.where), dtype=np.int32)
             own.label = np.zeros(len(own.where), dtype=np.int32)
+            own.border = np.zeros(len(own.where), dtype=np.uint8)
         where, owner = own.where[:count], own.owner[:count]
         hidden = np.zeros(0, dtype=np.bool_)
         if count:
@@ -219,11 +253,17 @@ class _Looker:
                 targets.number, pose, self.view.camera.fx, where, owner, own.screen, own.stamp,
                 own.turn,
             )  # fmt: skip
-        face, label, share = tell_evidence(owner, own.label[:count], hidden)
+        face, label, share, border = tell_evidence(
+            owner, own.label[:count], own.border[:count], hidden
+        )
         away = blocks.centroids[targets.candidates[face]] - self.view.centre
-        distance = np.sqrt(np.einsum("ij,ij->i", away, away))
-        eased = ease(distance, sampling.visibility_distance, sampling.easing_power)
-        return face, label, share, eased.astype(np.float32)
+        range_ = np.sqrt(np.einsum("ij,ij->i", away, away))
+        eased = ease(range_, sampling.visibility_distance, sampling.easing_power)
+        focal = self.view.camera.fx * labels.shape[1] / self.view.camera.width
+        return _Seen(
+            face, label, share, eased.astype(np.float32), border / np.float32(STEPS),
+            (focal / np.maximum(range_, 1e-300)).astype(np.float32),
+        )  # fmt: skip
 
 
 def slope_bounds(camera: Camera) -> Floats:
@@ -250,37 +290,32 @@ def slope_bounds(camera: Camera) -> Floats:
 
 
 def _by_face(
-    tables: list[tuple[Ints, Ints, NDArray[np.float32], NDArray[np.float32]]],
-    first_mask: NDArray[np.int64],
-    count: int,
-) -> tuple[Ints, NDArray[np.int64], tuple[Any, Any, Any, Any]]:
+    tables: list[_Seen], first_mask: NDArray[np.int64], count: int
+) -> tuple[Ints, NDArray[np.int64], _Columns]:
     """Regroup the views' tables by face, keeping the order of views.
 
     Faces that no mask was seen on (it lay on something before them) are dropped.
 
     Returns
     -------
-    kept : (C,) int32, candidate numbers; starts : (C + 1,) int64; columns : projection, view,
-    share and ease, each (N,).
+    kept : (C,) int32, candidate numbers; starts : (C + 1,) int64; the columns, each (N,).
     """
     entries = np.zeros(count, dtype=np.int32)
     positive = np.zeros(count, dtype=np.bool_)
-    for face, label, _, _ in tables:
-        _count(face, label, entries, positive)
+    for table in tables:
+        _count(table.face, table.label, entries, positive)
     kept = np.flatnonzero(positive).astype(np.int32)
     starts = np.zeros(len(kept) + 1, dtype=np.int64)
     np.cumsum(entries[kept], out=starts[1:])
     place = np.full(count, -1, dtype=np.int64)
     place[kept] = starts[:-1]
     size = int(starts[-1])
-    projection, view = np.zeros(size, dtype=np.int32), np.zeros(size, dtype=np.int32)
-    share, eased = np.zeros(size, dtype=np.float32), np.zeros(size, dtype=np.float32)
-    for number, (face, label, portion, weight) in enumerate(tables):
-        first = int(first_mask[number])
-        _fill(
-            face, label, portion, weight, number, first, place, projection, view, share, eased
-        )  # fmt: skip
-    return kept, starts, (projection, view, share, eased)
+    ints = np.zeros((2, size), dtype=np.int32)
+    floats = np.zeros((4, size), dtype=np.float32)
+    columns = _Columns(*ints, *floats)
+    for view, table in enumerate(tables):
+        _fill(*table, view, int(first_mask[view]), place, *columns)
+    return kept, starts, columns
 
 
 @njit(nogil=True, cache=True)
@@ -293,13 +328,16 @@ def _count(face: Any, label: Any, entries: Any, positive: Any) -> None:
 
 @njit(nogil=True, cache=True)
 def _fill(
-    face: Any, label: Any, portion: Any, weight: Any, number: Any, first: Any, place: Any,
-    projection: Any, view: Any, share: Any, eased: Any,
+    face: Any, label: Any, in_share: Any, in_ease: Any, in_border: Any, in_detail: Any,
+    number: Any, first: Any, place: Any,
+    projection: Any, view: Any, share: Any, eased: Any, border: Any, detail: Any,
 ) -> None:  # fmt: skip
     for k in range(len(face)):
         at = place[face[k]]
         if at < 0:
             continue
         place[face[k]] = at + 1
-        projection[at] = first + label[k] if label[k] >= 0 else -1
-        view[at], share[at], eased[at] = number, portion[k], weight[k]
+        mask = label[k]
+        projection[at] = first + mask if mask >= 0 else (mask - first if mask < -1 else -1)
+        view[at], share[at], eased[at] = number, in_share[k], in_ease[k]
+        border[at], detail[at] = in_border[k], in_detail[k]

@@ -66,7 +66,10 @@ class LiftParams:
         True, "robust: ignore masks that most other views see as several objects"
     )
     least_overlap: float = setting(
-        0.3, "robust: masks overlapping less are not connected", low=0.0, high=1.0
+        0.1, "robust: masks overlapping less are not connected", low=0.0, high=1.0
+    )
+    cohesion: float = setting(
+        0.25, "robust: clusters merge at this mean overlap of their masks", low=0.01, high=0.99
     )
     rounds: int = setting(
         2, "robust: how often masks are handed to the instance they fit best", low=0, high=20
@@ -76,6 +79,13 @@ class LiftParams:
         "robust: an instance is dropped if fewer of the views that saw it found it",
         low=0.0,
         high=1.0,
+    )
+    border_band: float = setting(
+        4.0,
+        "robust: how far from a mask's border its evidence is soft",
+        unit="px",
+        low=0.0,
+        high=15.0,
     )
     sample_px: float = setting(
         8.0, "robust: larger triangles get several samples", unit="px", low=0.5

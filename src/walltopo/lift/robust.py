@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from walltopo.core import Instances, Mesh, Progress, View
 from walltopo.lift.blocks import blocks_of
-from walltopo.lift.cluster import louvain, renumber
+from walltopo.lift.cluster import renumber
 from walltopo.lift.covisible import Covisible, compare_projections
 from walltopo.lift.evidence import Evidence, Sampling, gather_evidence
 from walltopo.lift.params import LiftParams
+from walltopo.lift.potts import potts_clusters
 from walltopo.lift.records import scored_instances
 from walltopo.lift.tidy import tidy_order
 from walltopo.lift.vote import Claims, claims_of, vote
@@ -27,6 +28,8 @@ JUDGES = 0.3
 # A part: this share of another view's mask lies within the judged one, and it makes up at least
 # this share of it.
 WITHIN, PART = 0.7, 0.15
+# A mask belongs to the instance that it overlaps most, at least this much.
+FITS = 0.25
 # One mask over this share of the judged one confirms it.
 WHOLE = 0.75
 
@@ -69,9 +72,7 @@ def _cluster(pairs: Covisible, usable: NDArray[np.bool_], params: LiftParams) ->
     weight = pairs.iou
     edge = (pairs.p < pairs.q) & covered & (weight >= params.least_overlap)
     edge &= usable[pairs.p] & usable[pairs.q]
-    found = louvain(
-        count, pairs.p[edge], pairs.q[edge], weight[edge], params.resolution, params.seed
-    )
+    found = potts_clusters(count, pairs.p[edge], pairs.q[edge], weight[edge], params.cohesion)
     cluster = np.where(usable, found, -1)
     cluster[usable] = renumber(cluster[usable].astype(np.int64))
     return cluster.astype(np.int32)
@@ -80,7 +81,7 @@ def _cluster(pairs: Covisible, usable: NDArray[np.bool_], params: LiftParams) ->
 def _reassign(evidence: Evidence, claims: Claims, area: Floats, usable: NDArray[np.bool_]) -> Ints:
     """Each usable projection to the cluster it agrees with best, over what its view saw."""
     iou = claims.shared / (area[claims.projection] + claims.seen - claims.shared)
-    good = (iou >= 0.5) & usable[claims.projection]
+    good = (iou >= FITS) & usable[claims.projection]
     cluster = np.full(len(usable), -1, dtype=np.int32)
     # The last write wins: ascending overlap, and the lower cluster last among equals.
     order = np.lexsort((-claims.cluster[good], iou[good]))
@@ -100,7 +101,7 @@ def lift_robust(
     """
     sampling = Sampling(
         params.visibility_distance, params.easing_power, params.mask_resolution,
-        params.sample_px, params.most_splits,
+        params.border_band, params.sample_px, params.most_splits,
     )  # fmt: skip
     evidence = gather_evidence(
         blocks_of(mesh), views, lambda view: tidy_order(view, params.drop_duplicates), sampling,
@@ -114,9 +115,9 @@ def lift_robust(
     progress.step("cluster")
     cluster = _cluster(pairs, usable, params)
     progress.step("vote")
-    winner, shares = vote(evidence, cluster, params.threshold)
+    winner, shares = vote(evidence, cluster, params.threshold, params.border_band)
     for _ in range(params.rounds):
         claims = claims_of(evidence, winner, int(cluster.max(initial=-1)) + 1)
         cluster = _reassign(evidence, claims, pairs.area, usable)
-        winner, shares = vote(evidence, cluster, params.threshold)
+        winner, shares = vote(evidence, cluster, params.threshold, params.border_band)
     return scored_instances(mesh, evidence, cluster, winner, shares, pairs.area, params)

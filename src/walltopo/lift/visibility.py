@@ -58,16 +58,16 @@ def _to_camera(px: Any, py: Any, pz: Any, pose: Any) -> Any:
 
 
 @njit(nogil=True, cache=True, inline="always")
-def _look_up(u: Any, v: Any, lens: Any, reach: Any, size: Any, labels: Any) -> Any:
-    """Label on the direction (u, v, 1): mask index, -1 = no mask, -2 = outside the photo."""
+def _pixel(u: Any, v: Any, lens: Any, reach: Any, size: Any, labels: Any) -> Any:
+    """Row and column of the label image in direction (u, v, 1); row -1 = outside the photo."""
     if u * u + v * v >= reach * reach:
-        return -2
+        return -1, -1
     x, y = distort(u, v, lens)
     if not (x >= 0 and y >= 0 and x < size[0] and y < size[1]):
-        return -2
+        return -1, -1
     col = min(int(x * labels.shape[1] / size[0]), labels.shape[1] - 1)
     row = min(int(y * labels.shape[0] / size[1]), labels.shape[0] - 1)
-    return labels[row, col]
+    return row, col
 
 
 @njit(nogil=True, cache=True, inline="always")
@@ -108,7 +108,8 @@ def mark_candidates(
             s = _splits(longest[f], z, lens, sample_px, most_splits)
             if s == 1:
                 # Never write False: another thread may have set it in the meantime.
-                if _look_up(x / z, y / z, lens, reach, size, labels) >= 0:
+                row, col = _pixel(x / z, y / z, lens, reach, size, labels)
+                if row >= 0 and labels[row, col] >= 0:
                     mark[f] = True
                 continue
             ax, ay, az, bx, by, bz, cx, cy, cz = _corners(vertices, faces, f, pose)
@@ -119,7 +120,8 @@ def mark_candidates(
                 if z > 0:
                     u = (wa * ax + wb * bx + wc * cx) / z
                     v = (wa * ay + wb * by + wc * cy) / z
-                    if _look_up(u, v, lens, reach, size, labels) >= 0:
+                    row, col = _pixel(u, v, lens, reach, size, labels)
+                    if row >= 0 and labels[row, col] >= 0:
                         mark[f] = True
                         break
 
@@ -136,16 +138,17 @@ def _corners(vertices: Any, faces: Any, f: Any, pose: Any) -> Any:
 @njit(nogil=True, cache=True)
 def place_samples(
     blocks: Any, block_starts: Any, candidates: Any, vertices: Any, faces: Any, centroids: Any,
-    longest: Any, pose: Any, lens: Any, reach: Any, size: Any, labels: Any, limit: Any,
-    sample_px: Any, most_splits: Any, where: Any, owner: Any, label: Any,
+    longest: Any, pose: Any, lens: Any, reach: Any, size: Any, labels: Any, distance: Any,
+    limit: Any, sample_px: Any, most_splits: Any, where: Any, owner: Any, label: Any, border: Any,
 ) -> Any:  # fmt: skip
     """Put the samples of candidate faces that lie in the photo into the buffers.
 
     Parameters
     ----------
     block_starts : (B + 1,) where each block's candidates begin in `candidates`.
-    where : (n, 3) float64 buffer for u, v and 1/z; owner : the candidate's number; label : the
-        mask on it, -1 = none.
+    labels, distance : the label image and distances to its borders, as `soften` gives them.
+    where : (n, 3) float64 buffer for u, v and 1/z; owner : the candidate's number; label and
+        border : the pixel of both images there.
 
     Returns
     -------
@@ -160,12 +163,13 @@ def place_samples(
                 continue
             s = _splits(longest[f], z, lens, sample_px, most_splits)
             if s == 1:
-                found = _look_up(x / z, y / z, lens, reach, size, labels)
-                if found > -2:
+                row, col = _pixel(x / z, y / z, lens, reach, size, labels)
+                if row >= 0:
                     if count < len(owner):
                         where[count, 0], where[count, 1] = x / z, y / z
                         where[count, 2] = 1.0 / z
-                        owner[count], label[count] = c, found
+                        owner[count], label[count] = c, labels[row, col]
+                        border[count] = distance[row, col]
                     count += 1
                 continue
             ax, ay, az, bx, by, bz, cx, cy, cz = _corners(vertices, faces, f, pose)
@@ -176,11 +180,12 @@ def place_samples(
                 if z > 0:
                     u = (wa * ax + wb * bx + wc * cx) / z
                     v = (wa * ay + wb * by + wc * cy) / z
-                    found = _look_up(u, v, lens, reach, size, labels)
-                    if found > -2:
+                    row, col = _pixel(u, v, lens, reach, size, labels)
+                    if row >= 0:
                         if count < len(owner):
                             where[count, 0], where[count, 1], where[count, 2] = u, v, 1.0 / z
-                            owner[count], label[count] = c, found
+                            owner[count], label[count] = c, labels[row, col]
+                            border[count] = distance[row, col]
                         count += 1
     return count
 
@@ -341,16 +346,17 @@ def _strike_crossing(corners: Any, mine: Any, where: Any, owner: Any, hidden: An
 
 
 @njit(nogil=True, cache=True)
-def tell_evidence(owner: Any, label: Any, hidden: Any) -> Any:
+def tell_evidence(owner: Any, label: Any, border: Any, hidden: Any) -> Any:
     """Sum the samples up: per seen face and label its share of the face's seen samples.
 
     Returns
     -------
-    face (candidate number), label (-1 = no mask), share : (n,) int32, int32, float32.
+    face (candidate number), label (< 0 = no mask), share, border (mean) : (n,) int32, int32,
+    float32, float32.
     """
     n = len(owner)
     face, kind = np.zeros(n, dtype=np.int32), np.zeros(n, dtype=np.int32)
-    share = np.zeros(n, dtype=np.float32)
+    share, margin = np.zeros(n, dtype=np.float32), np.zeros(n, dtype=np.float32)
     count, start = 0, 0
     while start < n:
         end, seen = start, 0
@@ -365,8 +371,11 @@ def tell_evidence(owner: Any, label: Any, hidden: Any) -> Any:
             while slot < count and kind[slot] != label[k]:
                 slot += 1
             if slot == count:
-                face[slot], kind[slot], share[slot] = owner[start], label[k], 0.0
+                face[slot], kind[slot] = owner[start], label[k]
                 count += 1
             share[slot] += np.float32(1.0 / seen)
+            margin[slot] += np.float32(border[k] / seen)
         start = end
-    return face[:count].copy(), kind[:count].copy(), share[:count].copy()
+    for slot in range(count):
+        margin[slot] /= share[slot]
+    return face[:count].copy(), kind[:count].copy(), share[:count].copy(), margin[:count].copy()

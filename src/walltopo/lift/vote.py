@@ -20,12 +20,17 @@ Floats = NDArray[np.float64]
 DOUBT = 1.0
 
 
-def vote(evidence: Evidence, cluster: Ints, threshold: float) -> tuple[Ints, NDArray[np.float32]]:
+def vote(
+    evidence: Evidence, cluster: Ints, threshold: float, band: float
+) -> tuple[Ints, NDArray[np.float32]]:
     """The cluster of each face, and the share of views that agree.
 
     Parameters
     ----------
     cluster : (P,) int32, cluster of each projection, -1 = none.
+    band : pixels, what the evidence was gathered with: a face at a mask's border counts half,
+        one this far inside fully. The mean of borders that are off by chance is surer than their
+        median, which is what counting in and out amounts to.
     threshold : a face needs this share of the views that see it and hold a mask of the cluster.
         A view that missed the object altogether says nothing about its border.
 
@@ -38,18 +43,20 @@ def vote(evidence: Evidence, cluster: Ints, threshold: float) -> tuple[Ints, NDA
     present = np.zeros((count, views), dtype=np.bool_)
     known = np.flatnonzero(cluster >= 0)
     present[cluster[known], evidence.view_of[known]] = True
-    weight = evidence.share * evidence.ease
-    mean = float(evidence.ease.mean()) if len(evidence.ease) else 1.0
+    weight = evidence.share * evidence.detail
+    # From 0 at the border to 1 at the band's end; all 1 where evidence is in or out.
+    depth = evidence.border / np.float32(band) if band > 0 else np.ones_like(weight)
+    mean = float(evidence.detail.mean()) if len(weight) else 1.0
     return _vote(
-        evidence.starts, evidence.projection, evidence.view, weight, cluster, present, threshold,
-        DOUBT * mean,
+        evidence.starts, evidence.projection, evidence.view, weight, depth, cluster,
+        present, threshold, DOUBT * mean,
     )  # fmt: skip
 
 
 @njit(parallel=True, cache=True)
 def _vote(
-    starts: Any, projection: Any, view: Any, weight: Any, cluster: Any, present: Any,
-    threshold: Any, doubt: Any,
+    starts: Any, projection: Any, view: Any, weight: Any, depth: Any, cluster: Any,
+    present: Any, threshold: Any, doubt: Any,
 ) -> Any:  # fmt: skip
     count = len(starts) - 1
     winner = np.full(count, -1, dtype=np.int32)
@@ -67,7 +74,9 @@ def _vote(
                     total += weight[j]
                     q = projection[j]
                     if q >= 0 and cluster[q] == cluster[p]:
-                        mine += weight[j]
+                        mine += weight[j] * (0.5 + 0.5 * depth[j])
+                    elif q < -1 and cluster[-2 - q] == cluster[p]:
+                        mine += weight[j] * (0.5 - 0.5 * depth[j])
             sure = mine / (total + doubt)
             if mine >= (threshold - 1e-6) * total and (
                 sure > best + 1e-9 or (sure > best - 1e-9 and cluster[p] < winner[face])
@@ -106,12 +115,14 @@ def claims_of(evidence: Evidence, winner: Ints, count: int) -> Claims:
     areas = np.repeat(evidence.areas, np.diff(evidence.starts)) * evidence.share
     on = labelled >= 0
     key = labelled[on].astype(np.int64) * views + evidence.view[on]
-    visible = np.bincount(key, areas[on], minlength=count * views).reshape(count, views)
+    visible = np.bincount(key, areas[on], minlength=count * views).astype(np.float64)
+    visible = visible.reshape(count, views)
     on &= evidence.projection >= 0
     key = evidence.projection[on].astype(np.int64) * count + labelled[on]
     pairs, inverse = np.unique(key, return_inverse=True)
-    shared = np.bincount(inverse, areas[on], minlength=len(pairs))
+    shared = np.bincount(inverse, areas[on], minlength=len(pairs)).astype(np.float64)
     projection, cluster = (pairs // count).astype(np.int32), (pairs % count).astype(np.int32)
     seen = visible[cluster, evidence.view_of[projection]]
-    area = np.bincount(winner[winner >= 0], evidence.areas[winner >= 0], minlength=count)
+    own = winner >= 0
+    area = np.bincount(winner[own], evidence.areas[own], minlength=count).astype(np.float64)
     return Claims(area, projection, cluster, shared, seen, visible)
