@@ -6,9 +6,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
-from walltopo.reconstruct.dense.topology import boundary_loops, compact, edges_of, fans, parts
+from walltopo.reconstruct.dense.topology import (
+    boundary_loops,
+    compact,
+    doubled,
+    edges_of,
+    fans,
+    parts,
+)
 
-__all__ = ["decimate", "drop_crumbs", "fill_holes", "make_manifold", "smooth"]
+__all__ = ["drop_crumbs", "fill_holes", "make_manifold", "smooth", "split_fans"]
 
 Floats = NDArray[np.float64]
 Faces = NDArray[np.int32]
@@ -34,20 +41,19 @@ def make_manifold(mesh: Mesh) -> Mesh:
     """
     faces = mesh.faces
     a, b, c = faces.T
-    _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
-    unique = np.zeros(len(faces), dtype=np.bool_)
-    unique[first] = True
-    faces = faces[(a != b) & (b != c) & (c != a) & unique]
+    faces = faces[(a != b) & (b != c) & (c != a) & ~doubled(faces)]
     while True:
         edges = edges_of(faces)
         if not (crowded := edges.count > 2).any():
-            break
-        # The largest two faces of a crowded edge stay.
+            return split_fans(Mesh(mesh.vertices, faces))
         faces = _thin_out(mesh.vertices, faces, edges.of_face, crowded)
-    fan = fans(faces)
-    # A fan is a vertex of its own: vertices where two fans touch come apart.
-    slots = np.unique(fan, return_index=True)[1]
-    return Mesh(mesh.vertices[faces.ravel()[slots]], fan.astype(np.int32))
+
+
+def split_fans(mesh: Mesh) -> Mesh:
+    """Give each fan its own vertex: where two surfaces touch in a vertex they come apart."""
+    fan = fans(mesh.faces)
+    first = np.unique(fan, return_index=True)[1]
+    return Mesh(mesh.vertices[mesh.faces.ravel()[first]], fan)
 
 
 def _thin_out(
@@ -110,22 +116,3 @@ def smooth(mesh: Mesh, steps: int, inward: float = 0.5, outward: float = -0.53) 
         for rate in (inward, outward):
             vertices = vertices + rate * np.where(free, mean @ vertices - vertices, 0.0)
     return Mesh(vertices, mesh.faces)
-
-
-def decimate(mesh: Mesh, edge_length: float) -> Mesh:
-    """Fewer faces, so that an even mesh of as many would have edges of `edge_length`.
-
-    Quadric error collapse (Garland and Heckbert, 1997): flat parts get larger triangles.
-    """
-    import fast_simplification
-
-    target = float(mesh.areas.sum()) / (np.sqrt(3.0) / 4.0 * edge_length**2)
-    if target >= len(mesh.faces):
-        return mesh
-    vertices, faces = fast_simplification.simplify(
-        mesh.vertices.astype(np.float32),
-        mesh.faces,
-        target_count=max(4, int(target)),
-        agg=3,
-    )
-    return make_manifold(Mesh(vertices, faces))

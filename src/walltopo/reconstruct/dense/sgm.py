@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, StageError, View
-from walltopo.reconstruct.dense.clean import decimate, drop_crumbs, fill_holes, make_manifold
+from walltopo.reconstruct.dense.clean import drop_crumbs, fill_holes, make_manifold, split_fans
+from walltopo.reconstruct.dense.consistency import confirmed
 from walltopo.reconstruct.dense.cubes import extract
+from walltopo.reconstruct.dense.even import collapse_short_edges
 from walltopo.reconstruct.dense.neighbours import choose_neighbours
 from walltopo.reconstruct.dense.params import DenseSettings
 from walltopo.reconstruct.dense.scene import Scene, surroundings
@@ -21,8 +23,9 @@ __all__ = ["depth_maps", "finish", "sgm_mesh"]
 Image = NDArray[np.uint8]
 Depth = NDArray[np.float32]
 
-# Voxels per edge: marching cubes' mean edge is about 0.75 voxel.
+# Marching cubes' edges, once the short ones are gone, are about as long as a voxel.
 _VOXELS_PER_EDGE = 1.0
+_SHORTEST_EDGE = 0.5
 _TRUNCATION_VOXELS = 4.0
 # Depths whose standard deviation exceeds this many edges are too rough to use.
 _MAX_SIGMA_EDGES = 2.5
@@ -49,6 +52,7 @@ def _stereo_views(
 def depth_maps(
     scene: Scene,
     load: Callable[[str], Image],
+    partners: list[list[int]],
     settings: DenseSettings,
     edge: float,
     progress: Progress,
@@ -59,6 +63,7 @@ def depth_maps(
     ----------
     scene : views and sparse points.
     load : gives a photo by name as (H, W) uint8 grey.
+    partners : per view, its stereo partners (see `choose_neighbours`).
     settings : see `DenseSettings`.
     edge : edge length wanted, world units; depths much rougher than it are dropped.
     progress : told per photo.
@@ -69,13 +74,12 @@ def depth_maps(
     weight : (H, W) float32, inverse variance times edge squared.
     view : the pinhole view of both.
     """
-    images, views = _stereo_views(scene, load, settings.max_size, progress)
-    partners = choose_neighbours(scene, settings.neighbours, settings.best_angle_deg)
     if not any(partners):
         raise StageError(
             "no two photos overlap at a useful angle; no depth can be measured",
             "Move sideways between photos: about one arm's length at 3 m from the wall.",
         )
+    images, views = _stereo_views(scene, load, settings.max_size, progress)
     progress.step("matching stereo pairs", sum(len(p) for p in partners))
     for k, view in enumerate(views):
         points = scene.points[scene.seen[k]]
@@ -95,6 +99,30 @@ def depth_maps(
         yield depth, weight, view
 
 
+def _consistent(
+    maps: list[tuple[Depth, Depth, View]],
+    scene: Scene,
+    partners: list[list[int]],
+    edge: float,
+    progress: Progress,
+) -> list[tuple[Depth, Depth, View]]:
+    """The depth maps without what the maps of their partners do not confirm."""
+    number = {view.name: k for k, (_, _, view) in enumerate(maps)}
+    names = [view.name for view in scene.views]
+    asks: dict[str, set[str]] = {name: set() for name in names}
+    for name, others in zip(names, partners, strict=True):
+        for other in others:
+            asks[name].add(names[other])
+            asks[names[other]].add(name)
+    progress.step("checking depth maps against each other", len(maps))
+    result: list[tuple[Depth, Depth, View]] = []
+    for k, (_, weight, view) in enumerate(maps):
+        others = sorted(number[n] for n in asks[view.name] if n in number)
+        result.append((confirmed(k, maps, others, edge), weight, view))
+        progress.advance()
+    return result
+
+
 def sgm_mesh(
     scene: Scene,
     load: Callable[[str], Image],
@@ -111,7 +139,9 @@ def sgm_mesh(
     edge : edge length wanted, world units.
     unit : world units that `settings` calls a metre (see `stage.edge_and_unit`).
     """
-    maps = list(depth_maps(scene, load, settings, edge, progress))
+    partners = choose_neighbours(scene, settings.neighbours, settings.best_angle_deg)
+    maps = list(depth_maps(scene, load, partners, settings, edge, progress))
+    maps = _consistent(maps, scene, partners, edge, progress)
     low, high = surroundings(scene)
     voxel = edge / _VOXELS_PER_EDGE
     progress.step("fusing depth maps", len(maps))
@@ -123,16 +153,15 @@ def sgm_mesh(
         fuse(volume, depth, weight, view)
         progress.advance()
     progress.step("meshing")
-    mesh = extract(volume, 1.0)
+    mesh = split_fans(extract(volume, 1.0))
     del volume
     return finish(mesh, settings, edge, unit)
 
 
 def finish(mesh: Mesh, settings: DenseSettings, edge: float, unit: float) -> Mesh:
-    """Clean a raw surface: no crumbs, small holes closed, the edge length wanted, manifold."""
-    mesh = make_manifold(mesh)
+    """Clean a manifold surface: no crumbs, small holes closed, even triangles."""
     mesh = drop_crumbs(mesh, settings.min_part * unit)
     if len(mesh.faces) == 0:
         raise StageError("the surface found consists of crumbs only", "Take more photos.")
     mesh = fill_holes(mesh, settings.max_hole * unit)
-    return drop_crumbs(decimate(mesh, edge), settings.min_part * unit)
+    return make_manifold(collapse_short_edges(mesh, _SHORTEST_EDGE * edge))

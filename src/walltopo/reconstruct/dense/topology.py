@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Edges", "boundary_loops", "compact", "edges_of", "fans", "parts"]
+__all__ = ["Edges", "boundary_loops", "compact", "doubled", "edges_of", "fans", "parts"]
 
 Floats = NDArray[np.float64]
 Faces = NDArray[np.int32]
@@ -21,7 +21,7 @@ class Edges:
     ----------
     pairs : (E, 2) int64 vertices, smaller first.
     count : (E,) faces at each edge; 1 = border, > 2 = not manifold.
-    of_face : (F, 3) index of the edge opposite... from corner k to corner k + 1.
+    of_face : (F, 3) index of the edge from corner k to corner k + 1.
     """
 
     pairs: NDArray[np.int64]
@@ -75,6 +75,16 @@ def fans(faces: Faces, edges: Edges | None = None) -> NDArray[np.int32]:
     n = len(slot)
     graph = coo_matrix((np.ones(len(rows), dtype=np.bool_), (rows, columns)), shape=(n, n))
     return connected_components(graph, directed=False)[1].reshape(-1, 3)
+
+
+def doubled(faces: Faces) -> NDArray[np.bool_]:
+    """(F,) whether an earlier face has the same three vertices."""
+    corners = np.sort(faces, axis=1)
+    order = np.lexsort((corners[:, 2], corners[:, 1], corners[:, 0]))
+    ordered = corners[order]
+    again = np.zeros(len(faces), dtype=np.bool_)
+    again[order[1:]] = (ordered[1:] == ordered[:-1]).all(axis=1)
+    return again
 
 
 def compact(vertices: Floats, faces: NDArray[np.integer]) -> tuple[Floats, Faces]:

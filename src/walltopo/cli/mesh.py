@@ -1,0 +1,53 @@
+"""`walltopo mesh`: look at a mesh."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+
+__all__ = ["register"]
+
+
+def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add `walltopo mesh check`."""
+    group = commands.add_parser("mesh", help="examine meshes", description="Examine meshes.")
+    actions = group.add_subparsers(dest="action", required=True, metavar="ACTION")
+    check = actions.add_parser(
+        "check",
+        help="say what is wrong with a mesh",
+        description="Say what is wrong with a mesh: edges and vertices that are not manifold, "
+        "degenerate and doubled faces, crumbs, normals, edge lengths. Exit code 0: nothing "
+        "wrong; 1: problems were found.",
+        epilog="example: walltopo mesh check gym/mesh.ply --cameras gym/sparse",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    check.add_argument("file", type=Path, metavar="FILE", help="PLY, OBJ, STL or GLB")
+    check.add_argument(
+        "--cameras", type=Path, metavar="MODEL", help="COLMAP model; checks the normals' side"
+    )
+    check.add_argument("--json", action="store_true", help="print the facts as JSON")
+    check.set_defaults(run=_check)
+
+
+def _check(args: argparse.Namespace) -> int:
+    from walltopo.cli.console import console
+    from walltopo.formats.colmap import read_views
+    from walltopo.formats.ply import read_mesh
+    from walltopo.reconstruct.dense.check import check_mesh
+
+    report = check_mesh(read_mesh(args.file), read_views(args.cameras) if args.cameras else ())
+    if args.json:
+        console.print_json(json.dumps(report.as_dict()))
+        return 1 if report.problems else 0
+    facts = report.as_dict()
+    facts.pop("problems")
+    for name, value in facts.items():
+        if value is not None:
+            shown = f"{value:.5g}" if isinstance(value, float) else f"{value:,}"
+            console.print(f"{name.replace('_', ' '):>24}  {shown}")
+    for problem in report.problems:
+        console.print(f"[red]problem[/]: {problem}")
+    if not report.problems:
+        console.print("[green]no problems[/]: manifold, no degenerate faces, no crumbs")
+    return 1 if report.problems else 0

@@ -1,0 +1,110 @@
+"""Depths that other photos' depth maps confirm."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+
+from walltopo.core import View
+
+__all__ = ["confirmed"]
+
+Floats = NDArray[np.float64]
+Depth = NDArray[np.float32]
+
+# Depths agree when they differ by less than this many joint standard deviations, and another
+# photo sees through a point when its depth is farther by more than this.
+_TOLERANCE = 3.0
+
+
+@njit(cache=True, parallel=True)
+def _vote(
+    depth: Depth,
+    weight: Depth,
+    other: Depth,
+    other_weight: Depth,
+    k_here: Floats,
+    k_there: Floats,
+    there_from_here: Floats,
+    sigma: float,
+    votes: NDArray[np.int8],
+) -> None:
+    """Add one for each pixel that the other map confirms, take one where it sees through."""
+    height, width = depth.shape
+    rows, columns = other.shape
+    for y in prange(height):
+        for x in range(width):
+            z = depth[y, x]
+            if z <= 0.0:
+                continue
+            px = (x + 0.5 - k_here[2]) / k_here[0] * z
+            py = (y + 0.5 - k_here[3]) / k_here[1] * z
+            m = there_from_here
+            qz = m[2, 0] * px + m[2, 1] * py + m[2, 2] * z + m[2, 3]
+            if qz <= 0.0:
+                continue
+            qx = m[0, 0] * px + m[0, 1] * py + m[0, 2] * z + m[0, 3]
+            qy = m[1, 0] * px + m[1, 1] * py + m[1, 2] * z + m[1, 3]
+            u = int(np.floor(qx / qz * k_there[0] + k_there[2]))
+            v = int(np.floor(qy / qz * k_there[1] + k_there[3]))
+            if u < 0 or v < 0 or u >= columns or v >= rows:
+                continue
+            found = other[v, u]
+            if found <= 0.0:
+                continue
+            tolerance = _TOLERANCE * sigma * np.sqrt(1.0 / weight[y, x] + 1.0 / other_weight[v, u])
+            if abs(found - qz) < tolerance:
+                votes[y, x] += 1
+            elif found > qz + tolerance:
+                votes[y, x] -= 1
+
+
+def _intrinsics(view: View) -> Floats:
+    camera = view.camera
+    return np.array([camera.fx, camera.fy, camera.cx, camera.cy])
+
+
+def confirmed(
+    index: int,
+    maps: Sequence[tuple[Depth, Depth, View]],
+    partners: Sequence[int],
+    sigma: float,
+) -> Depth:
+    """A depth map without the pixels that no other map confirms.
+
+    A pixel stays when more other maps hold the same surface there than see through it.
+
+    Parameters
+    ----------
+    index : which of `maps`.
+    maps : (depth, weight, pinhole view) of each photo; depth 0 = unknown.
+    partners : the maps to ask.
+    sigma : standard deviation of a depth of weight 1, world units.
+
+    Returns
+    -------
+    (H, W) float32 depth, 0 where not confirmed.
+    """
+    depth, weight, view = maps[index]
+    here = np.eye(4)
+    here[:3] = view.cam_from_world
+    back = np.linalg.inv(here)
+    votes = np.zeros(depth.shape, dtype=np.int8)
+    for j in partners:
+        other, other_weight, there = maps[j]
+        move = np.ascontiguousarray(there.cam_from_world @ back)
+        _vote(
+            depth,
+            weight,
+            other,
+            other_weight,
+            _intrinsics(view),
+            _intrinsics(there),
+            move,
+            sigma,
+            votes,
+        )
+    return np.where(votes > 0, depth, 0.0).astype(np.float32)
