@@ -82,6 +82,14 @@ def test_each_label_is_found_once() -> None:
     assert ap_of([found], [truth], label=2) != ap_of([found], [truth], label=1)
 
 
+class Interrupted(Silent):
+    """Somebody who presses Ctrl-C at the first news of the training."""
+
+    def note(self, message: str) -> None:
+        if message.startswith("check"):
+            raise KeyboardInterrupt
+
+
 @pytest.mark.slow
 def test_learns_resumes_and_exports(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from walltopo.train import loop
@@ -91,17 +99,25 @@ def test_learns_resumes_and_exports(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     job = Job((data,), tmp_path / "run", ("disc walls, made by this test",))
     augment = AugmentSettings(scale_low=0.9, scale_high=1.2)
     settings = TrainSettings(
-        minutes=0.06, crop=128, batch=2, held_out=0.0, audit=0.0, check_photos=1, rate=5e-3
+        minutes=0.1,
+        crop=128,
+        batch=2,
+        held_out=0.0,
+        audit=0.7,
+        check_every=0.02,
+        check_photos=1,
+        rate=5e-3,
+        patience=1000,
     )
-    train_detector(job, settings, augment, Silent())
+    with pytest.raises(KeyboardInterrupt):
+        train_detector(job, settings, augment, Interrupted())
     first = load_run(job.out / "checkpoint.pt", settings)
-    assert first.step > 3
-    longer = TrainSettings(
-        minutes=0.1, crop=128, batch=2, held_out=0.0, audit=0.8, check_photos=1, rate=5e-3
-    )
-    figures = train_detector(job, longer, augment, Silent())
-    second = load_run(job.out / "checkpoint.pt", longer)
+    assert first.step > 0
+    assert not (job.out / "holds.onnx").exists()
+    figures = train_detector(job, settings, augment, Silent())
+    second = load_run(job.out / "checkpoint.pt", settings)
     assert second.step > first.step
+    assert second.seconds >= 6.0
     assert second.history[: len(first.history)] == first.history
     assert figures["export_difference"] < 0.05
     assert (job.out / "audit.json").is_file()

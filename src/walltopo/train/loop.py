@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
+import pickle
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -94,7 +95,7 @@ def load_run(path: Path, settings: TrainSettings) -> Run:
         run.optimiser.load_state_dict(state["optimiser"])
         for name in ("step", "seconds", "best", "since_best", "history", "best_state"):
             setattr(run, name, state[name])
-    except (KeyError, RuntimeError, OSError, ValueError, EOFError) as error:
+    except (KeyError, RuntimeError, OSError, ValueError, EOFError, pickle.UnpicklingError) as error:
         raise InputError(
             f"{path}: not a checkpoint of this program ({error})",
             "Give another folder with --out, or delete the file to start afresh.",
