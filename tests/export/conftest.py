@@ -154,7 +154,7 @@ def build_scan(
 
         scan.photos.mkdir()
         for photo in photos:
-            Image.new("RGB", (320, 240), (90, 120, 90)).save(scan.photos / photo["name"])
+            Image.new("RGB", (320, 240), (90, 120, 90)).save(scan.photos / str(photo["name"]))
     manifest = {
         "stages": {
             "sparse": {

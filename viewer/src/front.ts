@@ -56,10 +56,19 @@ export function frontOf(wall: Wall): Front {
     box.min.z = Math.max(box.min.z, wall.box.min.z);
     box.max.min(wall.box.max);
   }
-  const places = holds.length > 3 ? holds.map((hold) => new Vector3(...hold.position)) : seen;
-  const foot = new Vector3();
-  for (const p of holds.length > 3 ? [...places] : []) {
-    places.push(foot.copy(p).setZ(Math.max(wall.box.min.z, box.min.z - 0.3)).clone());
-  }
-  return { direction, swing, floor: wall.box.min.z, box, places };
+  return { direction, swing, floor: wall.box.min.z, box, places: placesOf(wall, box, seen) };
+}
+
+/** What a picture of the whole wall must show: the holds with room around, down to the mat. */
+function placesOf(wall: Wall, box: Box3, seen: Vector3[]): Vector3[] {
+  const holds = [...wall.tables.holds.values()];
+  if (holds.length <= 3) return seen;
+  const size = box.getSize(new Vector3());
+  const room = 0.04 * Math.max(size.x, size.y, size.z);
+  const mat = Math.max(wall.box.min.z, box.min.z - 0.3);
+  return holds.flatMap(({ position: [x, y, z] }) => [
+    new Vector3(x - room, y - room, z),
+    new Vector3(x + room, y + room, Math.min(z + 2 * room, wall.box.max.z)),
+    new Vector3(x, y, mat),
+  ]);
 }

@@ -111,6 +111,7 @@ export class Stage {
     canvas.addEventListener("webglcontextrestored", () => {
       this.onLost(false);
       this.state.commit();
+      this.renderer.setClearColor(this.look.uBackdrop.value, 1);
       this.redraw();
     });
     this.tick = this.tick.bind(this);

@@ -1,0 +1,184 @@
+"""The viewer in a real browser: the checks of `viewer/tests/checks.mjs`, on scans made here."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import threading
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from conftest import build_scan  # type: ignore[import-not-found]
+from walltopo.core import Silent
+from walltopo.export.params import ExportSettings
+from walltopo.export.server import make_server
+from walltopo.export.stage import run
+from walltopo.workspace import ScanFolder
+
+VIEWER = Path(__file__).resolve().parents[2] / "viewer"
+SMALL = ExportSettings(first_triangles=6000, title="Test wall")
+NAMES = re.findall(r'^  async "(.+?)"\(', (VIEWER / "tests" / "checks.mjs").read_text(), re.M)
+
+EMBED = """<!doctype html><html lang="en"><meta charset="utf-8"><title>Embedded</title>
+<style>wall-topo{display:block;width:800px;height:500px}</style>
+<script>window.heard=[];
+for(const type of ["wall-load","hold-select","route-select"])
+ addEventListener(type,e=>heard.push({type,detail:e.detail}))</script>
+<main><wall-topo src="page/first.glb"></wall-topo></main><script src="page/viewer.js"></script>"""
+
+
+def missing() -> str:
+    """Why these tests cannot run here; empty when they can."""
+    chromium = os.environ.get("WALLTOPO_CHROMIUM", "/usr/bin/chromium")
+    if shutil.which("node") is None:
+        return "node is not installed (make system)"
+    if not Path(chromium).exists():
+        return f"no browser at {chromium} (make system)"
+    if not (VIEWER / "node_modules" / "playwright-core").is_dir():
+        return "viewer/node_modules is missing (cd viewer && npm ci)"
+    return ""
+
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(bool(missing()), reason=f"browser tests: {missing()}"),
+]
+
+
+def exported(root: Path, settings: ExportSettings = SMALL, **options: Any) -> ScanFolder:
+    scan: ScanFolder = build_scan(root, **options)
+    run(scan, settings, Silent())
+    return scan
+
+
+def without_ids(scan: ScanFolder, folder: Path) -> Path:
+    """A page whose model is a plain GLB of another tool."""
+    import trimesh
+
+    shutil.copytree(scan.root / "page", folder / "page")
+    shutil.copyfile(scan.page, folder / "index.html")
+    ball = trimesh.creation.icosphere(subdivisions=2)
+    data = ball.export(file_type="glb")
+    from walltopo.export.webpage import write_tier
+
+    for name in ("first", "detail"):
+        write_tier(folder / "page", name, data)
+    return folder / "index.html"
+
+
+def broken(scan: ScanFolder, folder: Path, data: bytes | None) -> Path:
+    """A page whose model is damaged (or absent)."""
+    from walltopo.export.webpage import write_tier
+
+    shutil.copytree(scan.root / "page", folder / "page")
+    shutil.copyfile(scan.page, folder / "index.html")
+    (folder / "page" / "first.js").unlink()
+    if data is not None:
+        write_tier(folder / "page", "first", data)
+    return folder / "index.html"
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """Check name to its problem ("" where it passed)."""
+    room = tmp_path_factory.mktemp("viewer")
+    scan = exported(room / "scan")
+    (scan.root / "embed.html").write_text(EMBED)
+    good = (scan.root / "page" / "first.glb").read_bytes()
+    pages = [
+        broken(scan, room / "absent", None),
+        broken(scan, room / "cut", good[: len(good) // 2]),
+        broken(scan, room / "text", b"this is no model"),
+    ]
+    odd = {
+        "plain": without_ids(scan, room / "plain"),
+        "none": exported(room / "none", holds=0, textured=False, cells=24).page,
+        "many": exported(
+            room / "many", ExportSettings(), holds=2000, cells=300, textured=False, cameras=False
+        ).page,
+    }
+    shots = Path(os.environ.get("WALLTOPO_SHOTS", room / "shots"))
+    shots.mkdir(parents=True, exist_ok=True)
+    server = make_server(scan.root, 0, edit=False)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    places = {
+        "disk": scan.page.as_uri(),
+        "web": f"http://localhost:{server.server_address[1]}/",
+        "report": scan.report.as_uri(),
+        "embed": (scan.root / "embed.html").as_uri(),
+        "broken": [page.as_uri() for page in pages],
+        "odd": {kind: page.as_uri() for kind, page in odd.items()},
+        "shots": str(shots),
+    }
+    listing = room / "places.json"
+    listing.write_text(json.dumps(places))
+    done = subprocess.run(
+        ["node", "tests/run.mjs", str(listing)],
+        cwd=VIEWER,
+        capture_output=True,
+        text=True,
+        timeout=600,
+        check=False,
+    )
+    server.shutdown()
+    server.server_close()
+    lines = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
+    assert lines, f"the browser did not start: {done.stderr[-2000:]}"
+    return {line["name"]: line["problem"] for line in lines}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_in_browser(results: dict[str, str], name: str) -> None:
+    assert name in results, "the check did not run: the browser ended before it"
+    assert not results[name], results[name]
+
+
+@pytest.mark.parametrize("tier", ["wall.glb", "page/first.glb", "page/detail.glb"])
+def test_valid_by_gltf_validator(tmp_path: Path, tier: str) -> None:
+    scan = exported(tmp_path / "scan", cells=40)
+    script = (
+        "const v=require('gltf-validator'),fs=require('fs');"
+        "v.validateBytes(new Uint8Array(fs.readFileSync(process.argv[1])))"
+        ".then(r=>console.log(JSON.stringify(r.issues)))"
+    )
+    done = subprocess.run(
+        ["node", "-e", script, str(scan.root / tier)],
+        cwd=VIEWER,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=True,
+    )
+    issues = json.loads(done.stdout)
+    assert (issues["numErrors"], issues["numWarnings"]) == (0, 0), issues["messages"][:5]
+
+
+def test_budgets() -> None:
+    """JavaScript within 250 kB gzip."""
+    import gzip
+
+    from walltopo.export.webpage import viewer_script
+
+    packed = gzip.compress(viewer_script().read_bytes(), 9)
+    assert len(packed) <= 250_000
+
+
+def test_built_viewer_is_the_source(tmp_path: Path) -> None:
+    """The script that ships is what the sources build to."""
+    built = tmp_path / "page"
+    subprocess.run(
+        ["node_modules/.bin/vite", "build", "--outDir", str(built), "--logLevel", "error"],
+        cwd=VIEWER,
+        check=True,
+        timeout=120,
+    )
+    from walltopo.export.webpage import viewer_script
+
+    assert (built / "viewer.js").read_bytes() == viewer_script().read_bytes()
+    assert np.frombuffer((built / "viewer.js").read_bytes(), np.uint8).size > 100_000

@@ -1,0 +1,335 @@
+// What must hold of the viewer in a real browser. Each check throws, or gives what it saw.
+
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { ask, open, ready, settle, tapHold } from "./browser.mjs";
+
+const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+const state = (page) => ask(page, (wall) => ({ route: wall.selectedRoute, hold: wall.selectedHold }));
+const text = (page, selector) =>
+  ask(page, (wall, query) => wall.shadowRoot.querySelector(query)?.textContent ?? null, selector);
+
+/** Mean colour per cell of a coarse grid over the drawn picture, 0..255. */
+function cells(page, columns = 24, rows = 16) {
+  return ask(
+    page,
+    async (wall, [w, h]) => {
+      const picture = await createImageBitmap(await wall.screenshot());
+      const canvas = Object.assign(document.createElement("canvas"), { width: w, height: h });
+      const pen = canvas.getContext("2d");
+      pen.imageSmoothingQuality = "high";
+      pen.drawImage(picture, 0, 0, w, h);
+      return [...pen.getImageData(0, 0, w, h).data];
+    },
+    [columns, rows],
+  );
+}
+
+const spread = (values) => {
+  const colours = new Set();
+  for (let k = 0; k < values.length; k += 4) colours.add(values.slice(k, k + 3).map((v) => v >> 5).join());
+  return colours.size;
+};
+
+function fine(log) {
+  assert.deepEqual(log.foreign, [], "the page asked another host");
+  assert.deepEqual(log.errors, [], "the page reported errors");
+}
+
+export const checks = {
+  async "opens from disk"(browser, { disk, shots }) {
+    const { page, log, close } = await open(browser, disk);
+    await ready(page, "detail");
+    assert.equal(await page.getAttribute("wall-topo", "data-ready"), "detail");
+    assert.ok(spread(await cells(page)) >= 6, "the picture is blank");
+    await page.screenshot({ path: `${shots}/desktop.png` });
+    fine(log);
+    await close();
+  },
+
+  async "opens from a server with a strict policy"(browser, { web }) {
+    const { page, log, close } = await open(browser, web);
+    await ready(page, "detail");
+    assert.equal(await page.getAttribute("wall-topo", "data-ready"), "detail");
+    fine(log);
+    await close();
+  },
+
+  async "a tap on a hold lights its route"(browser, { disk, shots }) {
+    const { page, log, close } = await open(browser, disk);
+    const holds = await ask(page, (wall) => wall.holds.map(({ id, route }) => ({ id, route })));
+    for (const { id, route } of [holds[1], holds[10], holds[6]]) {
+      await tapHold(page, id);
+      assert.deepEqual(await state(page), { route, hold: id });
+      assert.match(await text(page, ".card"), new RegExp(`Hold ${id} `));
+    }
+    await page.screenshot({ path: `${shots}/hold.png` });
+    fine(log);
+    await close();
+  },
+
+  async "a lit route stays in colour and the rest fades"(browser, { disk, shots }) {
+    const { page, close } = await open(browser, disk);
+    const colourfulness = (values) => {
+      let total = 0;
+      for (let k = 0; k < values.length; k += 4) {
+        const rgb = values.slice(k, k + 3);
+        total += Math.max(...rgb) - Math.min(...rgb);
+      }
+      return total;
+    };
+    await ready(page, "detail");
+    const before = colourfulness(await cells(page, 60, 40));
+    await ask(page, (wall) => wall.selectRoute(wall.routes[0].id));
+    await settle(page);
+    const after = colourfulness(await cells(page, 60, 40));
+    await page.screenshot({ path: `${shots}/route.png` });
+    assert.ok(after < 0.75 * before, `colour ${before} to ${after}: nothing faded`);
+    assert.ok(after > 0.02 * before, `colour ${before} to ${after}: the route faded too`);
+    const flags = await ask(page, (wall) =>
+      [...wall.shadowRoot.querySelectorAll(".flag")].map((flag) => flag.textContent),
+    );
+    assert.deepEqual(flags.sort(), ["Start", "Top"]);
+    await close();
+  },
+
+  async "routes can be stepped through and filtered"(browser, { disk }) {
+    const { page, close } = await open(browser, disk);
+    const ids = await ask(page, (wall) => wall.routes.map((route) => route.id));
+    const wall = page.locator("wall-topo");
+    await wall.locator(`[data-route="${ids[0]}"]`).click();
+    assert.equal((await state(page)).route, ids[0]);
+    await wall.getByRole("button", { name: "Next route" }).click();
+    assert.equal((await state(page)).route, ids[1]);
+    await wall.getByRole("button", { name: "Previous route" }).click();
+    await wall.getByRole("button", { name: "Previous route" }).click();
+    assert.equal((await state(page)).route, ids.at(-1));
+    const rows = () => wall.locator("[data-route]").count();
+    const all = await rows();
+    await wall.locator('[data-colour="red"]').click();
+    const red = await ask(page, (el) => el.routes.filter((route) => route.colour === "red").length);
+    assert.equal(await rows(), red);
+    await wall.getByLabel("Filter by steepness").selectOption("slab");
+    assert.equal(await rows(), 0);
+    assert.match(await text(page, ".empty"), /No route fits/);
+    await wall.locator('[data-colour="red"]').click();
+    await wall.getByLabel("Filter by steepness").selectOption("");
+    assert.equal(await rows(), all);
+    await close();
+  },
+
+  async "a link leads to route, hold and camera"(browser, { disk }) {
+    const first = await open(browser, disk);
+    await tapHold(first.page, 5);
+    const link = await ask(first.page, (wall) => wall.link());
+    await first.close();
+    const { page, close } = await open(browser, link);
+    const route = await ask(page, (wall) => wall.holds.find((hold) => hold.id === 5).route);
+    assert.deepEqual(await state(page), { route, hold: 5 });
+    assert.equal(await ask(page, (wall) => wall.link()), link);
+    await page.evaluate(() => (location.hash = "#route=1"));
+    await page.waitForFunction(() => document.querySelector("wall-topo").selectedHold === null);
+    assert.equal((await state(page)).route, 1);
+    await page.evaluate(() => (location.hash = "#route=<b>&hold=1e9&cam=1,2,x"));
+    await settle(page);
+    await close();
+  },
+
+  async "works by keyboard alone"(browser, { disk }) {
+    const { page, log, close } = await open(browser, disk);
+    const ids = await ask(page, (wall) => wall.routes.map((route) => route.id));
+    const focused = () =>
+      ask(page, (wall) => wall.shadowRoot.activeElement?.getAttribute("data-route") ?? null);
+    for (let k = 0; k < 40 && (await focused()) === null; k++) await page.keyboard.press("Tab");
+    assert.equal(await focused(), String(ids[0]));
+    await page.keyboard.press("ArrowDown");
+    await page.keyboard.press("Enter");
+    assert.equal((await state(page)).route, ids[1]);
+    const onCanvas = () => ask(page, (wall) => wall.shadowRoot.activeElement?.tagName === "CANVAS");
+    for (let k = 0; k < 60 && !(await onCanvas()); k++) await page.keyboard.press("Tab");
+    assert.ok(await onCanvas(), "the picture cannot be reached by Tab");
+    await page.keyboard.press("]");
+    assert.equal((await state(page)).route, ids[2]);
+    const before = await ask(page, (wall) => wall.link());
+    await page.keyboard.press("ArrowLeft");
+    await settle(page);
+    assert.notEqual(await ask(page, (wall) => wall.link()), before);
+    await page.keyboard.press("Escape");
+    assert.equal((await state(page)).route, null);
+    fine(log);
+    await close();
+  },
+
+  async "fits a phone and a large screen"(browser, { disk, shots }) {
+    for (const [name, options] of Object.entries({
+      phone: { width: 390, height: 780, phone: true, dark: true },
+      landscape: { width: 740, height: 360, phone: true },
+      large: { width: 1920, height: 1080, dark: true },
+    })) {
+      const { page, log, close } = await open(browser, disk, options);
+      await ask(page, (wall) => wall.selectRoute(wall.routes[1].id, { move: true }));
+      await settle(page);
+      await page.screenshot({ path: `${shots}/${name}.png` });
+      const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+      assert.ok(wide <= 0, `${name}: the page is ${wide} px too wide`);
+      const room = await ask(page, (wall) => {
+        const box = wall.shadowRoot.querySelector("canvas").getBoundingClientRect();
+        return (box.width * box.height) / (innerWidth * innerHeight);
+      });
+      assert.ok(room > 0.5, `${name}: the wall has ${room} of the screen`);
+      fine(log);
+      await close();
+    }
+  },
+
+  async "taps and pinches on a phone"(browser, { disk }) {
+    const { page, close } = await open(browser, disk, { width: 390, height: 780, phone: true });
+    const at = await ask(page, (wall) => wall.project(8));
+    await page.touchscreen.tap(at.x, at.y);
+    await settle(page);
+    assert.equal((await state(page)).hold, 8);
+    await close();
+  },
+
+  async "survives a lost context"(browser, { disk }) {
+    const { page, close } = await open(browser, disk);
+    await ready(page, "detail");
+    await ask(page, (wall) => wall.selectRoute(2));
+    await settle(page);
+    const before = await cells(page);
+    await ask(page, (wall) => {
+      const gl = wall.shadowRoot.querySelector("canvas").getContext("webgl2");
+      wall.lost = gl.getExtension("WEBGL_lose_context");
+      wall.lost.loseContext();
+    });
+    await page.waitForTimeout(300);
+    await ask(page, (wall) => wall.lost.restoreContext());
+    await page.waitForTimeout(700);
+    await settle(page);
+    const after = await cells(page);
+    const off = before.reduce((sum, v, k) => sum + Math.abs(v - after[k]), 0) / before.length;
+    assert.ok(off < 3, `the picture differs by ${off} a channel after the context came back`);
+    await close();
+  },
+
+  async "a broken file gives a message"(browser, { broken }) {
+    for (const url of broken) {
+      const { page, close } = await open(browser, url);
+      assert.equal(await page.getAttribute("wall-topo", "data-ready"), "error");
+      assert.match(await text(page, "[role=alert]"), /could not be loaded/);
+      await close();
+    }
+  },
+
+  async "models without ids, without holds, with 2000 holds"(browser, { odd }) {
+    for (const [kind, url] of Object.entries(odd)) {
+      const { page, log, close } = await open(browser, url);
+      assert.notEqual(await page.getAttribute("wall-topo", "data-ready"), "error", kind);
+      const count = await ask(page, (wall) => wall.holds.length);
+      assert.equal(count, kind === "many" ? 2000 : 0, kind);
+      if (kind === "many") {
+        await tapHold(page, 1234);
+        assert.equal((await state(page)).hold, 1234);
+      } else {
+        assert.match(await text(page, ".side"), /no routes/);
+      }
+      fine(log);
+      await close();
+    }
+  },
+
+  async "markup in names stays text"(browser, { disk }) {
+    const { page, log, close } = await open(browser, disk);
+    await ask(page, (wall) => wall.selectRoute(2));
+    await settle(page);
+    assert.match(await text(page, ".card h3"), /<img src=x onerror=/);
+    assert.match(await text(page, '[data-route="2"] .name'), /<b>Owl<\/b>/);
+    assert.equal(await page.evaluate(() => window.hacked), undefined);
+    fine(log);
+    await close();
+  },
+
+  async "measures"(browser, { disk }) {
+    const { page, close } = await open(browser, disk);
+    const [a, b] = [1, 3];
+    const [true_, at] = await ask(
+      page,
+      (wall, ids) => {
+        const [p, q] = ids.map((id) => wall.holds.find((hold) => hold.id === id).position);
+        return [Math.hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]), ids.map((id) => wall.project(id))];
+      },
+      [a, b],
+    );
+    const box = await page.locator("wall-topo").locator("canvas").boundingBox();
+    await page.locator("wall-topo").getByRole("button", { name: "Measure (M)" }).click();
+    for (const { x, y } of at) {
+      await page.mouse.click(box.x + x, box.y + y);
+      await page.waitForTimeout(350); // not a double click
+    }
+    const shown = parseFloat(await text(page, ".length"));
+    assert.ok(Math.abs(shown - true_) < 0.04, `${shown} m measured, ${true_} m in truth`);
+    await close();
+  },
+
+  async "a climber stands in front of the start"(browser, { disk, shots }) {
+    const { page, close } = await open(browser, disk);
+    await ask(page, (wall) => {
+      wall.selectRoute(1);
+      wall.climberView();
+    });
+    await settle(page);
+    const hash = new URL(await ask(page, (wall) => wall.link())).hash;
+    const eye = new URLSearchParams(hash.slice(1)).get("cam").split(",").map(Number);
+    assert.ok(Math.abs(eye[2] - 1.65) < 0.3, `eyes at ${eye[2]} m`);
+    assert.ok(eye[1] < -1 && eye[1] > -4, `${-eye[1]} m in front of the wall`);
+    await page.screenshot({ path: `${shots}/climber.png` });
+    await close();
+  },
+
+  async "the camera stays above the mat and in front of the wall"(browser, { disk }) {
+    const { page, close } = await open(browser, disk);
+    const canvas = await page.locator("wall-topo").locator("canvas").boundingBox();
+    const middle = { x: canvas.x + canvas.width / 2, y: canvas.y + canvas.height / 2 };
+    for (const [dx, dy] of [[0, -900], [1500, 0], [-3000, 0], [0, 900]]) {
+      await page.mouse.move(middle.x, middle.y);
+      await page.mouse.down();
+      for (let k = 1; k <= 6; k++) await page.mouse.move(middle.x + (dx * k) / 6, middle.y + (dy * k) / 6);
+      await page.mouse.up();
+      await settle(page);
+      const hash = new URL(await ask(page, (wall) => wall.link())).hash;
+      const eye = new URLSearchParams(hash.slice(1)).get("cam").split(",").map(Number);
+      assert.ok(eye[2] > 0.1, `the camera is ${eye[2]} m over the mat`);
+      assert.ok(eye[1] < 0, `the camera is behind the wall: y = ${eye[1]}`);
+    }
+    await close();
+  },
+
+  async "has no serious accessibility findings"(browser, { disk, report }) {
+    for (const [url, options] of [
+      [disk, {}],
+      [disk, { width: 390, height: 780, dark: true }],
+      [report, {}],
+      [report, { dark: true }],
+    ]) {
+      const { page, close } = await open(browser, url, { ...options, wait: url === disk });
+      if (url === disk) await ask(page, (wall) => wall.selectHold(5));
+      await page.evaluate(AXE);
+      const found = await page.evaluate(() => axe.run(document, { iframes: false }));
+      const grave = found.violations.filter(({ impact }) => ["serious", "critical"].includes(impact));
+      const lines = grave.map(({ id, nodes }) => `${id}: ${nodes.map((n) => n.target).join(" ")}`);
+      assert.deepEqual(lines, []);
+      await close();
+    }
+  },
+
+  async "tells its page what was chosen"(browser, { embed }) {
+    const { page, log, close } = await open(browser, embed);
+    await ask(page, (wall) => wall.selectHold(4));
+    const heard = await page.evaluate(() => window.heard);
+    assert.deepEqual(heard.map((event) => event.type), ["wall-load", "hold-select", "route-select"]);
+    assert.equal(heard[1].detail.hold.id, 4);
+    fine(log);
+    await close();
+  },
+};
