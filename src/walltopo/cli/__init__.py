@@ -28,7 +28,6 @@ GROUPS = (
     "dataset",
     "synth",
     "evaluate",
-    "tune",
     "measure",
     "mesh",
     "export",
