@@ -90,9 +90,14 @@ def judge_frame(views: list[View], truth: dict[str, Floats]) -> None:
     scale = singular.sum() / (a0**2).sum()
     rotation = u @ np.diag([1, 1, np.linalg.det(u @ vt)]) @ vt
     tilt = np.degrees(np.arccos(np.clip(rotation[2, 2], -1, 1)))
+    bend = 1000 * np.linalg.norm(scale * a0 @ rotation.T - b0, axis=1)
     # The scan's floor, z = 0, put into the truth by the full fit, over the cameras' middle.
     below = np.array([*a.mean(axis=0)[:2], 0.0])
     height = scale * rotation @ (below - a.mean(axis=0)) + b.mean(axis=0)
+    print(
+        f"{'':28s} bend (left after a full similarity): median {np.median(bend):.2f} mm, "
+        f"worst {bend.max():.2f} mm"
+    )
     print(
         f"{'':28s} scale error {100 * (1 / scale - 1):+.4f} %, up off by {tilt:.4f} deg, "
         f"floor at {1000 * height[2]:+.2f} mm"

@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 from collections import deque
+from contextlib import suppress
 from typing import Any
 
 from walltopo.core import Progress, SettingsError, StageError
@@ -71,8 +72,10 @@ def run_worker(job: dict[str, Any], progress: Progress) -> dict[str, Any]:
     assert child.stdout is not None
     listener = _Listener(progress)
     try:
-        child.stdin.write(json.dumps(job) + "\n")
-        child.stdin.flush()
+        # A child that dies at once breaks the pipe; its output and exit code say why.
+        with suppress(BrokenPipeError):
+            child.stdin.write(json.dumps(job) + "\n")
+            child.stdin.flush()
         for line in child.stdout:
             listener.hear(line.rstrip("\n"))
         code = child.wait()
@@ -82,7 +85,8 @@ def run_worker(job: dict[str, Any], progress: Progress) -> dict[str, Any]:
             child.kill()
             child.wait()
         child.stdout.close()
-        child.stdin.close()
+        with suppress(BrokenPipeError):
+            child.stdin.close()
     listener.check(code)
     return listener.result
 

@@ -69,6 +69,8 @@ def _decide(
         reference = read_json(aligned)
         record = _record("reference", 1.0, **reference["frame"])
         record["notes"].append(f"in the frame of the reference {reference['reference']}")
+        if reference["frame"]["metric"] and settings.method == "auto":
+            record["notes"] += _against_reference(scan, views, settings, progress)
         return Similarity(1.0, np.eye(3), np.zeros(3)), record
     up = up_from_cameras(views)
     notes: list[str] = []
@@ -96,6 +98,26 @@ def _decide(
     record["notes"] = notes
     record["plates"] = [_plate_record(plate) for plate in plates]
     return upright_frame(views, points, guess, up), record
+
+
+def _against_reference(
+    scan: ScanFolder, views: Sequence[View], settings: ScaleSettings, progress: Progress
+) -> list[str]:
+    """What a plate in the new photos says about the reference's scale, where it differs."""
+    try:
+        measure, _, notes = _by_measure(scan, views, up_from_cameras(views), settings, progress)
+    except StageError as error:
+        return [error.message]
+    if measure is None:
+        # No plate is needed here, so that one which cannot be used is not worth a line.
+        return []
+    off = measure.world_from_model.scale - 1
+    if abs(off) > settings.max_disagreement:
+        notes.append(
+            f"the measure in the new photos makes this frame {100 * off:+.1f} % larger than the "
+            "reference says; the reference's scale is kept"
+        )
+    return notes
 
 
 def _by_distance(

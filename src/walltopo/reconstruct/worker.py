@@ -189,6 +189,9 @@ def _map(database: Path, job: dict[str, Any]) -> None:
     options.mapper.random_seed = job["seed"]
     options.min_num_matches = job["min_matches"]
     options.min_model_size = 3
+    # Sums over several threads differ in the last bits, and mapping amplifies them: bundle
+    # adjustment stays on one, so that a resumed scan ends with the same model.
+    options.ba_min_num_residuals_for_cpu_multi_threading = 2**31 - 1
     options.image_names = task["only"]
     if task["reference"]:
         # Photos of the reference without a match must be known to the mapper all the same.
@@ -209,16 +212,14 @@ def _map(database: Path, job: dict[str, Any]) -> None:
         # A model that is continued is written to the folder itself.
         place = output if task["reference"] else output / str(best)
         _event(step="refine", total=1)
-        refine(
-            models[best], set(task["held_images"]), set(task["constant_cameras"]), job["threads"]
-        )
+        refine(models[best], set(task["held_images"]), set(task["constant_cameras"]))
         models[best].write(place)
         _event(models=sizes, best=str(place))
     else:
         _event(models=sizes, best="")
 
 
-def refine(model: Any, held_images: set[int], held_cameras: set[int], threads: int) -> None:
+def refine(model: Any, held_images: set[int], held_cameras: set[int]) -> None:
     """A last bundle adjustment with a Cauchy loss, in place.
 
     Mapping minimises squared errors, which SIFT's heavy-tailed errors pull on: over a wall of
@@ -229,7 +230,6 @@ def refine(model: Any, held_images: set[int], held_cameras: set[int], threads: i
     ----------
     model : `pycolmap.Reconstruction`.
     held_images, held_cameras : ids whose poses and intrinsics stay exactly as they are.
-    threads : -1 = all.
     """
     import pycolmap
 
@@ -237,7 +237,7 @@ def refine(model: Any, held_images: set[int], held_cameras: set[int], threads: i
     options.ceres.loss_function_type = pycolmap.LossFunctionType.CAUCHY
     options.ceres.loss_function_scale = max(_error_scale(model), _LEAST_ERROR_PX)
     options.ceres.solver_options.max_num_iterations = _REFINE_ITERATIONS
-    options.ceres.solver_options.num_threads = threads
+    options.ceres.solver_options.num_threads = 1  # bit-identical
     config = pycolmap.BundleAdjustmentConfig()
     for number in sorted(int(k) for k in model.reg_image_ids()):
         config.add_image(number)
