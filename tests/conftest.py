@@ -29,3 +29,19 @@ def data_root() -> Path:
 def gym_a(data_root: Path) -> Path:
     """The rendered gym with exact ground truth."""
     return data_root / "gym-a"
+
+
+@pytest.fixture(scope="session")
+def tiny_gym(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A small rendered gym with its truth: `photos/` and `truth/`."""
+    from walltopo.synth import tiny
+
+    out = tmp_path_factory.mktemp("tiny-gym")
+    tiny(out)
+    return out
+
+
+@pytest.fixture(scope="session")
+def tiny_photos(tiny_gym: Path) -> Path:
+    """The photos of the small rendered gym."""
+    return tiny_gym / "photos"

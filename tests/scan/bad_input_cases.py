@@ -211,7 +211,7 @@ CASES = (
     Case("a 16-bit grey PNG", _deep_png, 0, "photos 4, skipped 0"),
     Case("a CMYK JPEG", _cmyk, 0, "photos 4, skipped 0"),
     Case("a PNG named .jpg", _wrong_suffix, 0, "photos 3, skipped 0"),
-    Case("one photo", _one_photo, 3, "1 usable photos, at least 3 are needed"),
+    Case("one photo", _one_photo, 3, "1 usable photo, at least 3 are needed"),
     Case("the same photo five times", _alike, 3, "shows the same as same0.jpg"),
     Case("thumbnails", _tiny, 3, "smaller than 320 px"),
     Case("photos of fog", _blank, 3, "blurred"),
@@ -227,6 +227,6 @@ CASES = (
     Case("an unknown setting", _unknown_setting, 2, "Did you mean ingest.max_side?"),
     Case("an impossible setting", _impossible_setting, 2, "expected at least 640, got -1"),
     Case("an unknown stage", _unknown_stage, 3, "unknown stage 'meshing'"),
-    Case("photos that show nothing in common", _unrelated, 4, ""),
-    Case("a reference that is no scan", _no_reference, 3, ""),
+    Case("photos that show nothing in common", _unrelated, 4, "could be put together"),
+    Case("a reference that is no scan", _no_reference, 3, "has no cameras"),
 )

@@ -215,7 +215,8 @@ def _write_list(scan: ScanFolder, photos: Sequence[_Photo], skipped: Sequence[_S
 
 
 def _too_few(photos: Sequence[_Photo], skipped: Sequence[_Skipped]) -> str:
-    lines = [f"{len(photos)} usable photos, at least {_FEWEST} are needed"]
+    noun = "photo" if len(photos) == 1 else "photos"
+    lines = [f"{len(photos)} usable {noun}, at least {_FEWEST} are needed"]
     lines += [f"  {item.source}: {item.reason}" for item in skipped[:20]]
     if len(skipped) > 20:
         lines.append(f"  ... and {len(skipped) - 20} more")

@@ -70,4 +70,4 @@ def _look(path: Path) -> Iterator[tuple[int, Rgb]]:
                     image = np.asarray(frame.to_ndarray(format="rgb24"), dtype=np.uint8)
                     yield number, np.ascontiguousarray(np.rot90(image, turns))
     except av.error.FFmpegError as error:
-        raise InputError(f"cannot be decoded as a video ({error})") from error
+        raise InputError(f"cannot be decoded as a video ({error.strerror})") from error
