@@ -171,7 +171,7 @@ def _fit_plate(
             f"seen in {len(photos)} photos, but from too nearly one place to measure it"
         )
         return
-    # Polished, sound ways meet in one optimum; corners, whose residual tells more, go first.
+    # Polished, sound ways meet in one optimum; then the first one stands.
     best = min(fits, key=lambda fit: round(fit.error_px, 2))
     outcome.fits.append(best)
     if best.residual_mm > max_residual_mm:

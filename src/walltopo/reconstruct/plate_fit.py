@@ -11,7 +11,7 @@ by one yardstick: how far the plate, so placed, falls from its corners in the ph
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,8 +55,9 @@ class PlateFit:
     plate_from_model : model units to the plate's frame in metres.
     corners_model : (n, 3) corners of the print in model units that the fit rests on.
     corners_plate : (n, 3) the same corners in the plate's frame, metres.
-    residual_mm : root mean square distance between the two after the fit, over the better three
-        quarters of all corners that were found (one marker of four may be covered or confused).
+    residual_mm : how far, at the plate and across the line of sight, the detected corners lie
+        from their places: root mean square of the better three quarters (one marker of four may
+        be covered or confused).
     error_px : median distance of the placed corners from the detected ones.
     photos : names of the photos it rests on.
     """
@@ -104,9 +105,7 @@ def fit_from_corners(plate: Plate, sightings: Sequence[Sighting]) -> PlateFit | 
         return None
     if inliers.sum() < 4:
         return None
-    placed = _placed(plate, "corners", fit, points[inliers], places[inliers], sightings, photos)
-    # Over all corners: a plate of another shape has corners that agree with each other, too.
-    return replace(placed, residual_mm=_trimmed(fit.apply(points) - places))
+    return _placed(plate, "corners", fit, points[inliers], places[inliers], sightings, photos)
 
 
 def fit_from_markers(plate: Plate, sightings: Sequence[Sighting]) -> PlateFit | None:
@@ -138,9 +137,7 @@ def fit_from_markers(plate: Plate, sightings: Sequence[Sighting]) -> PlateFit | 
     model_from_plate = Similarity(units, rotation, centre)
     corners = np.concatenate([plate.corners(marker) for marker in plate.ids])
     photos = {s.detection.photo for s, keep in zip(sightings, good, strict=True) if keep}
-    spread = origins[good] + units * toward[good] - centre
-    residual = 1000 * float(np.sqrt((spread**2).sum(axis=1).mean())) / units
-    fit = _placed(
+    return _placed(
         plate,
         "markers",
         model_from_plate.inverse(),
@@ -149,15 +146,13 @@ def fit_from_markers(plate: Plate, sightings: Sequence[Sighting]) -> PlateFit | 
         sightings,
         photos,
     )
-    # The corners are the fit's own, so their residual is 0; the spread of the centres is not.
-    return replace(fit, residual_mm=residual)
 
 
 def polish(fit: PlateFit, sightings: Sequence[Sighting]) -> PlateFit:
     """The same plate at the least robust (soft L1) reprojection error of all its corners.
 
     Seven numbers (turn, place, log of the scale) over every corner of every sighting; the
-    plate's flatness and shape hold exactly. `residual_mm` stays what the way itself found.
+    plate's flatness and shape hold exactly.
     """
     from scipy.optimize import least_squares
     from scipy.spatial.transform import Rotation
@@ -180,10 +175,9 @@ def polish(fit: PlateFit, sightings: Sequence[Sighting]) -> PlateFit:
     back = moved(best.x)
     places = np.concatenate([fit.plate.corners(marker) for marker in fit.plate.ids])
     photos = set(fit.photos)
-    placed = _placed(
+    return _placed(
         fit.plate, fit.way, back.inverse(), back.apply(places), places, sightings, photos
     )
-    return replace(placed, residual_mm=fit.residual_mm)
 
 
 def _placed(
@@ -195,32 +189,29 @@ def _placed(
     sightings: Sequence[Sighting],
     photos: set[str],
 ) -> PlateFit:
-    residual = np.linalg.norm(fit.apply(points) - places, axis=1)
     back = fit.inverse()
-    errors = [
-        np.linalg.norm(
-            s.view.project(back.apply(plate.corners(s.detection.marker))) - s.detection.corners,
-            axis=1,
-        )
-        for s in sightings
-    ]
-    error = float(np.median(np.nan_to_num(np.concatenate(errors), nan=np.inf)))
+    pixels, metres = [], []
+    for s in sightings:
+        corners = back.apply(plate.corners(s.detection.marker))
+        apart = np.linalg.norm(s.view.project(corners) - s.detection.corners, axis=1)
+        pixels.append(np.nan_to_num(apart, nan=np.inf))
+        metres.append(pixels[-1] * s.view.to_camera(corners)[:, 2] / s.view.camera.fx * fit.scale)
     return PlateFit(
         plate,
         way,
         fit,
         points,
         places,
-        1000 * float(np.sqrt(np.mean(residual**2))),
-        error,
+        1000 * _trimmed(np.concatenate(metres)),
+        float(np.median(np.concatenate(pixels))),
         tuple(sorted(photos)),
     )
 
 
-def _trimmed(errors: Floats) -> float:
-    """Root mean square length, mm, of the better three quarters of (n, 3) errors in metres."""
-    lengths = np.sort(np.linalg.norm(errors, axis=1))
-    return 1000 * float(np.sqrt(np.mean(lengths[: -(-3 * len(lengths) // 4)] ** 2)))
+def _trimmed(lengths: Floats) -> float:
+    """Root mean square of the smaller three quarters."""
+    kept = np.sort(np.abs(lengths))[: -(-3 * len(lengths) // 4)]
+    return float(np.sqrt(np.mean(kept**2)))
 
 
 def _triangulate_corner(sightings: Sequence[Sighting], corner: int) -> Triangulated | None:
