@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +20,7 @@ from walltopo.synth.tracer import Tracer
 from walltopo.synth.volumes import place_volumes, volume_footprint
 from walltopo.synth.wall import build_hall, build_wall
 
-__all__ = ["RESET_PARTS", "Gym", "Reset", "make_gym"]
+__all__ = ["RESET_PARTS", "Gym", "Reset", "SetUp", "make_gym", "set_up"]
 
 RESET_PARTS = ("all", "left", "middle", "right")
 
@@ -122,6 +121,45 @@ def _set_wall(
     set_routes(wall, lanes, settings.routes, settings, make, fresh)
 
 
+@dataclass(frozen=True, eq=False)
+class SetUp:
+    """A gym before bitmaps and light: what is built and bolted where.
+
+    Parameters
+    ----------
+    wall, plates : facets of the wall and of the measures.
+    facets : all facets: wall, volumes, plates, hall.
+    volumes, holds : the instances.
+    """
+
+    wall: list[Facet]
+    plates: list[Facet]
+    facets: list[Facet]
+    volumes: list[GymInstance]
+    holds: list[GymInstance]
+
+    @property
+    def instances(self) -> list[GymInstance]:
+        return [*self.volumes, *self.holds]
+
+
+def set_up(
+    settings: GymSettings, seed: int, reset: Reset | None = None, make_hold: MakeHold | None = None
+) -> SetUp:
+    """Build the wall, screw on volumes, set routes, lay measures out; see `make_gym`."""
+    wall = build_wall(settings, np.random.default_rng([seed, 1]))
+    volume_facets, volumes = place_volumes(wall, settings, np.random.default_rng([seed, 2]))
+    hosts = [*wall, *volume_facets]
+    set_wall = SetWall(sockets_of(hosts), hosts, len(volumes) + 1)
+    set_wall.blocked += [
+        (v.position, 0.8 * volume_footprint(v, volume_facets), v.id) for v in volumes
+    ]
+    _set_wall(set_wall, settings, seed, reset, make_hold or _procedural(settings))
+    plates = place_plates(wall, settings, np.random.default_rng([seed, 6]))
+    facets = [*hosts, *plates, *build_hall(wall, settings)]
+    return SetUp(wall, plates, facets, volumes, set_wall.holds)
+
+
 def make_gym(
     settings: GymSettings,
     seed: int,
@@ -141,24 +179,15 @@ def make_gym(
     """
     progress = progress or Silent()
     progress.step("building the gym")
-    wall = build_wall(settings, np.random.default_rng([seed, 1]))
-    volume_facets, volumes = place_volumes(wall, settings, np.random.default_rng([seed, 2]))
-    hosts = [*wall, *volume_facets]
-    set_wall = SetWall(sockets_of(hosts), hosts, len(volumes) + 1)
-    set_wall.blocked += [
-        (v.position, 0.8 * volume_footprint(v, volume_facets), v.id) for v in volumes
-    ]
-    _set_wall(set_wall, settings, seed, reset, make_hold or _procedural(settings))
-    plates = place_plates(wall, settings, np.random.default_rng([seed, 6]))
-    facets = [*hosts, *plates, *build_hall(wall, settings)]
-    work = PaintWork(settings, seed, set_wall.holds, {v.id: v for v in volumes})
-    atlas = build_atlas(facets, work, seed)
-    surface = merge_surface(facets, set_wall.holds, settings.cell)
+    built = set_up(settings, seed, reset, make_hold)
+    work = PaintWork(settings, seed, built.holds, {v.id: v for v in built.volumes})
+    atlas = build_atlas(built.facets, work, seed)
+    surface = merge_surface(built.facets, built.holds, settings.cell)
     progress.step("lighting the gym")
     tracer = Tracer(surface.vertices, surface.faces)
     lamps = hang_lamps(surface, settings, np.random.default_rng([seed, 7]))
     baked = bake(surface, tracer, lamps, settings)
-    instances: Sequence[GymInstance] = [*volumes, *set_wall.holds]
     return Gym(
-        settings, seed, reset, facets, wall, plates, list(instances), surface, atlas, baked, tracer
-    )
+        settings, seed, reset, built.facets, built.wall, built.plates, built.instances, surface,
+        atlas, baked, tracer,
+    )  # fmt: skip

@@ -24,7 +24,7 @@ __all__ = ["HOLD_KINDS", "SIZES", "STYLES", "make_hold", "vertex_normals"]
 
 Field = NDArray[np.float32]
 HOLD_KINDS = ("jug", "crimp", "sloper", "pinch", "pocket", "foot")
-STYLES = ("organic", "stone", "faceted", "smooth", "ribbed")
+STYLES = ("organic", "stone", "faceted", "smooth", "ribbed", "prism")
 
 # Width, height, depth of a middling hold of each type, metres, and the spread of its size.
 SIZES = {
@@ -137,6 +137,15 @@ def _style(field: Field, d: _Draft, style: str) -> Field:
             n /= np.linalg.norm(n)
             support = np.sqrt(((n * (w / 2, h / 2, z)) ** 2).sum())
             field = cap(field, half_space(d.points, n, d.rng.uniform(0.74, 0.93) * support), 0.003)
+    elif style == "prism":
+        sides = int(d.rng.integers(3, 6))
+        start = d.rng.uniform(0, 2 * np.pi)
+        for k in range(sides):
+            angle = start + 2 * np.pi * k / sides + d.rng.normal(0, 0.15)
+            n = np.array([np.cos(angle) / w, np.sin(angle) / h, d.rng.uniform(0.15, 0.5) / z])
+            n /= np.linalg.norm(n)
+            support = np.sqrt(((n * (w / 2, h / 2, z)) ** 2).sum())
+            field = cap(field, half_space(d.points, n, d.rng.uniform(0.62, 0.8) * support), 0.004)
     elif style == "ribbed":
         angle = d.rng.uniform(0, np.pi)
         along = d.points[..., 0] * np.cos(angle) + d.points[..., 1] * np.sin(angle)
@@ -147,12 +156,24 @@ def _style(field: Field, d: _Draft, style: str) -> Field:
 def _grid(size: tuple[float, float, float], voxel: float) -> tuple[Field, Field]:
     """Grid points (X, Y, Z, 3) around a hold and the grid's origin (3,)."""
     w, h, z = size
-    margin = 3 * voxel + 0.07 * max(w, h)
+    margin = 3 * voxel + 0.16 * max(w, h)
     low = np.array([-w / 2 - margin, -h / 2 - margin, -2.5 * voxel], np.float32)
     high = np.array([w / 2 + margin, h / 2 + margin, 1.25 * z + margin], np.float32)
     counts = np.ceil((high - low) / voxel).astype(int) + 1
     axes = [low[k] + voxel * np.arange(counts[k], dtype=np.float32) for k in range(3)]
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).astype(np.float32), low
+
+
+def _warp(points: Field, size: tuple[float, float, float], rng: np.random.Generator) -> Field:
+    """Bend, taper and shear space a little, so that no two holds have one outline."""
+    w, h, _ = size
+    bend, taper, shear = rng.normal(0, (0.22, 0.16, 0.12))
+    x, y = points[..., 0] / np.float32(w), points[..., 1] / np.float32(h)
+    warped = points.copy()
+    warped[..., 1] += np.float32(bend * h) * (x * x - np.float32(0.08))
+    warped[..., 0] *= 1 + np.float32(taper) * np.clip(y, -0.6, 0.6)
+    warped[..., 0] += np.float32(shear * w) * y
+    return warped
 
 
 def make_hold(
@@ -176,7 +197,7 @@ def make_hold(
     size = (w * grow * stretch[0], h * grow * stretch[1], z * grow * stretch[2])
     voxel = float(np.clip(max(size) / 38, 0.0018, 0.0075)) / detail
     points, low = _grid(size, voxel)
-    draft = _Draft(points, size, rng)
+    draft = _Draft(_warp(points, size, rng), size, rng)
     field = _style(_KINDS[kind](draft), draft, style)
     field, bolt = _bolt(field, draft, kind)
     # The back lies a little in the wall, so that no light shows under the hold.
@@ -184,8 +205,8 @@ def make_hold(
     field[0], field[-1], field[:, 0], field[:, -1] = 1, 1, 1, 1
     field[:, :, 0] = np.maximum(field[:, :, 0], np.float32(0.3 * voxel))
     field[:, :, -1] = 1
-    vertices, faces, normals, _ = marching_cubes(field, 0.0, spacing=(voxel,) * 3)
-    return _finish(vertices + low, faces, normals, size, bolt, rng)
+    vertices, faces, _, _ = marching_cubes(field, 0.0, spacing=(voxel,) * 3)
+    return _finish(vertices + low, faces, size, bolt, rng)
 
 
 def _bolt(field: Field, d: _Draft, kind: str) -> tuple[Field, tuple[float, float, float, float]]:
@@ -201,15 +222,13 @@ def _bolt(field: Field, d: _Draft, kind: str) -> tuple[Field, tuple[float, float
 def _finish(
     vertices: NDArray[np.float32],
     faces: NDArray[np.int32],
-    normals: NDArray[np.float32],
     size: tuple[float, float, float],
     bolt: tuple[float, float, float, float],
     rng: np.random.Generator,
 ) -> Body:
     """Orient the triangles and say where chalk, gloss and steel are."""
     h = size[1]
-    points = vertices.astype(np.float64)
-    triangles = faces.astype(np.int32)
+    points, triangles = _largest_piece(vertices.astype(np.float64), faces.astype(np.int32))
     a, b, c = (points[triangles[:, k]] for k in range(3))
     volume = np.einsum("ij,ij->i", a, np.cross(b, c)).sum()
     if volume < 0:
@@ -229,6 +248,24 @@ def _finish(
     steel = (inside & (points[:, 2] < bottom + radius * 0.9)).astype(np.float32)
     reach = float(np.abs(points[:, :2]).max())
     return Body(points, triangles, unit, chalk, gloss, steel, reach)
+
+
+def _largest_piece(
+    points: NDArray[np.float64], triangles: NDArray[np.int32]
+) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+    """Drop the crumbs that noise and bores may have cut off."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    pairs = np.concatenate([triangles[:, :2], triangles[:, 1:]])
+    ones = np.ones(len(pairs), np.int8)
+    graph = coo_array((ones, (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
+    count, piece = connected_components(graph, directed=False)
+    if count == 1:
+        return points, triangles
+    keep = piece == np.bincount(piece).argmax()
+    renumber = np.cumsum(keep).astype(np.int32) - 1
+    return points[keep], renumber[triangles[keep[triangles[:, 0]]]]
 
 
 def vertex_normals(

@@ -80,7 +80,7 @@ def _wall_photo(
     rng: np.random.Generator,
 ) -> Floats:
     low, high = span
-    margin = min(0.22 * (high - low), 0.9)
+    margin = min(0.3 * (high - low), 1.1)
     aim_x = low + margin + t * (high - low - 2 * margin) + rng.normal(0, 0.12)
     x = aim_x + rng.normal(0, 0.35) + 0.5 * np.sin(7.0 * t + lap)
     foot, forward = _front(wall, aim_x)
@@ -103,8 +103,8 @@ def _plate_photo(
 ) -> Floats:
     """A measure and the wall behind it in one picture."""
     centre = plate.corners.mean(axis=0)
-    side = (-0.9, 0.8, -0.2, 0.3, 1.2, -1.3)[turn % 6] + rng.normal(0, 0.1)
-    eye = np.array([centre[0] + side, centre[1] - rng.uniform(1.7, 2.2), rng.uniform(1.45, 1.75)])
+    side = (-0.6, 0.55, -0.2, 0.25, 0.9, -0.95)[turn % 6] + rng.normal(0, 0.1)
+    eye = np.array([centre[0] + side, centre[1] - rng.uniform(1.4, 1.7), rng.uniform(1.5, 1.75)])
     foot, _ = _front(wall, centre[0])
-    aim = np.array([centre[0] - 0.15 * side, 0.45 * centre[1] + 0.55 * foot, 0.55])
+    aim = np.array([centre[0] - 0.15 * side, 0.2 * centre[1] + 0.8 * foot, 0.3])
     return look_at(eye, aim, np.radians(rng.normal(0, 2.0)))

@@ -88,7 +88,7 @@ class Renderer:
             s.faces, s.face_facet, s.face_instance, s.vertices, s.normals, s.own, s.marks,
             b.irradiance, b.towards, a.texels, a.levels, a.charts, _linear_of_srgb(),
             self._rgb, self._gloss, self._shifts, self._table,
-            0.4 + 1.1 * self.gym.settings.chalk, 0.004, flat, band_ids,
+            0.45 + 0.65 * self.gym.settings.chalk, 0.004, flat, band_ids,
         )  # fmt: skip
         image[y0:y1] = flat.reshape(y1 - y0, camera.width, 3)
         votes = band_ids.reshape(y1 - y0, camera.width, samples * samples)

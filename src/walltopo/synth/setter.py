@@ -112,6 +112,7 @@ class _Route:
     colour: str
     rgb: tuple[float, float, float]
     styles: tuple[str, ...]
+    scale: float
 
 
 def _set_one(
@@ -146,7 +147,7 @@ def _set_one(
         if role == "top" and rng.random() < 0.7:
             kind = "jug"
         style = route.styles[int(rng.integers(len(route.styles)))]
-        body = make(kind, style, rng, settings.hold_scale)
+        body = make(kind, style, rng, settings.hold_scale * route.scale)
         hold = wall.bolt(
             target, body, rng, 0.45, kind=kind, colour=route.colour, rgb=route.rgb,
             route=route.number, role=role,
@@ -196,8 +197,14 @@ def set_routes(
         name, rgb = palette[pick]
         recent.append(name)
         shade = np.clip(np.array(rgb) * rng.uniform(0.92, 1.06) + rng.normal(0, 0.012, 3), 0.02, 1)
-        styles = tuple(str(s) for s in rng.choice(STYLES, size=2, p=(0.3, 0.15, 0.22, 0.25, 0.08)))
-        route = _Route(first_number + offset, name, (*map(float, shade),), styles)  # type: ignore[arg-type]
+        odds = (0.27, 0.13, 0.18, 0.22, 0.07, 0.13)
+        route = _Route(
+            number=first_number + offset,
+            colour=name,
+            rgb=(float(shade[0]), float(shade[1]), float(shade[2])),
+            styles=tuple(str(s) for s in rng.choice(STYLES, size=2, p=odds)),
+            scale=float(rng.choice((0.85, 1.0, 1.15, 1.5), p=(0.25, 0.4, 0.2, 0.15))),
+        )
         _set_one(wall, route, lane, settings, make, rng)
 
 

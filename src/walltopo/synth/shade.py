@@ -52,6 +52,7 @@ def _tile(table, x, y):  # type: ignore[no-untyped-def]
     """Bilinear look-up of the tileable noise."""
     fx, fy = np.floor(x), np.floor(y)
     tx, ty = x - fx, y - fy
+    tx, ty = tx * tx * (3 - 2 * tx), ty * ty * (3 - 2 * ty)
     i0, j0 = int(fx) & 255, int(fy) & 255
     i1, j1 = (i0 + 1) & 255, (j0 + 1) & 255
     low = table[j0, i0] * (1 - tx) + table[j0, i1] * tx

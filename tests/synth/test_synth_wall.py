@@ -1,0 +1,104 @@
+"""Walls, volumes, routes and resets."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from walltopo.core import SettingsError
+from walltopo.synth import PRESETS, GymSettings, gym_preset
+from walltopo.synth.bodies import GymInstance
+from walltopo.synth.gym import Reset, set_up
+from walltopo.synth.mesh import tessellate
+from walltopo.synth.wall import build_wall
+
+SMALL = GymSettings(width=5.0, height=3.4, columns=4, routes=5, volumes=3, detail=0.4, downclimb=2)
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_wall_faces_the_climber_and_is_plane(preset: str, seed: int) -> None:
+    settings_, _ = gym_preset(preset)
+    for facet in build_wall(settings_, np.random.default_rng(seed)):
+        _, _, normal = facet.frame
+        assert normal[1] < 0.2, "a panel faces away"
+        offsets = (facet.corners - facet.corners[0]) @ normal
+        assert np.abs(offsets).max() < 1e-6
+        assert facet.corners[:, 2].min() >= -1e-9
+
+
+@given(
+    corners=st.lists(
+        st.tuples(*[st.floats(-3, 3, allow_nan=False, width=32)] * 3), min_size=3, max_size=3
+    ),
+    cell=st.floats(0.1, 2.0),
+)
+@settings(max_examples=60, deadline=None)
+def test_tessellation_keeps_area(corners: list[tuple[float, float, float]], cell: float) -> None:
+    triangle = np.array(corners, dtype=np.float64)
+    points, faces = tessellate(triangle, cell)
+    a, b, c = (points[faces[:, k]] for k in range(3))
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
+    whole = np.linalg.norm(np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0]))
+    assert area == pytest.approx(whole, rel=1e-6, abs=1e-6)
+
+
+def _holds(reset: Reset | None, seed: int = 4) -> list[GymInstance]:
+    return [i for i in set_up(SMALL, seed, reset).instances if i.label == "hold"]
+
+
+def test_no_two_holds_overlap() -> None:
+    holds = _holds(None)
+    assert len(holds) > 25
+    for k, one in enumerate(holds):
+        for two in holds[:k]:
+            assert one.body is not None
+            assert two.body is not None
+            gap = np.linalg.norm(one.position - two.position)
+            assert gap > one.body.radius + two.body.radius - 1e-9
+
+
+def test_routes_start_low_and_end_high() -> None:
+    holds = _holds(None)
+    for route in range(SMALL.routes):
+        heights = [h.position[2] for h in holds if h.route == route]
+        assert min(heights) < 1.5
+        assert max(heights) > SMALL.height - 1.2
+        assert len({h.colour for h in holds if h.route == route}) == 1
+    assert {h.colour for h in holds if h.route == -2} == {"grey"}
+
+
+def test_neighbouring_routes_differ_in_colour() -> None:
+    colour = {h.route: h.colour for h in _holds(None) if h.route >= 0}
+    for route in range(1, SMALL.routes):
+        assert colour[route] != colour[route - 1]
+
+
+def test_a_reset_keeps_wall_and_other_routes() -> None:
+    before, after = set_up(SMALL, 4, None), set_up(SMALL, 4, Reset(9, "left"))
+    for one, two in zip(before.wall, after.wall, strict=True):
+        np.testing.assert_array_equal(one.corners, two.corners)
+    old = {i.id: i for i in before.instances}
+    kept = [i for i in after.instances if i.id in old and i.route == old[i.id].route]
+    fresh = [i for i in after.instances if i.route >= SMALL.routes]
+    assert fresh
+    assert {i.route for i in kept if i.route >= 0}, "the right half stays"
+    for item in kept:
+        np.testing.assert_array_equal(item.position, old[item.id].position)
+    assert np.mean([i.position[0] for i in fresh]) < SMALL.width / 2
+
+
+def test_reset_of_an_unknown_part_is_refused() -> None:
+    with pytest.raises(SettingsError, match="expected one of all, left"):
+        Reset(1, "upstairs")
+
+
+def test_settings_out_of_order_are_refused() -> None:
+    with pytest.raises(SettingsError, match="holds_low"):
+        replace(SMALL, holds_low=20)
+    with pytest.raises(SettingsError, match="oldschool-dark"):
+        gym_preset("oldschool")
