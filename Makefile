@@ -35,7 +35,7 @@ $(VENV)/dev-ready: $(VENV)/core-ready
 	@touch $@
 
 demo: $(VENV)/core-ready
-	$(BIN)/walltopo scan examples/demo-photos/photos -o demo-scan
+	$(BIN)/walltopo scan examples/demo-photos -o demo-scan
 
 test: $(VENV)/dev-ready browser
 	$(BIN)/python -m pytest
