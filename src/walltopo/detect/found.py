@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mask
 
-__all__ = ["Found", "box_iou", "keep_best"]
+__all__ = ["Found", "box_iou", "keep_best", "tight_mask"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,3 +92,20 @@ def keep_best(
         if alive[i]:
             alive[i + 1 :] &= ~clash[i, i + 1 :]
     return np.asarray(order[alive], dtype=np.int64)
+
+
+def tight_mask(
+    bitmap: NDArray[np.bool_], x: int, y: int, size: tuple[int, int], label: int, score: float
+) -> Mask | None:
+    """A mask cropped to its own pixels, or None if it has none.
+
+    Parameters
+    ----------
+    bitmap : (h, w) bool, with its top left at column `x`, row `y` of the photo.
+    size : width and height of the photo.
+    """
+    rows, cols = np.flatnonzero(bitmap.any(axis=1)), np.flatnonzero(bitmap.any(axis=0))
+    if len(rows) == 0:
+        return None
+    crop = np.ascontiguousarray(bitmap[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1])
+    return Mask(crop, x + int(cols[0]), y + int(rows[0]), size[0], size[1], label, score)

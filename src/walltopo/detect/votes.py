@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mask
-from walltopo.detect.found import Found, keep_best
+from walltopo.detect.found import Found, keep_best, tight_mask
 
 __all__ = ["decode_votes", "vote_boxes"]
 
@@ -100,17 +100,14 @@ def _object_mask(
 def _as_mask(
     bitmap: NDArray[np.bool_], x: int, y: int, size: tuple[int, int], label: int, score: float
 ) -> Mask | None:
-    """The largest part of a bitmap, holes of a few pixels closed; None if empty."""
+    """The largest connected part of a bitmap; None if empty."""
     count, parts, stats, _ = cv2.connectedComponentsWithStats(
         bitmap.astype(np.uint8), connectivity=4
     )
     if count < 2:
         return None
     part = 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax())
-    left, top = int(stats[part, cv2.CC_STAT_LEFT]), int(stats[part, cv2.CC_STAT_TOP])
-    wide, tall = int(stats[part, cv2.CC_STAT_WIDTH]), int(stats[part, cv2.CC_STAT_HEIGHT])
-    crop = np.ascontiguousarray(parts[top : top + tall, left : left + wide] == part)
-    return Mask(crop, x + left, y + top, size[0], size[1], label, score)
+    return tight_mask(np.asarray(parts == part), x, y, size, label, score)
 
 
 def decode_votes(

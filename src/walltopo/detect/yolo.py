@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mask
-from walltopo.detect.found import Found, keep_best
+from walltopo.detect.found import Found, keep_best, tight_mask
 
 __all__ = ["box_masks", "decode_rtdetr", "decode_yolo", "letterbox"]
 
@@ -150,9 +150,10 @@ def decode_yolo(
     for k in range(len(kept)):
         # Prototypes are a quarter of the input's resolution.
         bitmap, x, y = _prototype_mask(fields[k], clipped[k], scale / 4, size)
-        if bitmap.any():
+        mask = tight_mask(bitmap, x, y, size, int(labels[k]), float(scores[k]))
+        if mask is not None:
             seen.append(k)
-            drawn.append(Mask(bitmap, x, y, *size, int(labels[k]), float(scores[k])))
+            drawn.append(mask)
     index = np.asarray(seen, dtype=np.int64)
     return Found(size[0], size[1], clipped[index], scores[index], labels[index], tuple(drawn))
 
