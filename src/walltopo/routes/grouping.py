@@ -42,7 +42,7 @@ class Grouping:
 
 def similarity(length: Floats, near: float, far: float) -> Floats:
     """1 up to `near`, linear down to 0 at `far` (a step where both are equal)."""
-    if far <= near:
+    if far - near < 1e-9:
         return (length <= near).astype(np.float64)
     return np.clip((far - length) / (far - near), 0.0, 1.0)
 

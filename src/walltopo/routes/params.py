@@ -57,16 +57,16 @@ class RoutesSettings:
     """How holds of one colour are grouped into routes (section `routes`)."""
 
     min_hold_dist: float = setting(
-        1.2, "Holds nearer than this along the wall are fully similar", unit="m", low=0, high=5
+        0.6, "Holds nearer than this along the wall are fully similar", unit="m", low=0, high=5
     )
     max_hold_dist: float = setting(
-        2.8, "Holds farther than this along the wall are not linked", unit="m", low=0, high=10
+        1.6, "Holds farther than this along the wall are not linked", unit="m", low=0, high=10
     )
     flatten_ratio: float = setting(
-        0.35, "The vertical part of a path counts by this factor (routes go up)", low=0, high=1
+        0.2, "The vertical part of a path counts by this factor (routes go up)", low=0, high=1
     )
     resolution: float = setting(
-        1.0, "Resolution of Louvain: larger gives more, smaller routes", low=0, high=100
+        0.5, "Resolution of Louvain: larger gives more, smaller routes", low=0, high=100
     )
     min_holds: int = setting(2, "Groups with fewer holds are left without a route", low=1, high=50)
     proxy_faces: int = setting(
@@ -80,7 +80,7 @@ class RoutesSettings:
         high=5,
     )
     typical_hold: float = setting(
-        0.13,
+        0.15,
         "Median hold size assumed where the scan has no scale; sets the unit of the distances",
         unit="m",
         low=0.02,

@@ -3,13 +3,15 @@
 Real meshes have edges with three triangles, flipped triangles, holes and loose parts; the
 geodesic solver wants an oriented manifold. The repair, in this order:
 
-1. simplify by quadric edge collapse to `target` triangles (a hold-to-hold path does not
+1. weld vertices that coincide (STL-like meshes share none),
+2. simplify by quadric edge collapse to `target` triangles (a hold-to-hold path does not
    need more; the length error is measured in docs/routes.md),
-2. drop triangles without area and duplicates,
-3. glue triangles only along edges where exactly two meet in opposite directions; where more
+3. drop triangles without area and duplicates,
+4. glue triangles only along edges where exactly two meet in opposite directions; where more
    meet, one such pair is glued; everything else is cut open by doubling the vertices,
-4. fill small holes (loops of up to `MAX_LOOP` edges) with a fan,
-5. insert one vertex per hold, so that a path ends where the hold is.
+5. drop loose crumbs (`FLOATER`), so that no hold is hung on one,
+6. fill small holes (loops of up to `MAX_LOOP` edges) with a fan,
+7. insert one vertex per hold, so that a path ends where the hold is.
 
 Loose parts stay loose; `geodesic.py` says how paths cross from one to another.
 """
@@ -23,12 +25,13 @@ from numpy.typing import NDArray
 
 from walltopo.core import StageError
 
-__all__ = ["Proxy", "build_proxy", "fill_small_holes", "manifold", "simplify"]
+__all__ = ["Proxy", "build_proxy", "fill_small_holes", "manifold", "simplify", "weld"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 MAX_LOOP = 60  # edges of the longest boundary loop that is filled
+FLOATER = 2e-3  # share of the wall's area below which a loose part is a crumb
 MARGIN = 2e-3  # anchors keep this barycentric distance from edges, so that no triangle is empty
 
 
@@ -48,6 +51,16 @@ class Proxy:
     faces: Ints
     anchors: Ints
     part: Ints
+
+
+def weld(vertices: Floats, faces: NDArray[np.integer]) -> tuple[Floats, Ints]:
+    """Merge vertices that lie within a millionth of the mesh's size of each other."""
+    step = max(float(np.ptp(vertices, axis=0).max()), 1e-12) * 1e-6
+    cells = np.round((vertices - vertices.min(axis=0)) / step).astype(np.int64)
+    # One integer a cell: 21 bits an axis hold the million cells.
+    key = (cells[:, 0] << 42) | (cells[:, 1] << 21) | cells[:, 2]
+    _, first, inverse = np.unique(key, return_index=True, return_inverse=True)
+    return vertices[first], inverse[faces].astype(np.int64)
 
 
 def simplify(vertices: Floats, faces: NDArray[np.integer], target: int) -> tuple[Floats, Ints]:
@@ -248,6 +261,28 @@ def _insert_anchors(vertices: Floats, faces: Ints, anchors: Floats) -> tuple[Flo
     return np.array(points), np.array(triangles, dtype=np.int64), result
 
 
+def _parts(count: int, faces: Ints) -> Ints:
+    """(count,) number of the connected part of each vertex."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    ends = (faces.ravel(), faces[:, [1, 2, 0]].ravel())
+    links = coo_matrix((np.ones(len(ends[0]), np.int8), ends), shape=(count, count))
+    return connected_components(links, directed=False)[1].astype(np.int64)
+
+
+def _without_floaters(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
+    """Drop parts with less than `FLOATER` of the area: crumbs in front of the wall."""
+    if len(faces) == 0:
+        return vertices, faces
+    part = _parts(len(vertices), faces)[faces[:, 0]]
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    area = np.bincount(part, np.linalg.norm(np.cross(b - a, c - a), axis=1))
+    kept = faces[area[part] >= FLOATER * area.sum()]
+    used, compact = np.unique(kept, return_inverse=True)
+    return vertices[used], compact.reshape(-1, 3).astype(np.int64)
+
+
 def build_proxy(
     vertices: Floats, faces: NDArray[np.integer], anchors: Floats, target: int
 ) -> Proxy:
@@ -259,10 +294,7 @@ def build_proxy(
     anchors : (A, 3) float64, points near the surface (holds), same frame.
     target : triangles wanted in the proxy.
     """
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    points, triangles = manifold(*simplify(vertices, faces, target))
+    points, triangles = _without_floaters(*manifold(*simplify(*weld(vertices, faces), target)))
     if len(triangles) == 0:
         raise StageError(
             "the mesh has no triangle with an area, so no path can be measured on it",
@@ -270,8 +302,4 @@ def build_proxy(
         )
     points, triangles = fill_small_holes(points, triangles)
     points, triangles, rows = _insert_anchors(points, triangles, np.asarray(anchors, np.float64))
-    n = len(points)
-    ends = (triangles.ravel(), triangles[:, [1, 2, 0]].ravel())
-    links = coo_matrix((np.ones(len(ends[0]), np.int8), ends), shape=(n, n))
-    _, part = connected_components(links, directed=False)
-    return Proxy(points, triangles, rows, part.astype(np.int64))
+    return Proxy(points, triangles, rows, _parts(len(points), triangles))
