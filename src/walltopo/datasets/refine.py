@@ -92,11 +92,12 @@ def _seed(rough: NDArray[np.uint8], is_box: bool) -> NDArray[np.uint8]:
 
     seed = np.full(rough.shape, cv2.GC_BGD, dtype=np.uint8)
     if is_box:
+        # All of the box may be object: were its corners taken for wall, an object of one plain
+        # colour would teach the wall's colours what it looks like, and shrink away.
         ys, xs = np.nonzero(rough)
-        seed[rough > 0] = cv2.GC_PR_BGD
+        seed[rough > 0] = cv2.GC_PR_FGD
         centre = (int(xs.mean()), int(ys.mean()))
         axes = (max(1, round(0.42 * np.ptp(xs))), max(1, round(0.42 * np.ptp(ys))))
-        cv2.ellipse(seed, centre, axes, 0, 0, 360, int(cv2.GC_PR_FGD), -1)
         core = (max(1, axes[0] // 3), max(1, axes[1] // 3))
         cv2.ellipse(seed, centre, core, 0, 0, 360, int(cv2.GC_FGD), -1)
         return seed
