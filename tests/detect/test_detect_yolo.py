@@ -120,10 +120,10 @@ def test_an_ellipse_touches_its_box() -> None:
 @pytest.mark.parametrize(
     ("metadata", "message"),
     [
-        ({"names": NAMES}, "neither `head` nor `task`"),
+        ({"names": NAMES}, "do not say what it answers"),
         ({"task": "detect"}, "lack `names`"),
         ({"task": "segment", "names": NAMES}, "has 2 outputs, this file has 1"),
-        ({"head": "magic", "names": NAMES}, "head 'magic' is unknown"),
+        ({"head": "Pose", "task": "pose", "names": NAMES}, "do not say what it answers"),
     ],
 )
 def test_files_that_do_not_say_what_they_are(

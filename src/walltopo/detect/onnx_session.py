@@ -79,8 +79,9 @@ def _providers(device: str) -> list[str]:
 
 def _head_of(metadata: dict[str, str], outputs: list[Any], path: Path) -> str:
     """What kind of outputs a file has: from its metadata, else from Ultralytics' habits."""
-    if "head" in metadata:
-        head = metadata["head"]
+    # Ultralytics has begun to write a `head` of its own (the name of its last layer).
+    if metadata.get("head") == "votes":
+        head = "votes"
     elif metadata.get("task") == "segment":
         head = "yolo-seg"
     elif metadata.get("task") == "detect":
@@ -88,12 +89,11 @@ def _head_of(metadata: dict[str, str], outputs: list[Any], path: Path) -> str:
         head = "rtdetr" if rtdetr else "yolo-det"
     else:
         raise InputError(
-            f"{path}: the metadata say neither `head` nor `task`; found {sorted(metadata)}",
+            f"{path}: the metadata do not say what it answers (`head`, `task`); "
+            f"found {sorted(metadata)}",
             "Export with `walltopo train` or with Ultralytics (format=onnx), which write them.",
         )
     wanted = {"votes": 3, "yolo-seg": 2, "yolo-det": 1, "rtdetr": 1}
-    if head not in wanted:
-        raise InputError(f"{path}: head {head!r} is unknown; expected one of {', '.join(wanted)}")
     if len(outputs) != wanted[head]:
         raise InputError(
             f"{path}: a {head} network has {wanted[head]} outputs, this file has {len(outputs)}"
