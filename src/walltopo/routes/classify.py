@@ -12,12 +12,14 @@ from numpy.typing import NDArray
 from walltopo.core import InputError, Mesh, Progress, View
 from walltopo.routes.colour import Coloured, assign_colours, find_palette, paint_over_views
 from walltopo.routes.cutouts import best_views, write_cutouts
+from walltopo.routes.edits import apply_hold_edits
 from walltopo.routes.geometry import Shape, measure_shapes
 from walltopo.routes.light import SceneLight, solve_light
 from walltopo.routes.palette import Entry, read_palette
 from walltopo.routes.params import ClassifySettings
 from walltopo.routes.records import Hold
 from walltopo.routes.samples import HoldView, load_photo, look, wall_patches
+from walltopo.routes.units import unit_of
 from walltopo.workspace import ScanFolder, read_json, write_json
 
 __all__ = ["gather", "run"]
@@ -140,6 +142,22 @@ def describe(
     return holds
 
 
+def _painted(
+    mesh: Mesh,
+    face_instance: NDArray[np.int32],
+    kinds: Mapping[int, str],
+    strokes: list[dict[str, Any]],
+    progress: Progress,
+) -> NDArray[np.int32]:
+    """The labels after a setter's strokes; strokes of holds that are gone are left out."""
+    from walltopo.formats.edits import apply_strokes
+
+    known = [stroke for stroke in strokes if stroke["hold"] == 0 or stroke["hold"] in kinds]
+    if len(known) < len(strokes):
+        progress.note(f"{len(strokes) - len(known)} strokes paint holds that are not there")
+    return apply_strokes(mesh, face_instance, known)
+
+
 def run(scan: ScanFolder, settings: ClassifySettings, progress: Progress) -> dict[str, Any]:
     """Read photos, `sparse/`, `mesh.ply` and the instances; write `attributes.json`, `cutouts/`.
 
@@ -148,6 +166,7 @@ def run(scan: ScanFolder, settings: ClassifySettings, progress: Progress) -> dic
     Metrics: holds, volumes, colours, holds to review, holds that no photo shows, cutouts.
     """
     from walltopo.formats.colmap import read_views
+    from walltopo.formats.edits import read_hold_edits
     from walltopo.formats.ply import read_mesh
 
     palette = None
@@ -155,6 +174,8 @@ def run(scan: ScanFolder, settings: ClassifySettings, progress: Progress) -> dic
         palette = read_palette(Path(settings.palette), settings.lightness_weight)
     mesh = read_mesh(scan.mesh)
     face_instance, kinds = read_instances(scan, len(mesh.faces))
+    edits = read_hold_edits(scan.hold_edits)
+    face_instance = _painted(mesh, face_instance, kinds, edits["strokes"], progress)
     views = read_views(scan.sparse)
     seen, light = gather(views, scan.photos, mesh, face_instance, settings, progress)
     shapes = measure_shapes(mesh, face_instance, sorted(kinds))
@@ -167,6 +188,11 @@ def run(scan: ScanFolder, settings: ClassifySettings, progress: Progress) -> dic
     colours = assign_colours(paints, entries, **scale)
     names = [view.name for view in views]
     holds = describe(kinds, shapes, colours, seen, names, entries, settings)
+    metric = bool(read_json(scan.scale)["metric"]) if scan.scale.is_file() else True
+    unit = unit_of(holds, metric, settings.typical_hold)
+    holds, lost = apply_hold_edits(holds, edits["holds"], unit)
+    for line in lost:
+        progress.note(f"{scan.hold_edits.name}: {line}")
     kept = {number: best_views(rows, settings.cutouts) for number, rows in seen.items()}
     progress.step("writing cutouts")
     write_cutouts(scan.cutouts, kept, names, settings.cutout_px)

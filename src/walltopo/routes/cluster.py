@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, Silent
+from walltopo.routes.edits import RouteBook, apply_route_edits
 from walltopo.routes.geodesic import pair_lengths
 from walltopo.routes.grouping import Grouping, group_holds
 from walltopo.routes.order import describe_route, memberships
@@ -19,6 +21,9 @@ from walltopo.routes.units import unit_of
 from walltopo.workspace import ScanFolder, read_json, write_json
 
 __all__ = ["find_routes", "run"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 UNKNOWN = "unknown"
 
@@ -47,6 +52,7 @@ def find_routes(
     settings: RoutesSettings,
     *,
     metric: bool = True,
+    edits: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
 ) -> tuple[list[Route], list[int]]:
     """Group holds into routes.
@@ -54,80 +60,115 @@ def find_routes(
     Only holds of role "hold" and of a known colour take part: volumes belong to every
     route, downclimb holds to none, and a hold that no photo shows has no colour to go by.
 
+    Parameters
+    ----------
+    metric : the scan is in metres; else see `units.unit_of`.
+    edits : a setter's corrections (`formats.edits`), put on after the grouping.
+
     Returns
     -------
-    The routes, from left to right as numbered by their mean position along the wall, and the
-    ids of holds without a route (sorted).
+    The routes, numbered from left to right, and the ids of holds without a route (sorted;
+    downclimb holds are not among them).
     """
     progress = progress or Silent()
     unit = unit_of(holds, metric, settings.typical_hold)
     climbed = [hold for hold in holds if hold.role == "hold" and hold.colour != UNKNOWN]
-    unrouted = {hold.id for hold in holds if hold.role == "hold" and hold.colour == UNKNOWN}
-    if not climbed:
-        return [], sorted(unrouted)
-    progress.step("paths between holds", len(climbed))
-    grouping = _group(mesh, climbed, settings, unit)
-    progress.advance(len(climbed))
-    sizes = np.bincount(grouping.group)
-    kept = [number for number in range(len(sizes)) if sizes[number] >= settings.min_holds]
-    unrouted |= {
-        hold.id
-        for hold, number in zip(climbed, grouping.group, strict=True)
-        if sizes[number] < settings.min_holds
+    book, links = RouteBook({}), np.zeros((0, 0))
+    if climbed:
+        progress.step("paths between holds", len(climbed))
+        grouping = _group(mesh, climbed, settings, unit)
+        progress.advance(len(climbed))
+        links = grouping.similarity
+        book = RouteBook(_numbered(climbed, grouping.group, settings.min_holds))
+    for line in apply_route_edits(book, holds, edits or {}, unit):
+        progress.note(f"routes.edits.toml: {line}")
+    routes = _describe(holds, climbed, links, book, settings)
+    unrouted = [h.id for h in holds if h.role == "hold" and h.id not in book.route_of]
+    return routes, sorted(unrouted)
+
+
+def _numbered(holds: Sequence[Hold], group: Ints, min_holds: int) -> dict[int, int]:
+    """Hold id to route id: groups of enough holds, numbered from left to right from 1."""
+    sizes = np.bincount(group)
+    along = _along_the_wall(holds)
+    kept = [number for number in range(len(sizes)) if sizes[number] >= min_holds]
+    kept.sort(key=lambda number: (along[group == number].mean(), number))
+    route = {number: k for k, number in enumerate(kept, start=1)}
+    return {
+        hold.id: route[number]
+        for hold, number in zip(holds, group.tolist(), strict=True)
+        if number in route
     }
-    order = _left_to_right(climbed, grouping, kept)
-    return _describe(climbed, grouping, order, settings), sorted(unrouted)
 
 
-def _left_to_right(holds: Sequence[Hold], grouping: Grouping, kept: Sequence[int]) -> list[int]:
-    """Groups ordered along the horizontal direction in which the holds extend most."""
+def _along_the_wall(holds: Sequence[Hold]) -> Floats:
+    """(n,) how far right each hold is: along the level direction in which holds extend most."""
     flat = np.array([hold.position[:2] for hold in holds])
     flat = flat - flat.mean(axis=0)
     _, _, axes = np.linalg.svd(flat, full_matrices=False)
-    axis = axes[0]
-    # Facing the wall (against the mean normal), right is up x out of the wall.
     out = np.mean([hold.normal[:2] for hold in holds], axis=0)
-    if axis @ np.array([-out[1], out[0]]) < 0:
-        axis = -axis
-    along = flat @ axis
-    return sorted(kept, key=lambda number: (along[grouping.group == number].mean(), number))
+    # Facing the wall, right is up x out of the wall.
+    right = np.array([-out[1], out[0]])
+    return flat @ (axes[0] if axes[0] @ right >= 0 else -axes[0])
 
 
 def _describe(
-    holds: Sequence[Hold], grouping: Grouping, order: Sequence[int], settings: RoutesSettings
+    holds: Sequence[Hold],
+    climbed: Sequence[Hold],
+    links: Floats,
+    book: RouteBook,
+    settings: RoutesSettings,
 ) -> list[Route]:
-    number_of = {group: k for k, group in enumerate(order, start=1)}
-    shares = memberships(grouping.similarity, grouping.group)
-    median = float(np.median([hold.size_m for hold in holds]))
+    by_id = {hold.id: hold for hold in holds}
+    group = np.array([book.route_of.get(hold.id, 0) for hold in climbed], dtype=np.int64)
+    shares = memberships(links, group)
+    row_of = {hold.id: row for row, hold in enumerate(climbed)}
+    sizes = [hold.size_m for hold in holds if hold.role == "hold" and hold.size_m > 0]
+    median = float(np.median(sizes)) if sizes else 0.0
     routes = []
-    for group in order:
-        rows = np.flatnonzero(grouping.group == group).tolist()
+    for number in sorted(set(book.route_of.values())):
+        members = [by_id[hold] for hold in book.members(number)]
         ambiguous: dict[int, dict[int, float]] = {}
-        for row in rows:
-            mine = {number_of[g]: float(shares[row, g]) for g in order if shares[row, g] > 0}
-            others = [share for g, share in mine.items() if g != number_of[group]]
-            if max(others, default=0.0) >= max(settings.ambiguous_above, 1e-9):
-                ambiguous[holds[row].id] = dict(sorted(mine.items(), key=lambda item: -item[1]))
-        members = [holds[row] for row in rows]
-        routes.append(
-            describe_route(number_of[group], members[0].colour, members, median, ambiguous)
-        )
+        for hold in members:
+            row = row_of.get(hold.id)
+            if row is not None and hold.id not in book.decided:
+                likely = _plausible(shares[row], number, settings.ambiguous_above)
+                ambiguous |= {hold.id: likely} if likely else {}
+        colours = [hold.colour for hold in members]
+        colour = book.colours.get(number) or max(sorted(set(colours)), key=colours.count)
+        name = book.names.get(number, "")
+        routes.append(describe_route(number, colour, members, median, ambiguous, name))
     return routes
 
 
+def _plausible(shares: Floats, own: int, above: float) -> dict[int, float]:
+    """Route id to probability if another route than its own is likely enough, else empty."""
+    rivals = shares.copy()
+    rivals[[0, own]] = 0  # column 0: holds without a route
+    if rivals.max(initial=0.0) < max(above, 1e-9):
+        return {}
+    found = {int(k): float(shares[k]) for k in np.flatnonzero(shares) if k > 0}
+    total = sum(found.values())
+    return {k: p / total for k, p in sorted(found.items(), key=lambda item: -item[1])}
+
+
 def run(scan: ScanFolder, settings: RoutesSettings, progress: Progress) -> dict[str, Any]:
-    """Read `mesh.ply` and `attributes.json`, write `routes.json`.
+    """Read `mesh.ply`, `attributes.json` and `routes.edits.toml`, write `routes.json`.
 
     Returns
     -------
     Metrics: routes, holds in a route, holds without one, ambiguous holds, volumes.
     """
+    from walltopo.formats.edits import read_route_edits
     from walltopo.formats.ply import read_mesh
 
     holds = read_holds(scan.attributes)
     metric = bool(read_json(scan.scale)["metric"]) if scan.scale.is_file() else True
+    edits = read_route_edits(scan.route_edits)
     mesh = read_mesh(scan.mesh)
-    routes, unrouted = find_routes(mesh, holds, settings, metric=metric, progress=progress)
+    routes, unrouted = find_routes(
+        mesh, holds, settings, metric=metric, edits=edits, progress=progress
+    )
     volumes = sorted(hold.id for hold in holds if hold.role == "volume")
     write_json(
         scan.routes,

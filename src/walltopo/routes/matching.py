@@ -41,7 +41,8 @@ def _assign(cost: Floats) -> list[tuple[int, int]]:
 
     if not np.isfinite(cost).any():
         return []
-    dear = float(cost[np.isfinite(cost)].max()) * (sum(cost.shape) + 1)
+    # Dearer than all possible pairs together, also where all of them cost nothing.
+    dear = (float(cost[np.isfinite(cost)].max()) + 1.0) * (sum(cost.shape) + 1)
     rows, columns = linear_sum_assignment(np.where(np.isfinite(cost), cost, dear))
     pairs = zip(rows.tolist(), columns.tolist(), strict=True)
     return [(a, b) for a, b in pairs if np.isfinite(cost[a, b])]

@@ -39,12 +39,12 @@ class ClassifySettings:
     review_below: float = setting(
         0.5, "Holds with a lower confidence are listed for a look", low=0, high=1
     )
-    volume_size: float = setting(
-        3.5,
-        "A hold this many times larger than the median hold is taken for a volume when the "
-        "detector has no class for volumes",
-        low=1,
-        high=20,
+    typical_hold: float = setting(
+        0.15,
+        "Median hold size assumed where the scan has no scale",
+        unit="m",
+        low=0.02,
+        high=1,
     )
     downclimb: str = setting("", "Colour of the downclimb holds; empty: none is known")
 
