@@ -10,11 +10,17 @@ import pytest
 from glbfile import Glb  # type: ignore[import-not-found]
 
 from walltopo.export.params import ExportSettings
-from walltopo.export.tiers import build_tier
+from walltopo.export.surface import Surface
+from walltopo.export.tiers import TierBuilder
 from walltopo.export.wall import Wall, read_wall
 from walltopo.workspace import ScanFolder
 
 MakeScan = Callable[..., ScanFolder]
+
+
+def build_tier(wall: Wall, name: str, settings: ExportSettings) -> tuple[bytes, Surface]:
+    builder = TierBuilder(wall, settings)
+    return builder.glb(name), builder.look(name).surface
 
 
 @pytest.fixture

@@ -6,6 +6,8 @@ import type { Wall } from "./load";
 export interface Front {
   /** Horizontal unit vector from the wall to where climbers stand. */
   direction: Vector3;
+  /** How far the view comes from above (positive) or, for overhanging walls, from below. */
+  rise: number;
   /** Half of the allowed swing in radians; Infinity for a boulder that one walks around. */
   swing: number;
   /** Height of the mat. */
@@ -39,13 +41,24 @@ export function frontOf(wall: Wall): Front {
       if (seen.length < 4000) seen.push(a.clone());
       sum.x += b.x;
       sum.y += b.y;
+      sum.z += b.z;
       total += Math.hypot(b.x, b.y);
     }
   }
+  const holds = [...wall.tables.holds.values()];
+  if (holds.length > 3) {
+    // Holds say better than stray surface which way the wall faces.
+    sum.set(0, 0, 0);
+    total = 0;
+    for (const { normal } of holds) {
+      sum.add(a.set(...normal));
+      total += Math.hypot(normal[0], normal[1]);
+    }
+  }
   const coherence = total > 0 ? Math.hypot(sum.x, sum.y) / total : 0;
+  const rise = Math.min(0.3, Math.max(-0.6, 0.12 + (0.9 * sum.z) / Math.max(total, 1e-9)));
   const direction = coherence > 0.02 ? sum.setZ(0).normalize() : new Vector3(0, -1, 0);
   const swing = coherence > 0.4 ? (75 * Math.PI) / 180 : Infinity;
-  const holds = [...wall.tables.holds.values()];
   const box = holds.length > 3 ? new Box3() : steep.isEmpty() ? wall.box.clone() : steep;
   for (const hold of holds.length > 3 ? holds : []) {
     box.expandByPoint(new Vector3(...hold.position));
@@ -56,7 +69,7 @@ export function frontOf(wall: Wall): Front {
     box.min.z = Math.max(box.min.z, wall.box.min.z);
     box.max.min(wall.box.max);
   }
-  return { direction, swing, floor: wall.box.min.z, box, places: placesOf(wall, box, seen) };
+  return { direction, rise, swing, floor: wall.box.min.z, box, places: placesOf(wall, box, seen) };
 }
 
 /** What a picture of the whole wall must show: the holds with room around, down to the mat. */

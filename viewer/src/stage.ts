@@ -230,7 +230,7 @@ export class Stage {
   ): void {
     if (places.length === 0) return;
     const way = direction.clone().setZ(0).normalize();
-    way.z = 0.12;
+    way.z = this.front?.rise ?? 0.12;
     way.normalize();
     const right = new Vector3(0, 0, 1).cross(way).normalize();
     const up = way.clone().cross(right);

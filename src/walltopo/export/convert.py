@@ -5,10 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from walltopo.core import InputError, Progress, Silent
-from walltopo.export.gltf import Packing, write_glb
 from walltopo.export.params import ExportSettings
-from walltopo.export.picture import encode_texture
-from walltopo.export.tiers import tier_surface
+from walltopo.export.tiers import TierBuilder
 from walltopo.export.wall import Wall
 from walltopo.workspace import ScanFolder, atomic_path
 
@@ -27,23 +25,7 @@ FORMATS = {
 
 
 def _glb(path: Path, wall: Wall, settings: ExportSettings, web: bool) -> None:
-    tier = "first" if web else "archive"
-    surface = tier_surface(wall, getattr(settings, f"{tier}_triangles"))
-    picture = None
-    if wall.texture is not None:
-        longest = getattr(settings, f"{tier}_texture")
-        kind = "WEBP" if web else "JPEG"
-        picture = encode_texture(wall.texture, longest, kind, settings.texture_quality)
-    packing = Packing(quantised=True, compressed=True, normals=False) if web else Packing()
-    data = write_glb(
-        surface,
-        wall.holds,
-        wall.routes,
-        picture=picture,
-        packing=packing,
-        metric=wall.metric,
-        title=wall.title,
-    )
+    data = TierBuilder(wall, settings).glb("first" if web else "archive")
     with atomic_path(path) as temporary:
         temporary.write_bytes(data)
 

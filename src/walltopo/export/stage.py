@@ -7,8 +7,7 @@ from typing import Any
 from walltopo.core import Progress
 from walltopo.export.params import ExportSettings
 from walltopo.export.report import write_report
-from walltopo.export.surface import Surface
-from walltopo.export.tiers import build_tier
+from walltopo.export.tiers import Look, TierBuilder
 from walltopo.export.wall import Wall, read_wall
 from walltopo.export.webpage import write_page, write_tier
 from walltopo.workspace import ScanFolder, atomic_path, write_json
@@ -20,36 +19,35 @@ ASSETS = "page"
 
 def write_wall(
     scan: ScanFolder, wall: Wall, settings: ExportSettings, progress: Progress
-) -> tuple[Surface, dict[str, Any]]:
+) -> tuple[Look, dict[str, Any]]:
     """Write `holds.json`, `wall.glb` and the page with its tiers.
 
     Returns
     -------
-    The first tier's surface, and sizes (MB) and triangles of the tiers.
+    The first tier, and sizes (MB) and triangles of all tiers.
     """
     metrics: dict[str, Any] = {}
+    builder = TierBuilder(wall, settings)
+
+    def made(name: str, key: str) -> bytes:
+        data = builder.glb(name)
+        metrics[f"{key}_mb"] = round(len(data) / 1e6, 3)
+        metrics[f"{key}_triangles"] = len(builder.look(name).surface.triangles)
+        progress.advance()
+        return data
+
     write_json(scan.holds, {"version": 1, "metric": wall.metric, "holds": wall.holds})
     progress.step("glTF tiers", 3)
-    data, surface = build_tier(wall, "archive", settings)
+    data = made("archive", "glb")
     with atomic_path(scan.glb) as temporary:
         temporary.write_bytes(data)
-    metrics |= {"glb_mb": len(data) / 1e6, "glb_triangles": len(surface.triangles)}
-    progress.advance()
-    with_detail = len(surface.triangles) > settings.first_triangles or wall.uv is not None
     with atomic_path(scan.root / ASSETS) as folder:
         folder.mkdir()
-        data, first = build_tier(wall, "first", settings)
-        write_tier(folder, "first", data)
-        metrics |= {"first_mb": len(data) / 1e6, "first_triangles": len(first.triangles)}
-        progress.advance()
-        if with_detail:
-            data, surface = build_tier(wall, "detail", settings)
-            write_tier(folder, "detail", data)
-            metrics |= {"detail_mb": len(data) / 1e6, "detail_triangles": len(surface.triangles)}
-        progress.advance()
+        write_tier(folder, "detail", made("detail", "detail"))
+        write_tier(folder, "first", made("first", "first"))
         with atomic_path(scan.page) as page:
-            write_page(page, folder, wall.title, with_detail)
-    return first, metrics
+            write_page(page, folder, wall.title)
+    return builder.look("first"), metrics
 
 
 def run(scan: ScanFolder, settings: ExportSettings, progress: Progress) -> dict[str, Any]:
@@ -70,9 +68,6 @@ def run(scan: ScanFolder, settings: ExportSettings, progress: Progress) -> dict[
     progress.step("report", 1)
     write_report(scan, wall, first, settings, progress)
     progress.advance()
-    for name in ("first", "detail", "glb"):
-        if f"{name}_mb" in metrics:
-            metrics[f"{name}_mb"] = round(metrics[f"{name}_mb"], 3)
     volumes = sum(hold["class"] == "volume" for hold in wall.holds)
     metrics |= {
         "holds": len(wall.holds) - volumes,

@@ -3,64 +3,119 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
 
 from walltopo.core import StageError
+from walltopo.export.atlas import Detailed, retexture
 from walltopo.export.gltf import Packing, write_glb
 from walltopo.export.params import ExportSettings
-from walltopo.export.picture import encode_texture
+from walltopo.export.picture import encode_picture, read_picture
 from walltopo.export.surface import Surface, mixed_triangles, simplify, split_at_borders
 from walltopo.export.wall import Wall
 
-__all__ = ["TIERS", "Tier", "build_tier", "tier_surface"]
+__all__ = ["TIERS", "Look", "Tier", "TierBuilder"]
 
 WEB = Packing(quantised=True, compressed=True, normals=False)
 
 
 @dataclass(frozen=True)
 class Tier:
-    """One level: its file's name, packing and texture format."""
+    """One level: its packing and the format of its picture."""
 
-    name: str
     packing: Packing
     picture: str
 
 
 TIERS = {
-    "first": Tier("first", WEB, "WEBP"),
-    "detail": Tier("detail", WEB, "WEBP"),
-    "archive": Tier("archive", Packing(), "JPEG"),
+    "first": Tier(WEB, "WEBP"),
+    "detail": Tier(WEB, "WEBP"),
+    "archive": Tier(Packing(), "JPEG"),
 }
 
 
-def tier_surface(wall: Wall, triangles: int) -> Surface:
-    """The wall's surface with at most about `triangles` triangles (0: all), no mixed ids.
+@dataclass(frozen=True, eq=False)
+class Look:
+    """A surface and the (H, W, 3) picture that its `uv` refer to; None without a texture."""
 
-    Raises
-    ------
-    StageError : a triangle mixes two ids (a fault of the simplifier, never of the input).
+    surface: Surface
+    picture: NDArray[np.uint8] | None
+
+
+class TierBuilder:
+    """Makes the tiers of one wall, the coarse from the fine, each at most once.
+
+    A textured wall that is to be simplified gets a new atlas, see `walltopo.export.atlas`.
     """
-    surface = simplify(split_at_borders(wall.mesh, wall.face_instance, wall.uv), triangles)
-    mixed = mixed_triangles(surface)
-    if mixed:
-        raise StageError(f"export: {mixed} triangles mix two holds after simplification")
-    return surface
 
+    def __init__(self, wall: Wall, settings: ExportSettings) -> None:
+        self.wall = wall
+        self.settings = settings
+        self._looks: dict[str, Look] = {}
 
-def build_tier(wall: Wall, name: str, settings: ExportSettings) -> tuple[bytes, Surface]:
-    """The GLB of one tier (`first`, `detail`, `archive`) and the surface in it."""
-    tier = TIERS[name]
-    surface = tier_surface(wall, getattr(settings, f"{name}_triangles"))
-    picture = None
-    if wall.texture is not None:
-        longest = getattr(settings, f"{name}_texture")
-        picture = encode_texture(wall.texture, longest, tier.picture, settings.texture_quality)
-    data = write_glb(
-        surface,
-        wall.holds,
-        wall.routes,
-        picture=picture,
-        packing=tier.packing,
-        metric=wall.metric,
-        title=wall.title,
-    )
-    return data, surface
+    @cached_property
+    def _full(self) -> Look:
+        wall = self.wall
+        picture = None if wall.texture is None else read_picture(wall.texture)
+        return Look(split_at_borders(wall.mesh, wall.face_instance, wall.uv), picture)
+
+    @cached_property
+    def _plain(self) -> Surface:
+        """The surface split at hold borders alone, so that simplification is free elsewhere."""
+        return split_at_borders(self.wall.mesh, self.wall.face_instance)
+
+    def look(self, name: str) -> Look:
+        """Surface and picture of a tier.
+
+        Raises
+        ------
+        StageError : a triangle mixes two ids (a fault of the simplifier, never of the input).
+        """
+        if name not in self._looks:
+            look = self._make(name)
+            mixed = mixed_triangles(look.surface)
+            if mixed:
+                raise StageError(f"export: {mixed} triangles mix two holds after simplification")
+            self._looks[name] = look
+        return self._looks[name]
+
+    def _make(self, name: str) -> Look:
+        triangles = getattr(self.settings, f"{name}_triangles")
+        finer = self.look("detail") if name == "first" else self._full
+        if triangles <= 0 or len(finer.surface.triangles) <= triangles:
+            return Look(simplify(finer.surface, 0), finer.picture)
+        if finer.picture is None:
+            return Look(simplify(self._plain, triangles), None)
+        # The source's charts would tear: simplify without them, then draw new ones.
+        source, coarse = self._source(finer), simplify(self._plain, triangles)
+        side = getattr(self.settings, f"{name}_texture")
+        surface, picture = retexture(coarse, source, side, oversample=2 if side <= 2048 else 1)
+        return Look(simplify(surface, 0), picture)
+
+    def _source(self, look: Look) -> Detailed:
+        surface = look.surface
+        assert surface.uv is not None
+        assert look.picture is not None
+        faces = surface.triangles.astype(np.int32)
+        return Detailed(
+            surface.positions.astype(np.float64), faces, surface.uv[faces], look.picture
+        )
+
+    def glb(self, name: str) -> bytes:
+        """The GLB of one tier: `first`, `detail` or `archive`."""
+        look, tier, settings = self.look(name), TIERS[name], self.settings
+        picture = None
+        if look.picture is not None:
+            longest = getattr(settings, f"{name}_texture")
+            picture = encode_picture(look.picture, longest, tier.picture, settings.texture_quality)
+        return write_glb(
+            look.surface,
+            self.wall.holds,
+            self.wall.routes,
+            picture=picture,
+            packing=tier.packing,
+            metric=self.wall.metric,
+            title=self.wall.title,
+        )

@@ -33,7 +33,8 @@ wall-topo {{ display: block; position: fixed; inset: 0; }}
 </style>
 </head>
 <body>
-<wall-topo src="{assets}/first.glb"{detail} heading="{title}" links></wall-topo>
+<wall-topo src="{assets}/first.glb" detail="{assets}/detail.glb" heading="{title}" links>
+</wall-topo>
 <script src="{assets}/viewer.js"></script>
 <noscript>This page draws the wall with JavaScript; please switch it on.</noscript>
 </body>
@@ -65,16 +66,14 @@ def write_tier(folder: Path, name: str, data: bytes) -> None:
     (folder / f"{name}.js").write_text(script, encoding="ascii")
 
 
-def write_page(index: Path, folder: Path, title: str, detail: bool) -> None:
+def write_page(index: Path, folder: Path, title: str) -> None:
     """Write the page and copy the viewer beside the tiers.
 
     Parameters
     ----------
     index : where the HTML file goes.
     folder : the folder of the tiers, a sibling of `index`.
-    detail : whether a second tier lies there.
     """
     shutil.copyfile(viewer_script(), folder / "viewer.js")
-    extra = f' detail="{folder.name}/detail.glb"' if detail else ""
-    text = PAGE.format(title=html.escape(title), assets=folder.name, detail=extra)
+    text = PAGE.format(title=html.escape(title), assets=folder.name)
     index.write_text(text, encoding="utf-8")

@@ -9,14 +9,13 @@ from io import BytesIO
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import Camera
+from walltopo.export.parallel import Axes, axes_towards, render_parallel
 from walltopo.export.surface import Surface
 
 __all__ = ["Canvas", "base_colours", "data_url", "front_direction", "paper_view"]
 
 Floats = NDArray[np.float64]
 PAPER = (245, 246, 248)
-FAR = 2000.0  # distance of the drawing camera in wall sizes: as good as parallel rays
 
 
 def front_direction(positions: Floats, triangles: NDArray[np.int64]) -> Floats:
@@ -38,22 +37,20 @@ class Canvas:
 
     Parameters
     ----------
-    right, down : (3,) world directions of the picture's axes.
+    axes : the picture's directions.
     origin : (2,) plane coordinates of the top-left corner, world units.
     scale : pixels per world unit.
     face : (H, W) int32 face index, -1 = none.
     """
 
-    right: Floats
-    down: Floats
+    axes: Axes
     origin: Floats
     scale: float
     face: NDArray[np.int32]
 
     def place(self, points: Floats) -> Floats:
         """(n, 2) pixels of (n, 3) world points."""
-        plane = np.stack([points @ self.right, points @ self.down], axis=-1)
-        return (plane - self.origin) * self.scale
+        return (self.axes.flat(points) - self.origin) * self.scale
 
     def picture(self, face_colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """(H, W, 3) picture with the given (F, 3) colours."""
@@ -73,27 +70,18 @@ def paper_view(
     up : (3,) unit, up in the picture.
     width : pixels; the height follows, at most twice the width.
     """
-    from walltopo.raycast import render_ids
-
-    right = np.cross(towards, up)
-    down = -up
-    plane = np.stack([positions @ right, positions @ down], axis=-1)
+    axes = axes_towards(towards, up)
+    plane = axes.flat(positions)
     low, high = plane.min(axis=0), plane.max(axis=0)
     size = np.maximum(high - low, 1e-6)
     origin = low - 0.04 * size.max()
     extent = size + 0.08 * size.max()
-    scale = width / extent[0]
+    scale = width / float(extent[0])
     height = int(np.clip(round(extent[1] * scale), 16, 2 * width))
-    depth = positions @ towards
-    distance = FAR * float(np.ptp(positions, axis=0).max() + 1e-6)
-    # A camera far away whose rays through the corner pixel start at `origin`.
-    rotation = np.stack([right, down, towards])
-    focal = scale * distance
-    camera = Camera("SIMPLE_PINHOLE", width, height, (focal, 0.0, 0.0))
-    translation = np.array([-origin[0], -origin[1], distance - float(depth.mean())])
-    pose = np.column_stack([rotation, translation])
-    face, _ = render_ids(positions, triangles.astype(np.int32), camera, pose)
-    return Canvas(right, down, origin, scale, face)
+    face, _ = render_parallel(
+        positions, triangles.astype(np.int32), axes, origin, scale, (width, height)
+    )
+    return Canvas(axes, origin, scale, face)
 
 
 def base_colours(surface: Surface, texture: NDArray[np.uint8] | None) -> NDArray[np.uint8]:

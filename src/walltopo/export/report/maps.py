@@ -17,13 +17,12 @@ from walltopo.export.report.canvas import (
 )
 from walltopo.export.report.coverage import THIN, Spot, count_views, thin_spots
 from walltopo.export.report.markup import figure, number, text
-from walltopo.export.surface import Surface, simplify
+from walltopo.export.tiers import Look
 
 __all__ = ["Maps", "draw_maps"]
 
 Floats = NDArray[np.float64]
 WIDTH = 1000
-TRIANGLES = 60_000
 
 # Photos that see a spot, and its colour: dark is little, in steps that greyscale keeps apart.
 STEPS: tuple[tuple[int, str, tuple[int, int, int]], ...] = (
@@ -151,8 +150,7 @@ def _climbing(
 
 
 def draw_maps(
-    first: Surface,
-    texture: NDArray[np.uint8] | None,
+    first: Look,
     views: list[View],
     holds: list[dict[str, object]],
     metric: bool,
@@ -161,17 +159,16 @@ def draw_maps(
 
     Parameters
     ----------
-    first : the wall's first tier; simplified further here.
-    texture : (H, W, 3) uint8 sRGB atlas, or None.
+    first : the wall's first tier.
     views : registered photos, at least one.
     holds : rows of `holds.json`; they say where the climbing surface is.
     """
-    coarse = simplify(first, TRIANGLES)
+    coarse = first.surface
     positions = coarse.positions.astype(np.float64)
     triangles = coarse.triangles.astype(np.int64)
     front = front_direction(positions, triangles)
     up = np.array([0.0, 0.0, 1.0])
-    path = _path_figures(positions, triangles, base_colours(coarse, texture), front, views)
+    path = _path_figures(positions, triangles, base_colours(coarse, first.picture), front, views)
 
     counts = count_views(positions, triangles, views)
     canvas = paper_view(positions, triangles, -front, up, WIDTH)
@@ -184,12 +181,12 @@ def draw_maps(
     areas = lengths[climbing] / 2
     seen = counts[climbing] >= THIN
     cell = 0.7 if metric else float(np.ptp(positions, axis=0).max()) / 16
-    spots = thin_spots(centres[climbing], areas, counts[climbing], canvas.right, cell)
-    low = np.array([(positions @ canvas.right).min(), positions[:, 2].min()])
+    spots = thin_spots(centres[climbing], areas, counts[climbing], canvas.axes.right, cell)
+    low = np.array([(positions @ canvas.axes.right).min(), positions[:, 2].min()])
     return Maps(
         path=path,
         coverage=_coverage_figure(canvas, counts, spots)
-        + _advice(spots, low, canvas.right, metric),
+        + _advice(spots, low, canvas.axes.right, metric),
         covered=float((areas * seen).sum() / max(areas.sum(), 1e-12)),
         spots=spots,
     )

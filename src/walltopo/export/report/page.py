@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from walltopo.core import Progress
 from walltopo.export.params import ExportSettings
 from walltopo.export.report import sections
 from walltopo.export.report.facts import Facts, read_facts
 from walltopo.export.report.maps import Maps, draw_maps
 from walltopo.export.report.markup import section, text
-from walltopo.export.surface import Surface
+from walltopo.export.tiers import Look
 from walltopo.export.wall import Wall
 from walltopo.workspace import ScanFolder, atomic_path
 
@@ -71,23 +69,6 @@ vertical-align:-1px;box-shadow:inset 0 0 0 1px rgb(0 0 0/25%)}
 """
 
 
-def _texture(wall: Wall) -> Any:
-    """The atlas at a size that figures need, or None."""
-    if wall.texture is None:
-        return None
-    import numpy as np
-    from PIL import Image
-
-    guard, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, None
-    try:
-        with Image.open(wall.texture) as opened:
-            picture = opened.convert("RGB")
-    finally:
-        Image.MAX_IMAGE_PIXELS = guard
-    picture.thumbnail((2048, 2048))
-    return np.asarray(picture)
-
-
 def _page(
     wall: Wall, facts: Facts, maps: Maps | None, scan: ScanFolder, settings: ExportSettings
 ) -> str:
@@ -115,18 +96,18 @@ def _page(
 
 
 def write_report(
-    scan: ScanFolder, wall: Wall, first: Surface, settings: ExportSettings, progress: Progress
+    scan: ScanFolder, wall: Wall, first: Look, settings: ExportSettings, progress: Progress
 ) -> None:
     """Write `report.html`: one file that needs no other, and asks no other host for anything.
 
     Parameters
     ----------
-    first : the first tier's surface, which the pictures are drawn from.
+    first : the first tier, which the pictures are drawn from.
     """
     facts = read_facts(scan)
     maps = None
     if facts.views:
-        maps = draw_maps(first, _texture(wall), facts.views, wall.holds, wall.metric)
+        maps = draw_maps(first, facts.views, wall.holds, wall.metric)
     else:
         progress.note("report: no camera positions, so no camera path and no coverage map")
     with atomic_path(scan.report) as temporary:

@@ -1,0 +1,189 @@
+"""New charts for a simplified surface, filled from the detailed mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.export.atlas.charts import (
+    chart_components,
+    choose_directions,
+    label_triangles,
+    neighbours,
+)
+from walltopo.export.atlas.packing import fit_scale
+from walltopo.export.parallel import Axes, render_parallel
+from walltopo.export.surface import Surface
+
+__all__ = ["Detailed", "retexture"]
+
+Floats = NDArray[np.float64]
+PAD = 2  # pixels of surroundings around each chart, for filtering
+MOST_PICTURE = 60_000_000  # pixels of one drawing
+
+
+@dataclass(frozen=True, eq=False)
+class Detailed:
+    """The textured mesh that the new picture is drawn from.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float64.
+    faces : (F, 3) int32.
+    uv : (F, 3, 2) float32, origin at the picture's top left.
+    picture : (H, W, 3) uint8 sRGB.
+    """
+
+    vertices: Floats
+    faces: NDArray[np.int32]
+    uv: NDArray[np.float32]
+    picture: NDArray[np.uint8]
+
+
+def _drawing(
+    detailed: Detailed, axes: Axes, low: Floats, scale: float, size: tuple[int, int]
+) -> NDArray[np.uint8]:
+    """(H, W, 3) picture of the textured mesh; where nothing is, the nearest colour."""
+    import cv2
+    from scipy.ndimage import distance_transform_edt
+
+    face, _ = render_parallel(detailed.vertices, detailed.faces, axes, low, scale, size)
+    row, column = np.nonzero(face >= 0)
+    if len(row) == 0:
+        return np.full((*face.shape, 3), 128, dtype=np.uint8)
+    number = face[row, column]
+    corner = (axes.flat(detailed.vertices)[detailed.faces[number]] - low) * scale
+    weight = _barycentric(np.stack([column + 0.5, row + 0.5], axis=-1), corner)
+    uv = (detailed.uv[number] * weight[..., None]).sum(axis=1)
+    height, width = detailed.picture.shape[:2]
+    where = np.full((2, *face.shape), -10.0, dtype=np.float32)
+    where[0, row, column] = uv[:, 0] * width - 0.5
+    where[1, row, column] = uv[:, 1] * height - 0.5
+    drawn = cv2.remap(
+        detailed.picture, where[0], where[1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+    )
+    nearest = distance_transform_edt(face < 0, return_distances=False, return_indices=True)
+    return np.ascontiguousarray(np.asarray(drawn, dtype=np.uint8)[tuple(nearest)])
+
+
+def _barycentric(point: Floats, corner: Floats) -> Floats:
+    """(n, 3) weights of (n, 2) points in (n, 3, 2) triangles, kept within the triangle."""
+    a, b, c = corner[:, 0], corner[:, 1], corner[:, 2]
+    ab, ac, ap = b - a, c - a, point - a
+    area = ab[:, 0] * ac[:, 1] - ab[:, 1] * ac[:, 0]
+    safe = np.where(np.abs(area) > 1e-12, area, 1.0)
+    v = (ap[:, 0] * ac[:, 1] - ap[:, 1] * ac[:, 0]) / safe
+    w = (ab[:, 0] * ap[:, 1] - ab[:, 1] * ap[:, 0]) / safe
+    weight = np.clip(np.stack([1 - v - w, v, w], axis=-1), 0.0, 1.0)
+    return weight / weight.sum(axis=1, keepdims=True)
+
+
+def _charts(
+    surface: Surface,
+) -> tuple[NDArray[np.int64], NDArray[np.int64], list[Axes]]:
+    """Direction and chart of each triangle, and the directions."""
+    positions = surface.positions.astype(np.float64)
+    triangles = surface.triangles.astype(np.int64)
+    corner = positions[triangles]
+    crosses = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    lengths = np.linalg.norm(crosses, axis=1)
+    normals = crosses / np.maximum(lengths, 1e-12)[:, None]
+    axes = choose_directions(normals, lengths)
+    # Hold borders split vertices; charts go across them.
+    places = np.unique(surface.positions, axis=0, return_inverse=True)[1].ravel()
+    pairs = neighbours(places.astype(np.int64), triangles)
+    label = label_triangles(positions, triangles, normals, axes, pairs)
+    return label, chart_components(label, pairs), axes
+
+
+def retexture(
+    surface: Surface, detailed: Detailed, side: int, oversample: int = 1
+) -> tuple[Surface, NDArray[np.uint8]]:
+    """Give a surface its own atlas.
+
+    Parameters
+    ----------
+    surface : simplified; its own `uv` is ignored.
+    detailed : the mesh before simplification.
+    side : of the new, square picture, pixels.
+    oversample : draw that many times finer and average, for small pictures of fine textures.
+
+    Returns
+    -------
+    The surface with vertices split at chart borders and `uv`, and the (side, side, 3) picture.
+    """
+    import cv2
+
+    label, chart, axes = _charts(surface)
+    flat = np.empty((len(label), 3, 2))
+    corner = surface.positions.astype(np.float64)[surface.triangles.astype(np.int64)]
+    for k, way in enumerate(axes):
+        flat[label == k] = way.flat(corner[label == k])
+    count = int(chart.max()) + 1
+    low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
+    np.minimum.at(low, chart, flat.min(axis=1))
+    np.maximum.at(high, chart, flat.max(axis=1))
+    direction = np.zeros(count, dtype=np.int64)
+    direction[chart] = label
+    most = side / max(float((high - low).max()), 1e-9)
+    scale, sizes, places = fit_scale(high - low, side, PAD, most)
+    picture = _fill(detailed, axes, direction, low, sizes, places, scale, side, oversample)
+    uv = ((flat - low[chart][:, None]) * scale + PAD + places[chart][:, None]) / side
+    if oversample > 1:
+        picture = np.asarray(cv2.resize(picture, (side, side), interpolation=cv2.INTER_AREA))
+    return _split(surface, chart, uv.astype(np.float32)), picture.astype(np.uint8)
+
+
+def _fill(
+    detailed: Detailed,
+    axes: Sequence[Axes],
+    direction: NDArray[np.int64],
+    low: Floats,
+    sizes: NDArray[np.int64],
+    places: NDArray[np.int64],
+    scale: float,
+    side: int,
+    oversample: int,
+) -> NDArray[np.uint8]:
+    """The atlas: of one drawing a direction, the rectangle of each chart."""
+    fine = scale * oversample
+    atlas = np.full((side * oversample, side * oversample, 3), 128, dtype=np.uint8)
+    for k, way in enumerate(axes):
+        charts = np.flatnonzero(direction == k)
+        if len(charts) == 0:
+            continue
+        start = low[charts].min(axis=0) - PAD / scale
+        end = (low[charts] + sizes[charts] / scale).max(axis=0)
+        # Chart corners fall between the drawing's pixels: each is drawn to half a pixel.
+        width, height = (int(v) + 2 for v in np.ceil((end - start) * fine))
+        if width * height > MOST_PICTURE:
+            raise ValueError(f"a drawing of {width}x{height} pixels is too large")
+        drawing = _drawing(detailed, way, start, fine, (width, height))
+        for number in charts:
+            offset = np.rint((low[number] - PAD / scale - start) * fine).astype(int)
+            x, y = np.clip(offset, 0, None)
+            w, h = (sizes[number] * oversample).tolist()
+            left, top = (places[number] * oversample).tolist()
+            patch = drawing[y : y + h, x : x + w]
+            atlas[top : top + patch.shape[0], left : left + patch.shape[1]] = patch
+    return atlas
+
+
+def _split(surface: Surface, chart: NDArray[np.int64], uv: NDArray[np.float32]) -> Surface:
+    """One vertex a (vertex, chart)."""
+    triangles = surface.triangles.astype(np.int64)
+    key = triangles * (int(chart.max()) + 1) + chart[:, None]
+    _, first, inverse = np.unique(key.ravel(), return_index=True, return_inverse=True)
+    source = triangles.ravel()[first]
+    return replace(
+        surface,
+        positions=surface.positions[source],
+        triangles=inverse.reshape(-1, 3).astype(np.uint32),
+        feature=surface.feature[source],
+        normals=surface.normals[source],
+        uv=uv.reshape(-1, 2)[first],
+        colours=None,
+    )
