@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import colorsys
 from pathlib import Path
 
 import cv2
@@ -25,9 +26,8 @@ def painted_wall(width: int = 640, height: int = 480) -> np.ndarray:
     wall = np.full((height, width, 3), (170, 165, 158), np.uint8)
     for k in range(12):
         middle = (80 + 160 * (k % 4), 90 + 150 * (k // 4))
-        colour = tuple(
-            int(v) for v in cv2.cvtColor(np.uint8([[[15 * k, 220, 200]]]), cv2.COLOR_HSV2RGB)[0, 0]
-        )
+        rgb = colorsys.hsv_to_rgb(k / 12, 0.86, 0.78)
+        colour = tuple(round(255 * v) for v in rgb)
         cv2.ellipse(wall, middle, (30, 20), 20 * k, 0, 360, colour, -1, cv2.LINE_AA)
     noise = rng.normal(0, 4, wall.shape)
     return np.clip(wall + noise, 0, 255).astype(np.uint8)

@@ -38,9 +38,9 @@ def save_constant(
     photo = helper.make_tensor_value_info("images", 1, [1, 3, side, side])
     graph = helper.make_graph(nodes, "constant", [photo], results)
     model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=9)
-    for key, value in metadata.items():
+    for key, text in metadata.items():
         entry = model.metadata_props.add()
-        entry.key, entry.value = key, value
+        entry.key, entry.value = key, text
     onnx.save(model, path)
     return path
 

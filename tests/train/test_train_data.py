@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -21,21 +21,15 @@ from walltopo.train.params import AugmentSettings
 from walltopo.train.pseudomask import box_mask, hull_of, paint_instances
 from walltopo.train.targets import make_targets
 
-
-def disc_wall(discs: list[tuple[int, int, int]], side: int = 240) -> np.ndarray:
-    """A noisy grey wall with red discs (x, y, radius), BGR."""
-    wall = np.full((side, side, 3), (150, 160, 165), np.uint8)
-    for x, y, r in discs:
-        cv2.circle(wall, (x, y), r, (40, 40, 200), -1)
-    noise = np.random.default_rng(0).normal(0, 5, wall.shape)
-    return np.clip(wall + noise, 0, 255).astype(np.uint8)
+DiscWall = Callable[..., np.ndarray]
+DiscSet = Callable[..., Path]
 
 
 def boxes_of(discs: list[tuple[int, int, int]]) -> np.ndarray:
     return np.array([[x - r, y - r, x + r + 1, y + r + 1] for x, y, r in discs], dtype=float)
 
 
-def test_colour_tells_a_disc_from_its_box() -> None:
+def test_colour_tells_a_disc_from_its_box(disc_wall: DiscWall) -> None:
     discs = [(60, 70, 22), (150, 90, 14), (100, 180, 30)]
     ids, hulls, trusted = paint_instances(disc_wall(discs), boxes_of(discs))
     assert trusted == 3
@@ -46,7 +40,7 @@ def test_colour_tells_a_disc_from_its_box() -> None:
     np.testing.assert_allclose(hulls.max(axis=1), boxes_of(discs)[:, 2:])
 
 
-def test_an_invisible_object_stays_undecided() -> None:
+def test_an_invisible_object_stays_undecided(disc_wall: DiscWall) -> None:
     wall = disc_wall([])
     box = np.array([[60.0, 60, 120, 110]])
     assert box_mask(wall, box[0], np.zeros(wall.shape[:2], bool), np.random.default_rng(0)) is None
@@ -57,7 +51,7 @@ def test_an_invisible_object_stays_undecided() -> None:
     assert ids[61, 61] == 0
 
 
-def test_boxes_beyond_the_border_do_no_harm() -> None:
+def test_boxes_beyond_the_border_do_no_harm(disc_wall: DiscWall) -> None:
     boxes = np.array([[-20.0, -10, 30, 30], [230, 230, 260, 260], [300, 300, 320, 330]])
     ids, hulls, _ = paint_instances(disc_wall([(10, 10, 18)]), boxes)
     assert ids.max() >= 1
@@ -91,28 +85,8 @@ def test_a_broken_label_line_is_named(tmp_path: Path, line: str) -> None:
         read_yolo_boxes(file, 10, 10)
 
 
-def make_yolo(folder: Path, count: int = 4) -> Path:
-    """A small YOLO set of disc walls."""
-    (folder / "images").mkdir(parents=True)
-    (folder / "labels").mkdir()
-    rng = np.random.default_rng(5)
-    for n in range(count):
-        discs = [
-            (int(x), int(y), int(r))
-            for x, y, r in zip(
-                rng.integers(40, 200, 4), (40, 90, 140, 195), rng.integers(10, 22, 4), strict=True
-            )
-        ]
-        cv2.imwrite(str(folder / "images" / f"wall{n}.png"), disc_wall(discs))
-        rows = [
-            f"0 {x / 240} {y / 240} {(2 * r + 1) / 240} {(2 * r + 1) / 240}" for x, y, r in discs
-        ]
-        (folder / "labels" / f"wall{n}.txt").write_text("\n".join(rows))
-    return folder
-
-
-def test_caches_of_boxes_and_of_masks(tmp_path: Path) -> None:
-    names = cache_yolo(make_yolo(tmp_path / "set", 2), tmp_path / "boxes")
+def test_caches_of_boxes_and_of_masks(tmp_path: Path, disc_set: DiscSet) -> None:
+    names = cache_yolo(disc_set(tmp_path / "set", 2), tmp_path / "boxes")
     sample = open_cache(tmp_path / "boxes", names[0])
     assert sample.image.shape == (240, 240, 3)
     assert sample.labels.tolist() == [1, 1, 1, 1]
@@ -135,8 +109,8 @@ def test_caches_of_boxes_and_of_masks(tmp_path: Path) -> None:
         open_cache(tmp_path / "exact", "none.png")
 
 
-def test_crops_follow_their_objects(tmp_path: Path) -> None:
-    names = cache_yolo(make_yolo(tmp_path / "set", 1), tmp_path / "boxes")
+def test_crops_follow_their_objects(tmp_path: Path, disc_set: DiscSet) -> None:
+    names = cache_yolo(disc_set(tmp_path / "set", 1), tmp_path / "boxes")
     sample = open_cache(tmp_path / "boxes", names[0])
     rng = np.random.default_rng(2)
     for _ in range(20):
@@ -150,7 +124,7 @@ def test_crops_follow_their_objects(tmp_path: Path) -> None:
             np.testing.assert_allclose(got, [x0, y0, x1, y1], atol=0.2 * (x1 - x0) + 2)
 
 
-def test_no_augmentation_of_colour_changes_little() -> None:
+def test_no_augmentation_of_colour_changes_little(disc_wall: DiscWall) -> None:
     plain = AugmentSettings(hue=0, hue_share=0, saturation=0, value=0, degrade=0)
     image = disc_wall([(50, 50, 20)])
     rng = np.random.default_rng(3)

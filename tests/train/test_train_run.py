@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 
 torch = pytest.importorskip("torch")
 
-from test_train_data import make_yolo  # noqa: E402
-
 from walltopo.core import InputError, Silent  # noqa: E402
 from walltopo.detect.found import Found  # noqa: E402
 from walltopo.detect.onnx_detector import OnnxDetector  # noqa: E402
 from walltopo.detect.params import DetectSettings  # noqa: E402
+from walltopo.detect.stage import read_photo  # noqa: E402
 from walltopo.train.choose import Truth, ap_of, average_precision  # noqa: E402
 from walltopo.train.detector import Job, train_detector  # noqa: E402
 from walltopo.train.export import fuse  # noqa: E402
@@ -91,11 +90,13 @@ class Interrupted(Silent):
 
 
 @pytest.mark.slow
-def test_learns_resumes_and_exports(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_learns_resumes_and_exports(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, disc_set: Callable[..., Path]
+) -> None:
     from walltopo.train import loop
 
     monkeypatch.setattr(loop, "build_net", lambda size=None: build_net(size or SMALL))
-    data = make_yolo(tmp_path / "set")
+    data = disc_set(tmp_path / "set")
     job = Job((data,), tmp_path / "run", ("disc walls, made by this test",))
     augment = AugmentSettings(scale_low=0.9, scale_high=1.2)
     settings = TrainSettings(
@@ -124,8 +125,7 @@ def test_learns_resumes_and_exports(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert "disc walls" in (job.out / "holds.md").read_text()
     assert (job.out / "history.svg").read_text().startswith("<svg")
     detector = OnnxDetector(job.out / "holds.onnx", DetectSettings(size=256, score=0.05))
-    photo = cv2.imread(str(data / "images" / "wall0.png"))
-    found = detector.detect(np.ascontiguousarray(photo[..., ::-1]))
+    found = detector.detect(read_photo(data / "images" / "wall0.png"))
     assert found.width == 240
 
 

@@ -51,7 +51,19 @@ def _shipped(settings: DetectSettings) -> Detector:
     return OnnxDetector(shipped_model(), settings)
 
 
-BUILT_IN: dict[str, Callable[[DetectSettings], Detector]] = {"onnx": _shipped}
+def _family(name: str) -> Callable[[DetectSettings], Detector]:
+    def opened(settings: DetectSettings) -> Detector:
+        from walltopo.detect.families import open_family
+
+        return open_family(name, settings)
+
+    return opened
+
+
+BUILT_IN: dict[str, Callable[[DetectSettings], Detector]] = {
+    "onnx": _shipped,
+    **{name: _family(name) for name in ("yolo11-seg", "yolo11-sam", "rtdetr-sam")},
+}
 
 
 def open_detector(settings: DetectSettings) -> Detector:

@@ -16,6 +16,12 @@ class DetectSettings:
     model: str = setting(
         "onnx", "detector: onnx (shipped), yolo11-seg, yolo11-sam, rtdetr-sam, or a model file"
     )
+    weights: str = setting("", "weights of the Ultralytics families, trained on holds (.pt)")
+    sam: str = setting(
+        "mobile-sam",
+        "which Segment Anything draws the masks of the -sam families",
+        choices=("mobile-sam", "sam-b", "sam2.1-t", "sam2.1-b"),
+    )
     score: float = setting(
         0.0, "least score of a detection; 0 takes the model's own threshold", low=0.0, high=1.0
     )
