@@ -43,7 +43,7 @@ class Facet:
     Parameters
     ----------
     corners : (3 or 4, 3) float64 world, counter-clockwise seen from outside.
-    kind : what is painted on it: wall, volume, floor, plate, concrete, ceiling, tag.
+    kind : what is painted on it: wall, fin, volume, floor, plate, concrete, ceiling.
     instance : id of the volume it belongs to, 0 = none.
     texel : size of a texel, metres.
     style : free number that its painter understands (colour number, plate number).
@@ -80,6 +80,10 @@ class Facet:
         to_point = p - uv
         cross = edges[:, 0] * to_point[:, 1] - edges[:, 1] * to_point[:, 0]
         return float((cross / lengths).min())
+
+    def carries(self, point: Floats) -> bool:
+        """Whether a point lies on the facet (within 5 cm of its plane)."""
+        return abs((point - self.corners[0]) @ self.frame[2]) < 0.05 and self.inside(point) > 0
 
 
 def frame_of(normal: Floats) -> tuple[Floats, Floats, Floats]:

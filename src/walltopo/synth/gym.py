@@ -185,7 +185,7 @@ def make_gym(
     surface = merge_surface(built.facets, built.holds, settings.cell)
     progress.step("lighting the gym")
     tracer = Tracer(surface.vertices, surface.faces)
-    lamps = hang_lamps(surface, settings, np.random.default_rng([seed, 7]))
+    lamps = hang_lamps(built.wall, settings, np.random.default_rng([seed, 7]))
     baked = bake(surface, tracer, lamps, settings)
     return Gym(
         settings, seed, reset, built.facets, built.wall, built.plates, built.instances, surface,

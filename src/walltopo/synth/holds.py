@@ -195,7 +195,7 @@ def make_hold(
     grow = scale * float(np.exp(rng.normal(0, spread * 0.6)))
     stretch = np.exp(rng.normal(0, 0.1, 3))
     size = (w * grow * stretch[0], h * grow * stretch[1], z * grow * stretch[2])
-    voxel = float(np.clip(max(size) / 38, 0.0018, 0.0075)) / detail
+    voxel = float(np.clip(max(size) / 32, 0.0021, 0.0075)) / detail
     points, low = _grid(size, voxel)
     draft = _Draft(_warp(points, size, rng), size, rng)
     field = _style(_KINDS[kind](draft), draft, style)

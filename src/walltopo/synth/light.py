@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from walltopo.synth.bodies import Facet
 from walltopo.synth.mesh import Surface
 from walltopo.synth.params import GymSettings
 from walltopo.synth.tracer import Tracer
@@ -52,10 +54,10 @@ class Baked:
     towards: Singles
 
 
-def hang_lamps(surface: Surface, settings: GymSettings, rng: np.random.Generator) -> Lamps:
-    """Lamps in a row or two in front of the wall's top."""
-    wall = surface.vertices[np.unique(surface.faces[_climbed(surface)])]
-    low, high = wall.min(axis=0), wall.max(axis=0)
+def hang_lamps(wall: Sequence[Facet], settings: GymSettings, rng: np.random.Generator) -> Lamps:
+    """Lamps in a row in front of the wall's top; they do not depend on what is set on it."""
+    corners = np.concatenate([facet.corners for facet in wall])
+    low, high = corners.min(axis=0), corners.max(axis=0)
     x = np.linspace(low[0], high[0], settings.lamps + 2)[1:-1]
     x = x + rng.normal(0, 0.25, settings.lamps)
     y = low[1] - rng.uniform(0.8, 2.6, settings.lamps)
@@ -64,12 +66,6 @@ def hang_lamps(surface: Surface, settings: GymSettings, rng: np.random.Generator
     warm = settings.warmth + rng.normal(0, 0.05)
     rgb = (1.0, 1.0 - 0.16 * warm, 1.0 - 0.42 * warm)
     return Lamps(np.stack([x, y, z], axis=1), (0.6, 0.25), power, rgb, 0.42)
-
-
-def _climbed(surface: Surface) -> NDArray[np.bool_]:
-    """(F,) True on volumes and holds, or everything where there are none."""
-    on = surface.face_instance > 0
-    return on if on.any() else np.ones(len(on), np.bool_)
 
 
 def _r2(count: int, shift: Floats) -> Floats:

@@ -94,7 +94,7 @@ PRESETS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
         | {"volumes": 2, "routes": 5, "chalk": 0.2, "wear": 0.2, "downclimb": 1},
         {"noise": 0.6, "exposure_spread": 0.05, "blur_px": 0.3},
     ),
-    "modern": ({}, {}),
+    "modern": ({"fins": 1}, {}),
     "oldschool-dark": (
         {"finish": "plywood", "columns": 5, "facets": 0.1, "overhang_max_deg": 40.0}
         | {"volumes": 3, "routes": 11, "colours": "faded", "chalk": 0.9, "wear": 0.95}

@@ -63,7 +63,8 @@ def walk(
     for k in range(count):
         lap, t = divmod(k * passes / count, 1.0)
         t = t if int(lap) % 2 == 0 else 1 - t
-        poses.append(_wall_photo(wall, gym, photos, (low, high), t, int(lap), passes, rng))
+        tier = k if gym.height > 6 else int(lap)
+        poses.append(_wall_photo(wall, gym, photos, (low, high), t, int(lap), tier, passes, rng))
     for k in range(at_plates):
         poses.append(_plate_photo(wall, plates[k % len(plates)], k // len(plates), gym, rng))
     return poses
@@ -76,6 +77,7 @@ def _wall_photo(
     span: tuple[float, float],
     t: float,
     lap: int,
+    tier: int,
     passes: int,
     rng: np.random.Generator,
 ) -> Floats:
@@ -90,9 +92,9 @@ def _wall_photo(
     y = 0.5 * (foot + forward) - depth
     y = min(y, forward - 1.1)  # not under the overhang
     z = float(np.clip(rng.normal(1.55, 0.12), 1.1, 2.1))
-    share = (0.52, 0.40, 0.62, 0.48, 0.72, 0.32)[lap % 6]
-    if gym.height > 6:  # lead walls are seen from the ground in tiers
-        share = (0.25, 0.5, 0.75)[lap % 3]
+    share = (0.50, 0.66, 0.38, 0.58, 0.74, 0.32)[tier % 6]
+    if gym.height > 6:  # tall walls are seen from the ground in tiers, one photo each
+        share = (0.22, 0.45, 0.72, 0.42)[tier % 4]
     aim = np.array([aim_x, 0.5 * (foot + forward), gym.height * (share + rng.normal(0, 0.03))])
     roll = np.radians(rng.normal(0, photos.roll_deg))
     return look_at(np.array([x, y, z]), aim, roll)

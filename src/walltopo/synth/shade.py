@@ -2,13 +2,66 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["distorted_rays", "noise_table", "shade"]
+__all__ = ["Bitmaps", "Finish", "Hits", "Shell", "distorted_rays", "noise_table", "shade"]
+
+Singles = NDArray[np.float32]
+Doubles = NDArray[np.float64]
+Ints = NDArray[np.int32]
 
 NOISE_SIZE = 256
+
+
+class Hits(NamedTuple):
+    """What the rays of a band met: face (-1 none), weights of its corners 1 and 2, distance."""
+
+    face: Ints
+    u: Singles
+    v: Singles
+    far: Singles
+    way: Singles
+
+
+class Shell(NamedTuple):
+    """The gym's triangles as the shader reads them; see `mesh.Surface` and `light.Baked`."""
+
+    faces: Ints
+    facet: Ints
+    instance: Ints
+    normals: Singles
+    own: Singles
+    marks: Singles
+    light: Singles
+    towards: Singles
+
+
+class Bitmaps(NamedTuple):
+    """See `atlas.Atlas`; `linear` (256,) is the linear light of sRGB bytes."""
+
+    texels: NDArray[np.uint8]
+    levels: NDArray[np.int64]
+    charts: Doubles
+    linear: Singles
+
+
+class Finish(NamedTuple):
+    """By instance id: linear colour (I, 3), shine, grain, screws (I, S, 2) m, noise shift.
+
+    `noise` is `noise_table`'s; `chalk` how thick chalk lies on all holds.
+    """
+
+    rgb: Doubles
+    gloss: Doubles
+    grain: Doubles
+    screws: Doubles
+    shifts: Doubles
+    noise: Singles
+    chalk: float
 
 
 def noise_table() -> NDArray[np.float32]:
@@ -68,109 +121,123 @@ def _solid(table, p, scale, shift):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True, nogil=True, fastmath=True)
+def _bitmap_colour(bitmaps, facet, point, footprint, albedo):  # type: ignore[no-untyped-def]
+    """Bilinear colour of a facet's bitmap at a world point, from the copy that fits."""
+    chart = bitmaps.charts[facet]
+    u = v = 0.0
+    for k in range(3):
+        d = point[k] - chart[k]
+        u += d * chart[3 + k]
+        v += d * chart[6 + k]
+    level = int(np.log2(max(1.0, footprint / chart[11] * 0.8)))
+    level = min(level, bitmaps.levels.shape[1] - 1)
+    size = chart[11] * 2.0**level
+    offset = bitmaps.levels[facet, level, 0]
+    wide, high = bitmaps.levels[facet, level, 1], bitmaps.levels[facet, level, 2]
+    x = min(max((u - chart[9]) / size - 0.5, 0.0), wide - 1.001)
+    y = min(max((v - chart[10]) / size - 0.5, 0.0), high - 1.001)
+    i, j = int(x), int(y)
+    i1, j1 = min(i + 1, wide - 1), min(j + 1, high - 1)
+    tx, ty = x - i, y - j
+    a, b = offset + j * wide + i, offset + j * wide + i1
+    c, d1 = offset + j1 * wide + i, offset + j1 * wide + i1
+    texels, linear = bitmaps.texels, bitmaps.linear
+    for k in range(3):
+        low = linear[texels[a, k]] * (1 - tx) + linear[texels[b, k]] * tx
+        top = linear[texels[c, k]] * (1 - tx) + linear[texels[d1, k]] * tx
+        albedo[k] = low * (1 - ty) + top * ty
+
+
+@numba.njit(cache=True, nogil=True, fastmath=True)
+def _hold_colour(finish, item, p, mark, albedo):  # type: ignore[no-untyped-def]
+    """Colour of a hold at a point of its own frame; returns how much chalk lies there."""
+    table, shift = finish.noise, finish.shifts[item]
+    fine = _solid(table, p, 420.0, shift)
+    grain = _solid(table, p, 170.0, shift + 11.0)
+    stain = _solid(table, p, 45.0, shift + 23.0)
+    slick, rough = mark[1], 1.0 - mark[1]
+    dark = 1.0 + rough * finish.grain[item] * (0.05 * fine + 0.06 * grain) + 0.06 * stain
+    for k in range(finish.screws.shape[1]):
+        dx, dy = p[0] - finish.screws[item, k, 0], p[1] - finish.screws[item, k, 1]
+        if dx * dx + dy * dy < 1.7e-5:
+            dark *= 0.12
+    dust = mark[0] * finish.chalk * (0.75 + 0.55 * stain + 0.35 * grain) * (1.0 - 0.6 * slick)
+    dust = min(max(dust - 0.22, 0.0), 0.75)
+    dirt = min(max(0.55 * (stain - 1.1), 0.0), 0.35) * rough
+    for k in range(3):
+        base = finish.rgb[item, k] * dark * (1.0 - dirt)
+        base = base * (1.0 - dust) + 0.80 * dust
+        albedo[k] = base * (1.0 - mark[2]) + 0.22 * mark[2]
+    return dust
+
+
+@numba.njit(cache=True, nogil=True, fastmath=True)
+def _shine(finish, item, n, light_way, view_way, mark, dust):  # type: ignore[no-untyped-def]
+    """Gloss (Blinn-Phong): a wide weak lobe everywhere, a tight one on slick parts and steel."""
+    dot = square = 0.0
+    for k in range(3):
+        h = light_way[k] - view_way[k]
+        dot += n[k] * h
+        square += h * h
+    cosine = max(dot / np.sqrt(square + 1e-12), 0.0)
+    lobe = cosine**8
+    return (0.05 * finish.gloss[item] * lobe + (0.28 * mark[1] + 0.5 * mark[2]) * lobe**4) * (
+        1.0 - dust
+    )
+
+
+@numba.njit(cache=True, nogil=True, fastmath=True, inline="always")
+def _blend(out, values, a, b, c, wa, wb, wc):  # type: ignore[no-untyped-def]
+    """Interpolate three vertices' triples."""
+    for k in range(3):
+        out[k] = wa * values[a, k] + wb * values[b, k] + wc * values[c, k]
+
+
+@numba.njit(cache=True, nogil=True, fastmath=True)
 def shade(  # type: ignore[no-untyped-def]
-    prim, bu, bv, far, directions, origin, per_pixel, pixel_angle,
-    faces, face_facet, face_instance, vertices, normals, own, marks, light, towards,
-    texels, levels, charts, linear, rgb, gloss_level, shifts, table, chalk_amount, fog,
-    image, ids,
-):  # fmt: skip
-    """Add the samples' linear colour to `image` (P, 3) and write instance ids to `ids` (S,)."""
-    weight = 1.0 / per_pixel
-    n, w, p, e = np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3)
-    way, mark, albedo = np.zeros(3), np.zeros(3), np.zeros(3)
-    for s in range(len(prim)):
-        face = prim[s]
+    hits, origin, per_pixel, pixel_angle, fog, shell, bitmaps, finish, image, ids
+):
+    """Add the samples' linear colour to `image` (P, 3) and write instance ids to `ids` (S,).
+
+    `origin` (3,) is the camera's centre, `pixel_angle` the angle of a pixel in radians, `fog`
+    the share of light lost per metre; `per_pixel` samples follow each other per pixel.
+    """
+    n, p, e, way = np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3)
+    mark, albedo, point = np.zeros(3), np.zeros(3), np.zeros(3)
+    for s in range(len(hits.face)):
+        face = hits.face[s]
         if face < 0:
             ids[s] = 0
             continue
-        a, b, c = faces[face, 0], faces[face, 1], faces[face, 2]
-        w[1], w[2] = bu[s], bv[s]
-        w[0] = 1.0 - w[1] - w[2]
-        ids[s] = face_instance[face]
-        facet = face_facet[face]
-        for k in range(3):
-            e[k] = w[0] * light[a, k] + w[1] * light[b, k] + w[2] * light[c, k]
+        a, b, c = shell.faces[face, 0], shell.faces[face, 1], shell.faces[face, 2]
+        wb, wc = hits.u[s], hits.v[s]
+        wa = 1.0 - wb - wc
+        item = shell.instance[face]
+        ids[s] = item
+        _blend(e, shell.light, a, b, c, wa, wb, wc)
         shine = 0.0
-        if facet >= 0:
-            px = origin[0] + directions[s, 0] * far[s] - charts[facet, 0]
-            py = origin[1] + directions[s, 1] * far[s] - charts[facet, 1]
-            pz = origin[2] + directions[s, 2] * far[s] - charts[facet, 2]
-            u = px * charts[facet, 3] + py * charts[facet, 4] + pz * charts[facet, 5]
-            v = px * charts[facet, 6] + py * charts[facet, 7] + pz * charts[facet, 8]
-            texel = charts[facet, 11]
-            level = int(np.log2(max(1.0, far[s] * pixel_angle / texel * 0.8)))
-            level = min(level, levels.shape[1] - 1)
-            size = texel * 2.0**level
-            x = (u - charts[facet, 9]) / size - 0.5
-            y = (v - charts[facet, 10]) / size - 0.5
-            offset, wide, high = (
-                levels[facet, level, 0],
-                levels[facet, level, 1],
-                levels[facet, level, 2],
-            )
-            x = min(max(x, 0.0), wide - 1.001)
-            y = min(max(y, 0.0), high - 1.001)
-            i, j = int(x), int(y)
-            i1, j1 = min(i + 1, wide - 1), min(j + 1, high - 1)
-            tx, ty = x - i, y - j
+        if shell.facet[face] >= 0:
             for k in range(3):
-                low = (
-                    linear[texels[offset + j * wide + i, k]] * (1 - tx)
-                    + linear[texels[offset + j * wide + i1, k]] * tx
-                )
-                top = (
-                    linear[texels[offset + j1 * wide + i, k]] * (1 - tx)
-                    + linear[texels[offset + j1 * wide + i1, k]] * tx
-                )
-                albedo[k] = low * (1 - ty) + top * ty
+                point[k] = origin[k] + hits.way[s, k] * hits.far[s]
+            _bitmap_colour(bitmaps, shell.facet[face], point, hits.far[s] * pixel_angle, albedo)
         else:
-            inst = face_instance[face]
-            length = 0.0
-            for k in range(3):
-                n[k] = w[0] * normals[a, k] + w[1] * normals[b, k] + w[2] * normals[c, k]
-                p[k] = w[0] * own[a, k] + w[1] * own[b, k] + w[2] * own[c, k]
-                way[k] = w[0] * towards[a, k] + w[1] * towards[b, k] + w[2] * towards[c, k]
-                mark[k] = w[0] * marks[a, k] + w[1] * marks[b, k] + w[2] * marks[c, k]
-                length += n[k] * n[k]
-            length = 1.0 / np.sqrt(length + 1e-12)
+            _blend(p, shell.own, a, b, c, wa, wb, wc)
+            _blend(mark, shell.marks, a, b, c, wa, wb, wc)
+            _blend(way, shell.towards, a, b, c, wa, wb, wc)
+            _blend(n, shell.normals, a, b, c, wa, wb, wc)
+            length = 1.0 / np.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2] + 1e-12)
             for k in range(3):
                 n[k] *= length
-            shift = shifts[inst]
-            fine = _solid(table, p, 420.0, shift)
-            grain = _solid(table, p, 170.0, shift + 11.0)
-            stain = _solid(table, p, 45.0, shift + 23.0)
-            slick = mark[1]
-            rough = 1.0 - slick
-            dark = 1.0 + rough * (0.05 * fine + 0.06 * grain) + 0.06 * stain
-            dust = (
-                mark[0] * chalk_amount * (0.75 + 0.55 * stain + 0.35 * grain) * (1.0 - 0.6 * slick)
-            )
-            dust = min(max(dust - 0.22, 0.0), 0.75)
-            dirt = min(max(0.55 * (stain - 1.1), 0.0), 0.35) * rough
-            for k in range(3):
-                base = rgb[inst, k] * dark * (1.0 - dirt)
-                base = base * (1.0 - dust) + 0.80 * dust
-                albedo[k] = base * (1.0 - mark[2]) + 0.22 * mark[2]
+            dust = _hold_colour(finish, item, p, mark, albedo)
+            shine = _shine(finish, item, n, way, hits.way[s], mark, dust)
             # The grain tilts the surface a little, more so where light comes from one side.
-            g0 = _solid(table, p, 170.0, shift + 41.0)
-            g1 = _solid(table, p, 170.0, shift + 67.0)
-            tilt = 0.16 * rough * (g0 * way[0] + g1 * way[2])
-            vx, vy, vz = (
-                way[0] - directions[s, 0],
-                way[1] - directions[s, 1],
-                way[2] - directions[s, 2],
-            )
-            half = 1.0 / np.sqrt(vx * vx + vy * vy + vz * vz + 1e-12)
-            cosine = (n[0] * vx + n[1] * vy + n[2] * vz) * half
-            cosine = max(cosine, 0.0)
-            power = cosine**8
-            gloss = gloss_level[inst]
-            shine = (0.05 * gloss * power + (0.28 * slick + 0.5 * mark[2]) * power**4) * (
-                1.0 - dust
-            )
+            g0 = _solid(finish.noise, p, 170.0, finish.shifts[item] + 41.0)
+            g1 = _solid(finish.noise, p, 170.0, finish.shifts[item] + 67.0)
+            rough = 0.16 * finish.grain[item] * (1.0 - mark[1])
+            bump = max(0.3, 1.0 + rough * (g0 * way[0] + g1 * way[2]))
             for k in range(3):
-                e[k] *= max(0.3, 1.0 + tilt)
-        haze = fog * far[s]
+                e[k] *= bump
+        haze = fog * hits.far[s]
         for k in range(3):
             value = e[k] * (albedo[k] + shine)
-            image[s // per_pixel, k] += weight * (value * (1.0 - haze) + 0.10 * haze)
+            image[s // per_pixel, k] += (value * (1.0 - haze) + 0.10 * haze) / per_pixel

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from walltopo.synth.bodies import Facet
 
-__all__ = ["Sockets", "facet_tnuts", "sockets_of"]
+__all__ = ["Sockets", "behind_fins", "facet_tnuts", "sockets_of"]
 
 Floats = NDArray[np.float64]
 # Distance of T-nuts, metres: (along u, along v); every second row is shifted by half.
-SPACING = {"wall": (0.19, 0.165), "volume": (0.13, 0.12)}
+SPACING = {"wall": (0.19, 0.165), "fin": (0.19, 0.165), "volume": (0.13, 0.12)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,15 +61,32 @@ def _margins(polygon: Floats, points: Floats) -> Floats:
     return np.asarray((cross / np.linalg.norm(edges, axis=1)).min(axis=1))
 
 
+def behind_fins(fins: Sequence[Facet], points: Floats, gap: float) -> NDArray[np.bool_]:
+    """(N,) True where a fin (a pair of facets that meet in an arete) covers the point or
+    is nearer than `gap` metres."""
+    hidden = np.zeros(len(points), np.bool_)
+    for left, right in zip(fins[::2], fins[1::2], strict=True):
+        inside = points[:, 2] < left.corners[2, 2] + gap
+        for facet in (left, right):
+            inside &= (points - facet.corners[0]) @ facet.frame[2] < gap
+        hidden |= inside
+    return hidden
+
+
 def sockets_of(facets: Sequence[Facet]) -> Sockets:
-    """All T-nuts that are outside every volume's footprint but its own."""
+    """All T-nuts of walls, fins and volumes, without those that a fin hides."""
+    fins = [facet for facet in facets if facet.kind == "fin"]
     points, normals, index, margins = [], [], [], []
     for number, facet in enumerate(facets):
         uv = facet_tnuts(facet)
         if len(uv) == 0:
             continue
         u, v, n = facet.frame
-        points.append(facet.corners[0] + uv[:, :1] * u + uv[:, 1:] * v)
+        world = facet.corners[0] + uv[:, :1] * u + uv[:, 1:] * v
+        if facet.kind != "fin":
+            free = ~behind_fins(fins, world, 0.06)
+            uv, world = uv[free], world[free]
+        points.append(world)
         normals.append(np.tile(n, (len(uv), 1)))
         index.append(np.full(len(uv), number, np.int32))
         margins.append(_margins(facet.chart(facet.corners), uv))

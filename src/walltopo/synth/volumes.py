@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from walltopo.synth.bodies import Facet, GymInstance
 from walltopo.synth.params import GymSettings
+from walltopo.synth.tnuts import behind_fins
 
 __all__ = ["place_volumes", "volume_footprint"]
 
@@ -70,6 +71,7 @@ def place_volumes(
     """Facets and records of the volumes; ids from 1."""
     facets: list[Facet] = []
     records: list[GymInstance] = []
+    fins = [facet for facet in wall if facet.kind == "fin"]
     areas = np.array([np.linalg.norm(np.cross(*(f.corners[1:3] - f.corners[0]))) for f in wall])
     taken: list[tuple[Floats, float]] = []
     paint = _PAINTS[settings.colours]
@@ -82,7 +84,8 @@ def place_volumes(
         centre = weights @ host.corners
         radius = float(np.linalg.norm(outline, axis=1).max())
         low, high = 0.75, settings.height - 0.5
-        apart = all(np.linalg.norm(centre - c) > radius + r + 0.12 for c, r in taken)
+        hidden = host.kind != "fin" and behind_fins(fins, centre[None], 0.8 * radius)[0]
+        apart = not hidden and all(np.linalg.norm(centre - c) > radius + r + 0.12 for c, r in taken)
         if host.inside(centre) < 0.75 * radius or not low < centre[2] < high or not apart:
             continue
         taken.append((centre, radius))

@@ -85,22 +85,23 @@ def build_wall(settings: GymSettings, rng: np.random.Generator) -> list[Facet]:
 
 
 def _fins(corners: Floats, settings: GymSettings, rng: np.random.Generator) -> list[Facet]:
-    """Triangular fins that stand out of a column: two facets meeting in an arete."""
-    facets = []
-    columns = corners.shape[1]
-    for number in range(min(settings.fins, columns - 2)):
-        column = 1 + (number * max(1, (columns - 2) // settings.fins)) % (columns - 2)
-        foot, top = corners[0, column], corners[-1, column]
-        side = rng.uniform(0.35, 0.6)
-        left = foot + (corners[0, column - 1] - foot) * 0.25
-        right = foot + (corners[0, column + 1] - foot) * 0.25
+    """Fins: pyramids on the floor that lean on an inner column, two facets and an arete each."""
+    facets: list[Facet] = []
+    inner = np.arange(1, corners.shape[1] - 1)
+    for column in rng.permutation(inner)[: settings.fins]:
+        foot, height = corners[0, column], rng.uniform(0.55, 0.85) * settings.height
+        path = corners[:, column]
+        apex = np.array([np.interp(height, path[:, 2], path[:, k]) for k in range(3)])
+        left = foot + (corners[0, column - 1] - foot) * rng.uniform(0.25, 0.4)
+        right = foot + (corners[0, column + 1] - foot) * rng.uniform(0.25, 0.4)
         out = np.cross([0.0, 0.0, 1.0], left - right)
         out /= np.linalg.norm(out)
-        ridge = foot + out * side + np.array([0.0, 0.0, 0.9 * top[2]]) * 0.0
-        apex = foot * 0.35 + top * 0.65 + out * 0.02
+        apex = apex + out * 0.05
+        ridge = foot + out * rng.uniform(0.3, 0.55) + out * max(0.0, (apex - foot) @ out)
+        ridge = ridge * [1, 1, 0]
         style = int(rng.integers(1 << 16))
-        facets.append(Facet(np.array([left, ridge, apex]), "wall", style=style))
-        facets.append(Facet(np.array([ridge, right, apex]), "wall", style=style + 1))
+        facets.append(Facet(np.array([left, ridge, apex]), "fin", style=style))
+        facets.append(Facet(np.array([ridge, right, apex]), "fin", style=style + 1))
     return facets
 
 
