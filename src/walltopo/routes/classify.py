@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from walltopo.routes.colour import Coloured, assign_colours, find_palette, paint
 from walltopo.routes.cutouts import best_views, write_cutouts
 from walltopo.routes.edits import apply_hold_edits
 from walltopo.routes.geometry import Shape, measure_shapes
+from walltopo.routes.hold_type import measures, shipped_model
 from walltopo.routes.light import SceneLight, solve_light
 from walltopo.routes.palette import Entry, read_palette
 from walltopo.routes.params import ClassifySettings
@@ -22,9 +24,10 @@ from walltopo.routes.samples import HoldView, load_photo, look, wall_patches
 from walltopo.routes.units import unit_of
 from walltopo.workspace import ScanFolder, read_json, write_json
 
-__all__ = ["gather", "run"]
+__all__ = ["gather", "run", "with_types"]
 
 Floats = NDArray[np.float64]
+UNKNOWN = "unknown"
 PATCHES = 60  # wall patches along the longest side of the wall
 
 
@@ -115,7 +118,7 @@ def describe(
     holds: list[Hold] = []
     for number in sorted(shapes):
         shape, kind = shapes[number], kinds[number]
-        colour = colours.get(number, Coloured("unknown", (128, 128, 128), 0.0))
+        colour = colours.get(number, Coloured(UNKNOWN, (128, 128, 128), 0.0))
         best = best_views(seen.get(number, ()), len(photos))
         volume = kind == "volume"
         x, y, z = (float(v) for v in shape.position)
@@ -126,7 +129,7 @@ def describe(
                 kind=kind,
                 position=(x, y, z),
                 normal=(nx, ny, nz),
-                type="volume" if volume else "unknown",
+                type="volume" if volume else UNKNOWN,
                 type_confidence=1.0 if volume else 0.0,
                 colour=colour.name,
                 colour_rgb=colour.rgb,
@@ -140,6 +143,21 @@ def describe(
             )
         )
     return holds
+
+
+def with_types(holds: Sequence[Hold], shapes: Mapping[int, Shape], unit: float) -> list[Hold]:
+    """Name the type of each hold by its shape; volumes keep theirs.
+
+    The type stays "unknown" where the model is not sure (`hold_type.TypeModel`).
+    """
+    model = shipped_model()
+    typed = []
+    for hold in holds:
+        if hold.kind == "hold":
+            name, sure = model.name(measures(shapes[hold.id], unit))
+            hold = replace(hold, type=name, type_confidence=0.0 if name == UNKNOWN else sure)
+        typed.append(hold)
+    return typed
 
 
 def _painted(
@@ -163,7 +181,8 @@ def run(scan: ScanFolder, settings: ClassifySettings, progress: Progress) -> dic
 
     Returns
     -------
-    Metrics: holds, volumes, colours, holds to review, holds that no photo shows, cutouts.
+    Metrics: holds, volumes, colours, holds with a type, holds to review, holds that no photo
+    shows, cutouts.
     """
     from walltopo.formats.colmap import read_views
     from walltopo.formats.edits import read_hold_edits
@@ -190,6 +209,7 @@ def run(scan: ScanFolder, settings: ClassifySettings, progress: Progress) -> dic
     holds = describe(kinds, shapes, colours, seen, names, entries, settings)
     metric = bool(read_json(scan.scale)["metric"]) if scan.scale.is_file() else True
     unit = unit_of(holds, metric, settings.typical_hold)
+    holds = with_types(holds, shapes, unit)
     holds, lost = apply_hold_edits(holds, edits["holds"], unit)
     for line in lost:
         progress.note(f"{scan.hold_edits.name}: {line}")
@@ -211,6 +231,7 @@ def run(scan: ScanFolder, settings: ClassifySettings, progress: Progress) -> dic
         "holds": sum(hold.kind == "hold" for hold in holds),
         "volumes": sum(hold.kind == "volume" for hold in holds),
         "colours": len(entries),
+        "typed": sum(hold.kind == "hold" and hold.type != UNKNOWN for hold in holds),
         "review": sum(hold.review for hold in holds),
         "unseen": len(unseen),
         "cutouts": sum(len(rows) for rows in kept.values()),

@@ -31,7 +31,11 @@ class Shape:
     size_m : longest extent in the plane of the wall (robust: 1st to 99th percentile).
     width_m : extent across that, in the plane of the wall.
     protrusion_m : how far it stands out of the wall it sits on (99th percentile).
-    incut : share of its surface that faces back to the wall or steeply up out of it, 0 to 1.
+    incut : share of its surface that faces back to the wall, 0 to 1.
+    upright : cos of twice the angle between its long side and straight up: 1 upright, -1 level.
+    hollow : mean height of its middle over the height of its highest part: low for pockets.
+    ledge : mean height of its upper half less that of its lower half, over its highest part.
+    faces_up : share of its surface that faces up along the wall by more than 30 degrees.
     area_m2 : area of its triangles.
     steepness_deg : angle of the wall under it: 0 vertical, > 0 overhanging, < 0 slab.
     """
@@ -42,6 +46,10 @@ class Shape:
     width_m: float
     protrusion_m: float
     incut: float
+    upright: float
+    hollow: float
+    ledge: float
+    faces_up: float
     area_m2: float
     steepness_deg: float
 
@@ -59,13 +67,29 @@ def _plane_axes(normal: Floats) -> Floats:
     return np.stack([right, np.cross(normal, right)])
 
 
-def _longest(flat: Floats) -> tuple[float, float]:
-    """Longest extent over directions 7.5 degrees apart, and the extent across it."""
+def _longest(flat: Floats) -> tuple[float, float, float]:
+    """Longest extent over directions 7.5 degrees apart, the extent across it, `Shape.upright`."""
     angles = np.arange(24) * np.pi / 24
     directions = np.stack([np.cos(angles), np.sin(angles)])
     extents = np.array([_spread(column) for column in (flat @ directions).T])
     best = int(extents.argmax())
-    return float(extents[best]), float(extents[(best + 12) % 24])
+    upright = -float(np.cos(2 * angles[best]))
+    return float(extents[best]), float(extents[(best + 12) % 24]), upright
+
+
+def _relief(flat: Floats, heights: Floats, weights: Floats) -> tuple[float, float]:
+    """`Shape.hollow` and `Shape.ledge` of triangles at (n, 2) places in the wall's plane."""
+    heights = heights - np.percentile(heights, 2)
+    top = max(float(np.percentile(heights, 97)), 1e-9)
+    middle = (flat.min(axis=0) + flat.max(axis=0)) / 2
+    reach = np.maximum(np.ptp(flat, axis=0) / 2, 1e-9)
+    relative = (flat - middle) / reach
+
+    def mean(rows: NDArray[np.bool_]) -> float:
+        return float(np.average(heights[rows], weights=weights[rows])) if rows.any() else 0.0
+
+    inner = np.linalg.norm(relative, axis=1) < 0.4
+    return mean(inner) / top, (mean(relative[:, 1] > 0) - mean(relative[:, 1] <= 0)) / top
 
 
 def _rim_normal(mesh: Mesh, rows: Ints) -> Floats | None:
@@ -130,7 +154,10 @@ def _shape(mesh: Mesh, rows: Ints, wall: _Wall | None) -> Shape:
     if wall is not None:
         reach = float(np.linalg.norm(corners, axis=1).max())
         normal = wall.normal_around(position, normal, RING * reach)
-    size, width = _longest(corners @ _plane_axes(normal).T)
+    axes = _plane_axes(normal)
+    size, width, upright = _longest(corners @ axes.T)
+    local = centroids - position
+    hollow, ledge = _relief(local @ axes.T, local @ normal, np.maximum(weights, 1e-12))
     facing = normals @ normal
     return Shape(
         position=position,
@@ -139,6 +166,10 @@ def _shape(mesh: Mesh, rows: Ints, wall: _Wall | None) -> Shape:
         width_m=width,
         protrusion_m=_spread(corners @ normal),
         incut=float(weights[facing < -0.1].sum()),
+        upright=upright,
+        hollow=hollow,
+        ledge=ledge,
+        faces_up=float(weights[normals @ axes[1] > 0.5].sum()),
         area_m2=total,
         steepness_deg=float(np.degrees(np.arcsin(np.clip(-normal[2], -1, 1)))),
     )
