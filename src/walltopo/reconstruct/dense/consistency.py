@@ -72,10 +72,12 @@ def confirmed(
     maps: Sequence[tuple[Depth, Depth, View]],
     partners: Sequence[int],
     sigma: float,
+    least: int,
 ) -> Depth:
-    """A depth map without the pixels that no other map confirms.
+    """A depth map without the pixels that the other maps do not confirm.
 
-    A pixel stays when more other maps hold the same surface there than see through it.
+    A pixel has one vote for each other map that holds the same surface there, less one for each
+    that sees through it.
 
     Parameters
     ----------
@@ -83,6 +85,7 @@ def confirmed(
     maps : (depth, weight, pinhole view) of each photo; depth 0 = unknown.
     partners : the maps to ask.
     sigma : standard deviation of a depth of weight 1, world units.
+    least : votes a pixel needs.
 
     Returns
     -------
@@ -107,4 +110,4 @@ def confirmed(
             sigma,
             votes,
         )
-    return np.where(votes > 0, depth, 0.0).astype(np.float32)
+    return np.where(votes >= least, depth, 0.0).astype(np.float32)

@@ -13,10 +13,14 @@ Floats = NDArray[np.float64]
 
 # Pairs that share fewer points than this say too little about their overlap.
 _MIN_SHARED = 12
-# A baseline closer than this to the viewing direction cannot be rectified usefully.
-_MAX_FORWARD = np.cos(np.deg2rad(25.0))
+# Points that lie closer than this to the direction of the baseline cannot be rectified usefully.
+_MIN_ASIDE = np.deg2rad(18.0)
 # Width (natural logarithm) of the preference for the best angle.
 _ANGLE_SPREAD = 0.55
+
+
+def _unit(vectors: Floats) -> Floats:
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
 
 
 def _pair_score(scene: Scene, i: int, j: int, shared: NDArray[np.int64], best: float) -> float:
@@ -26,16 +30,13 @@ def _pair_score(scene: Scene, i: int, j: int, shared: NDArray[np.int64], best: f
     length = float(np.linalg.norm(baseline))
     if length == 0 or float(a.direction @ b.direction) < 0.5:
         return 0.0
-    forward = max(abs(float(a.direction @ baseline)), abs(float(b.direction @ baseline)))
-    if forward / length > _MAX_FORWARD:
-        return 0.0
-    rays_a = scene.points[shared] - a.centre
-    rays_b = scene.points[shared] - b.centre
-    cosine = (rays_a * rays_b).sum(axis=1)
-    cosine /= np.linalg.norm(rays_a, axis=1) * np.linalg.norm(rays_b, axis=1)
-    angle = np.arccos(np.clip(cosine, -1.0, 1.0))
+    rays_a = _unit(scene.points[shared] - a.centre)
+    rays_b = _unit(scene.points[shared] - b.centre)
+    forward = np.maximum(np.abs(rays_a @ baseline), np.abs(rays_b @ baseline)) / length
+    aside = forward < np.cos(_MIN_ASIDE)
+    angle = np.arccos(np.clip((rays_a * rays_b).sum(axis=1), -1.0, 1.0))
     offset = np.log(np.maximum(angle, 1e-4) / best) / _ANGLE_SPREAD
-    return float(np.exp(-0.5 * offset**2).sum())
+    return float(np.exp(-0.5 * offset[aside] ** 2).sum())
 
 
 def choose_neighbours(scene: Scene, count: int, best_angle_deg: float) -> list[list[int]]:

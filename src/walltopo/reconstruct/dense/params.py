@@ -34,6 +34,11 @@ class DenseSettings:
         9.0, "triangulation angle that stereo partners should have", unit="deg", low=1, high=40
     )
     agree: int = setting(2, "stereo pairs that must agree on a depth (fewer if fewer exist)", low=1)
+    confirm: str = setting(
+        "auto",
+        "whether another photo's depth must confirm each depth; auto: in scans of over 12 photos",
+        choices=("auto", "always", "never"),
+    )
     min_part: float = setting(
         0.3, "loose parts smaller than this many metres (or 3 % of the scene) are crumbs", low=0
     )

@@ -22,6 +22,10 @@ _MAX_CANVAS = 1.6
 _MIN_ZOOM = 0.4
 # Fewer common points do not tell which disparities to search.
 _MIN_POINTS = 12
+# Points nearer to the baseline's direction than this (cosine) are left out.
+_MAX_FORWARD = 0.96
+# Points farther from the rectified axis than this (cosine) would stretch the canvas too much.
+_MIN_AHEAD = 0.45
 # A surface seen so obliquely by one photo that its columns shrink below this share.
 _MIN_STRETCH = 0.25
 # Disparities searched beyond those of the sparse points: pixels, and share of their range.
@@ -64,11 +68,18 @@ def opencv_matrix(camera: Camera) -> Floats:
     return matrix
 
 
-def _frame(view: View, partner: View) -> Floats | None:
-    """(3, 3) world to rectified frame: x along the baseline, z between both directions."""
+def _frame(view: View, partner: View, points: Floats) -> Floats | None:
+    """(3, 3) world to rectified frame: x along the baseline, z towards the common points."""
     x = partner.centre - view.centre
     x = x / np.linalg.norm(x)
-    z = view.direction + partner.direction
+    there = partner.project(points)
+    inside = (there >= 0) & (there <= [partner.camera.width, partner.camera.height])
+    rays = points[inside.all(axis=1)] - view.centre
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    rays = rays[np.abs(rays @ x) < _MAX_FORWARD]
+    if len(rays) < _MIN_POINTS:
+        return None
+    z = rays.mean(axis=0)
     z = z - x * (x @ z)
     length = float(np.linalg.norm(z))
     if length < 1e-6:
@@ -105,7 +116,7 @@ def rectify(view: View, partner: View, points: Floats, zoom: float = 1.0) -> Rec
     -------
     Rectified, or None for a pair whose geometry is of no use to stereo.
     """
-    frame = _frame(view, partner)
+    frame = _frame(view, partner, points)
     if frame is None:
         return None
     turn_left = frame @ view.cam_from_world[:, :3].T
@@ -160,7 +171,7 @@ def _disparities(
     there = partner.project(points)
     inside = (there >= 0) & (there <= [partner.camera.width, partner.camera.height])
     turned = (points[inside.all(axis=1)] - view.centre) @ frame.T
-    turned = turned[turned[:, 2] > 0]
+    turned = turned[turned[:, 2] > _MIN_AHEAD * np.linalg.norm(turned, axis=1)]
     if len(turned) < _MIN_POINTS:
         return None
     z = turned[:, 2]

@@ -27,6 +27,12 @@ Depth = NDArray[np.float32]
 _VOXELS_PER_EDGE = 1.0
 _SHORTEST_EDGE = 0.5
 _TRUNCATION_VOXELS = 4.0
+# Up to as many photos, `confirm = "auto"` keeps depths that no other photo says anything about,
+# and every photo gets this many partners.
+_FEW_PHOTOS = 12
+_FEW_PARTNERS = 6
+# Summed inverse variances, in 1 / edge squared, that a spot needs to become surface.
+_LEAST_WEIGHT = 0.5
 # Depths whose standard deviation exceeds this many edges are too rough to use.
 _MAX_SIGMA_EDGES = 2.5
 
@@ -104,6 +110,7 @@ def _consistent(
     scene: Scene,
     partners: list[list[int]],
     edge: float,
+    least: int,
     progress: Progress,
 ) -> list[tuple[Depth, Depth, View]]:
     """The depth maps without what the maps of their partners do not confirm."""
@@ -118,7 +125,7 @@ def _consistent(
     result: list[tuple[Depth, Depth, View]] = []
     for k, (_, weight, view) in enumerate(maps):
         others = sorted(number[n] for n in asks[view.name] if n in number)
-        result.append((confirmed(k, maps, others, edge), weight, view))
+        result.append((confirmed(k, maps, others, edge, least), weight, view))
         progress.advance()
     return result
 
@@ -139,9 +146,14 @@ def sgm_mesh(
     edge : edge length wanted, world units.
     unit : world units that `settings` calls a metre (see `stage.edge_and_unit`).
     """
-    partners = choose_neighbours(scene, settings.neighbours, settings.best_angle_deg)
+    few = len(scene.views) <= _FEW_PHOTOS
+    count = max(settings.neighbours, _FEW_PARTNERS if few else 0)
+    partners = choose_neighbours(scene, count, settings.best_angle_deg)
     maps = list(depth_maps(scene, load, partners, settings, edge, progress))
-    maps = _consistent(maps, scene, partners, edge, progress)
+    # Among few photos a depth that nothing contradicts is better than a hole.
+    strict = settings.confirm == "always" or (settings.confirm == "auto" and not few)
+    if settings.confirm != "never":
+        maps = _consistent(maps, scene, partners, edge, int(strict), progress)
     low, high = surroundings(scene)
     voxel = edge / _VOXELS_PER_EDGE
     progress.step("fusing depth maps", len(maps))
@@ -153,7 +165,7 @@ def sgm_mesh(
         fuse(volume, depth, weight, view)
         progress.advance()
     progress.step("meshing")
-    mesh = split_fans(extract(volume, 1.0))
+    mesh = split_fans(extract(volume, _LEAST_WEIGHT))
     del volume
     return finish(mesh, settings, edge, unit)
 

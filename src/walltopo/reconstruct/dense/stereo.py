@@ -23,7 +23,7 @@ _RIM = 4
 _UNIQUENESS = 6
 _SPECKLE_AREA = 200
 # One standard deviation of a disparity, pixels, where stereo works at all.
-_DISPARITY_SIGMA = 0.35
+_DISPARITY_SIGMA = 0.5
 
 
 def undistort(image: Image, view: View, size: tuple[int, int] | None = None) -> tuple[Image, View]:
