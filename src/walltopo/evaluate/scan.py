@@ -28,7 +28,7 @@ from walltopo.formats.colmap import read_views
 from walltopo.formats.ply import read_mesh
 from walltopo.workspace import ScanFolder, read_json
 
-__all__ = ["ScanEvaluation", "evaluate_scan", "read_labelled"]
+__all__ = ["ScanEvaluation", "evaluate_scan", "is_metric", "read_labelled", "scan_views"]
 
 CLASSES = 3  # none, hold, volume
 
@@ -62,7 +62,7 @@ def read_labelled(npz: Path, records: Path) -> Labelled:
     )
 
 
-def _scan_views(scan: ScanFolder, truth: Truth) -> dict[str, View]:
+def scan_views(scan: ScanFolder, truth: Truth) -> dict[str, View]:
     """The scan's views by the truth's photo names.
 
     Ingest may rename photos (another suffix, a clean name); `photos.json` knows their source.
@@ -109,7 +109,7 @@ def evaluate_scan(
     transform: Similarity | None = None
     if truth.views:
         listener.step("cameras")
-        views = _scan_views(scan, truth)
+        views = scan_views(scan, truth)
         figures["poses"] = pose_metrics(views, truth.views, similarity)
         transform = align_views(views, truth.views, similarity)
     if not scan.mesh.is_file():

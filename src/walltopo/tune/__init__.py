@@ -1,0 +1,1 @@
+"""Choosing settings by their figures on labelled scans; see `docs/evaluate.md`."""
