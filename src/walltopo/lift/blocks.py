@@ -17,6 +17,8 @@ Floats = NDArray[np.float64]
 
 FACES_PER_BLOCK = 128
 MOST_CELLS = 1 << 22
+# Parts of the work, each with a table of all vertices: enough for the cores, not too many.
+CHUNKS = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,11 +27,12 @@ class Blocks:
 
     Parameters
     ----------
-    vertices : (V, 3) float64, world frame, as in the mesh.
-    faces : (F, 3) int32, vertex indices in block order.
+    vertices : (V, 3) float64, world frame, in block order; those that several blocks use are
+        repeated, so that each block's lie together.
+    faces : (F, 3) int32, indices into `vertices`, in block order.
     original : (F,) int32, the mesh's face index of each.
     centroids : (F, 3) float64; areas, longest (edge) : (F,) float64; all in block order.
-    starts : (B + 1,) int64, where each block begins.
+    starts, vertex_starts : (B + 1,) int64, where each block's faces and vertices begin.
     spheres : (B, 4) float64, centre and radius of a ball around each block.
     """
 
@@ -40,6 +43,7 @@ class Blocks:
     areas: Floats
     longest: Floats
     starts: NDArray[np.int64]
+    vertex_starts: NDArray[np.int64]
     spheres: Floats
 
 
@@ -58,8 +62,12 @@ def blocks_of(mesh: Mesh) -> Blocks:
     cells = _cells(centroids, areas, low, side, shape)
     order, starts = _counting_sort(cells, int(np.prod(shape)))
     faces, centroids, areas, longest = _permute(order, mesh.faces, centroids, areas, longest)
-    spheres = _spheres(mesh.vertices, faces, starts)
-    return Blocks(mesh.vertices, faces, order, centroids, areas, longest, starts, spheres)
+    counts = _count_vertices(faces, starts, len(mesh.vertices))
+    vertex_starts = np.zeros(len(starts), dtype=np.int64)
+    np.cumsum(counts, out=vertex_starts[1:])
+    vertices = _gather_vertices(mesh.vertices, faces, starts, vertex_starts)
+    spheres = _spheres(vertices, vertex_starts)
+    return Blocks(vertices, faces, order, centroids, areas, longest, starts, vertex_starts, spheres)
 
 
 @njit(parallel=True, cache=True)
@@ -137,19 +145,53 @@ def _permute(order: Any, faces: Any, centroids: Any, areas: Any, longest: Any) -
 
 
 @njit(parallel=True, cache=True)
-def _spheres(vertices: Any, faces: Any, starts: Any) -> Any:
+def _count_vertices(faces: Any, starts: Any, total: Any) -> Any:
+    """(B,) number of different vertices of each block."""
+    blocks = len(starts) - 1
+    counts = np.zeros(blocks, dtype=np.int64)
+    for chunk in prange(CHUNKS):
+        met = np.full(total, -1, dtype=np.int32)
+        for b in range(chunk * blocks // CHUNKS, (chunk + 1) * blocks // CHUNKS):
+            for f in range(starts[b], starts[b + 1]):
+                for corner in range(3):
+                    if met[faces[f, corner]] != b:
+                        met[faces[f, corner]] = b
+                        counts[b] += 1
+    return counts
+
+
+@njit(parallel=True, cache=True)
+def _gather_vertices(vertices: Any, faces: Any, starts: Any, vertex_starts: Any) -> Any:
+    """Vertices block by block; `faces` is changed to point at them."""
+    blocks = len(starts) - 1
+    gathered = np.zeros((vertex_starts[blocks], 3))
+    for chunk in prange(CHUNKS):
+        place = np.full(len(vertices), -1, dtype=np.int32)
+        for b in range(chunk * blocks // CHUNKS, (chunk + 1) * blocks // CHUNKS):
+            begin, end = vertex_starts[b], vertex_starts[b]
+            for f in range(starts[b], starts[b + 1]):
+                for corner in range(3):
+                    vertex = faces[f, corner]
+                    # Blocks are filled in order: a place before this block's is an older one's.
+                    if place[vertex] < begin:
+                        place[vertex] = end
+                        for axis in range(3):
+                            gathered[end, axis] = vertices[vertex, axis]
+                        end += 1
+                    faces[f, corner] = place[vertex]
+    return gathered
+
+
+@njit(parallel=True, cache=True)
+def _spheres(vertices: Any, starts: Any) -> Any:
     spheres = np.zeros((len(starts) - 1, 4))
     for b in prange(len(starts) - 1):
-        low, high = np.full(3, np.inf), np.full(3, -np.inf)
-        for f in range(starts[b], starts[b + 1]):
-            for corner in range(3):
-                for axis in range(3):
-                    value = vertices[faces[f, corner], axis]
-                    low[axis] = min(low[axis], value)
-                    high[axis] = max(high[axis], value)
         square = 0.0
         for axis in range(3):
-            spheres[b, axis] = (low[axis] + high[axis]) / 2
-            square += (high[axis] - low[axis]) ** 2
+            low, high = np.inf, -np.inf
+            for k in range(starts[b], starts[b + 1]):
+                low, high = min(low, vertices[k, axis]), max(high, vertices[k, axis])
+            spheres[b, axis] = (low + high) / 2
+            square += (high - low) ** 2
         spheres[b, 3] = np.sqrt(square) / 2
     return spheres

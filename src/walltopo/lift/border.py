@@ -6,38 +6,32 @@ from typing import Any
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-__all__ = ["STEPS", "soften"]
+__all__ = ["STEPS", "reach_of", "stamp_borders"]
 
 # Distances are stored in these parts of a pixel.
 STEPS = 16
 
 
-def soften(labels: NDArray[np.int32], band: float) -> tuple[NDArray[np.int32], NDArray[np.uint8]]:
-    """Distances to mask borders, near the borders.
+def reach_of(band: float) -> int:
+    """How many pixels away a border pixel can matter."""
+    return int(np.ceil(band + 0.5)) if band > 0 else 0
+
+
+@njit(nogil=True, cache=True)
+def stamp_borders(labels: Any, boxes: Any, reach: Any, code: Any, distance: Any) -> None:
+    """Let every border pixel of the masks tell its surroundings how far away they are.
 
     Parameters
     ----------
     labels : (h, w) int32, mask index, -1 = none.
-    band : pixels; distances beyond it are not told apart.
-
-    Returns
-    -------
-    code : (h, w) int32: the mask index on a mask; -2 - index on none but within `band` of that
-        mask, the nearest; -1 elsewhere.
-    distance : (h, w) uint8, distance to the border in 1/16 px, at most `band`.
+    boxes : (n, 5) int32: mask index and its first row, end row, first column, end column.
+    reach : see `reach_of`.
+    code : (h, w) int32, holds `labels`; becomes -2 - index on no mask but near that one, the
+        nearest.
+    distance : (h, w) uint8, holds the band in 1/16 px; becomes the distance to the border of
+        the pixel's own or nearest mask where that is less. The photo's edge is no border.
     """
-    code = labels.copy()
-    distance = np.full(labels.shape, round(band * STEPS), dtype=np.uint8)
-    if band > 0:
-        _stamp(labels, int(np.ceil(band + 0.5)), code, distance)
-    return code, distance
-
-
-@njit(nogil=True, cache=True)
-def _stamp(labels: Any, reach: Any, code: Any, distance: Any) -> None:
-    """Let every border pixel tell its surroundings how far away they are."""
     rows, cols = labels.shape
     size = 2 * reach + 1
     inner, outer = np.zeros((size, size)), np.zeros((size, size))
@@ -47,31 +41,27 @@ def _stamp(labels: Any, reach: Any, code: Any, distance: Any) -> None:
             # The border runs between two pixels' centres, half a pixel from each.
             inner[dy + reach, dx + reach] = (length + 0.5) * STEPS
             outer[dy + reach, dx + reach] = max(length - 0.5, 0.0) * STEPS
-    for row in range(rows):
-        for col in range(cols):
-            label = labels[row, col]
-            if label < 0:
-                continue
-            inside = True
-            if row > 0:
-                inside &= labels[row - 1, col] == label
-            if row < rows - 1:
-                inside &= labels[row + 1, col] == label
-            if col > 0:
-                inside &= labels[row, col - 1] == label
-            if col < cols - 1:
-                inside &= labels[row, col + 1] == label
-            if inside:
-                continue
-            for y in range(max(0, row - reach), min(rows, row + reach + 1)):
-                for x in range(max(0, col - reach), min(cols, col + reach + 1)):
-                    there = labels[y, x]
-                    if there == label:
-                        value = inner[y - row + reach, x - col + reach]
-                        if value < distance[y, x]:
-                            distance[y, x] = np.uint8(value)
-                    elif there == -1:
-                        value = outer[y - row + reach, x - col + reach]
-                        if value < distance[y, x]:
-                            distance[y, x] = np.uint8(value)
-                            code[y, x] = -2 - label
+    for box in range(len(boxes)):
+        label = boxes[box, 0]
+        for row in range(boxes[box, 1], boxes[box, 2]):
+            for col in range(boxes[box, 3], boxes[box, 4]):
+                if labels[row, col] != label:
+                    continue
+                edge = row > 0 and labels[row - 1, col] != label
+                edge |= row < rows - 1 and labels[row + 1, col] != label
+                edge |= col > 0 and labels[row, col - 1] != label
+                edge |= col < cols - 1 and labels[row, col + 1] != label
+                if not edge:
+                    continue
+                for y in range(max(0, row - reach), min(rows, row + reach + 1)):
+                    for x in range(max(0, col - reach), min(cols, col + reach + 1)):
+                        there = labels[y, x]
+                        if there == label:
+                            value = inner[y - row + reach, x - col + reach]
+                            if value < distance[y, x]:
+                                distance[y, x] = np.uint8(value)
+                        elif there == -1:
+                            value = outer[y - row + reach, x - col + reach]
+                            if value < distance[y, x]:
+                                distance[y, x] = np.uint8(value)
+                                code[y, x] = -2 - label

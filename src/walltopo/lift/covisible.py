@@ -29,12 +29,15 @@ class Covisible:
 
     Parameters
     ----------
+    starts, rows : (P + 1,) and (n,), faces of each projection as of `rows_of`.
     area : (P,) float64, area of each projection.
     p, q : (E,) int32, sorted by p, then q.
     shared : (E,) float64, area of the triangles of both.
     p_seen : (E,) area of p that q's view saw; q_seen : (E,) area of q that p's view saw.
     """
 
+    starts: NDArray[np.int64]
+    rows: Ints
     area: Floats
     p: Ints
     q: Ints
@@ -68,7 +71,7 @@ def compare_projections(evidence: Evidence) -> Covisible:
     )  # fmt: skip
     p = np.repeat(np.arange(count, dtype=np.int32), sizes)
     q_seen = p_seen[_mirror(places, p, q)]
-    return Covisible(area, p, q, shared, p_seen, q_seen)
+    return Covisible(starts, rows, area, p, q, shared, p_seen, q_seen)
 
 
 def _chunks(starts: NDArray[np.int64], parts: int = 64) -> NDArray[np.int64]:

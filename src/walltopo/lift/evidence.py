@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from walltopo.core import Camera, Progress, View
 from walltopo.lift.blocks import Blocks
-from walltopo.lift.border import STEPS, soften
+from walltopo.lift.border import STEPS
+from walltopo.lift.canvas import Canvas, mask_windows
 from walltopo.lift.easing import ease
-from walltopo.lift.labels import draw_labels
 from walltopo.lift.visibility import (
     cull_blocks,
     mark_candidates,
@@ -30,6 +30,9 @@ from walltopo.raycast.lens import lens_of
 from walltopo.raycast.screen import valid_slope
 
 __all__ = ["Evidence", "Sampling", "gather_evidence"]
+
+# Side of the cells in which masks are looked for before their pixels are.
+WINDOW_PX = 16
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int32]
@@ -121,7 +124,8 @@ def gather_evidence(
     mark = np.zeros(len(blocks.faces), dtype=np.bool_)
     with ThreadPoolExecutor(workers) as pool:
         progress.step("find triangles under masks", len(views))
-        for _ in pool.map(lambda looker: looker.mark(mark), lookers):
+        canvases = _Canvases()
+        for _ in pool.map(lambda looker: looker.mark(mark, canvases), lookers):
             progress.advance()
         candidates = np.flatnonzero(mark).astype(np.int32)
         targets = _Targets(blocks, candidates)
@@ -171,6 +175,16 @@ class _Columns(NamedTuple):
     detail: NDArray[np.float32]
 
 
+class _Canvases(local):
+    """A canvas for each thread of the first round."""
+
+    def __init__(self) -> None:
+        self.canvas = Canvas()
+
+    def own(self) -> Canvas:
+        return self.canvas
+
+
 class _Targets:
     """The candidates, and where those of each block begin."""
 
@@ -181,18 +195,15 @@ class _Targets:
         self.number[candidates] = np.arange(len(candidates), dtype=np.int32)
         self.buffers = local()
 
-    def worker_buffers(self, vertices: int) -> Any:
+    def worker_buffers(self) -> Any:
         """Buffers of the calling thread: kept from view to view, never shared."""
         own = self.buffers
-        if not hasattr(own, "turn"):
-            own.turn = 0
-            own.screen = np.zeros((vertices, 3))
-            own.stamp = np.zeros(vertices, dtype=np.int32)
+        if not hasattr(own, "canvas"):
+            own.canvas = Canvas()
             own.where = np.zeros((len(self.candidates) + 1024, 3))
             own.owner = np.zeros(len(own.where), dtype=np.int32)
             own.label = np.zeros(len(own.where), dtype=np.int32)
             own.border = np.zeros(len(own.where), dtype=np.uint8)
-        own.turn += 1
         return own
 
 
@@ -202,40 +213,51 @@ class _Looker:
     def __init__(self, blocks: Blocks, view: View, order: list[int], sampling: Sampling) -> None:
         self.blocks, self.view, self.order, self.sampling = blocks, view, order, sampling
         camera = view.camera
-        self.lens = lens_of(camera)
+        # Tuples, not arrays: kernels keep them in registers.
+        self.lens = tuple(lens_of(camera).tolist())
+        self.pose = tuple(view.cam_from_world.ravel().tolist())
         self.reach = min(valid_slope(camera), 1e9) if not camera.is_pinhole else 1e9
-        self.size = (float(camera.width), float(camera.height))
 
-    def _labels(self) -> Ints:
-        return draw_labels(self.view, self.order, self.sampling.mask_resolution)
+    def _draw(self, canvas: Canvas, band: float) -> Canvas:
+        canvas.draw(self.view, self.order, self.sampling.mask_resolution, band)
+        return canvas
+
+    def _size(self, labels: Ints) -> tuple[float, float, float, float]:
+        """Width and height of the photo, and label pixels per photo pixel along both."""
+        camera = self.view.camera
+        across, down = labels.shape[1] / camera.width, labels.shape[0] / camera.height
+        return float(camera.width), float(camera.height), across, down
 
     def _in_photo(self) -> Ints:
         bounds = slope_bounds(self.view.camera)
         limit = self.sampling.visibility_distance
-        return cull_blocks(self.blocks.spheres, self.view.cam_from_world, bounds, limit)
+        return cull_blocks(self.blocks.spheres, self.pose, bounds, limit)
 
-    def mark(self, mark: NDArray[np.bool_]) -> None:
+    def mark(self, mark: NDArray[np.bool_], canvases: _Canvases) -> None:
         """Mark the faces under this view's masks (threads only ever set, never clear)."""
         if not self.order:
             return
         blocks, sampling = self.blocks, self.sampling
+        labels = self._draw(canvases.own(), 0.0).code
+        windows = mask_windows(self.view, self.order, WINDOW_PX)
         mark_candidates(
-            self._in_photo(), blocks.starts, blocks.vertices, blocks.faces, blocks.centroids,
-            blocks.longest, self.view.cam_from_world, self.lens, self.reach, self.size,
-            self._labels(), sampling.visibility_distance, sampling.sample_px,
-            sampling.most_splits, mark,
+            self._in_photo(), blocks.starts, blocks.spheres, blocks.vertices, blocks.faces,
+            blocks.centroids, blocks.longest, self.pose, self.lens, self.reach,
+            self._size(labels), labels, sampling.visibility_distance, sampling.sample_px,
+            sampling.most_splits, windows, WINDOW_PX, mark,
         )  # fmt: skip
 
     def see(self, targets: _Targets) -> _Seen:
         """The candidates that this view sees."""
-        blocks, sampling, pose = self.blocks, self.sampling, self.view.cam_from_world
+        blocks, sampling, pose = self.blocks, self.sampling, self.pose
         in_photo = self._in_photo()
-        labels, distance = soften(self._labels(), sampling.band)
-        own = targets.worker_buffers(len(blocks.vertices))
+        own = targets.worker_buffers()
+        canvas = self._draw(own.canvas, sampling.band)
+        labels, distance, size = canvas.code, canvas.distance, self._size(canvas.code)
         while True:
             count = place_samples(
                 in_photo, targets.starts, targets.candidates, blocks.vertices, blocks.faces,
-                blocks.centroids, blocks.longest, pose, self.lens, self.reach, self.size, labels,
+                blocks.centroids, blocks.longest, pose, self.lens, self.reach, size, labels,
                 distance, sampling.visibility_distance, sampling.sample_px, sampling.most_splits,
                 own.where, own.owner, own.label, own.border,
             )  # fmt: skip
@@ -249,9 +271,8 @@ class _Looker:
         hidden = np.zeros(0, dtype=np.bool_)
         if count:
             hidden = strike_hidden(
-                in_photo, blocks.starts, blocks.spheres, blocks.vertices, blocks.faces,
-                targets.number, pose, self.view.camera.fx, where, owner, own.screen, own.stamp,
-                own.turn,
+                in_photo, blocks.starts, blocks.vertex_starts, blocks.spheres, blocks.vertices,
+                blocks.faces, targets.number, pose, self.view.camera.fx, where, owner,
             )  # fmt: skip
         face, label, share, border = tell_evidence(
             owner, own.label[:count], own.border[:count], hidden

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mask, View
 
-__all__ = ["draw_labels", "label_size"]
+__all__ = ["draw_labels", "label_size", "resized_mask"]
 
 
 def label_size(view: View, mask_resolution: int) -> tuple[int, int]:
@@ -42,13 +42,13 @@ def draw_labels(view: View, order: list[int], mask_resolution: int) -> NDArray[n
     width, height = label_size(view, mask_resolution)
     image = np.full((height, width), -1, dtype=np.int32)
     for index in order:
-        x, y, bitmap = _resized(view.masks[index], width, height)
+        x, y, bitmap = resized_mask(view.masks[index], width, height)
         h, w = bitmap.shape
         image[y : y + h, x : x + w][bitmap] = index
     return image
 
 
-def _resized(mask: Mask, width: int, height: int) -> tuple[int, int, NDArray[np.bool_]]:
+def resized_mask(mask: Mask, width: int, height: int) -> tuple[int, int, NDArray[np.bool_]]:
     """A mask's bitmap in an image of another size (nearest pixel), and where it starts."""
     if (mask.width, mask.height) == (width, height) or mask.bitmap.size == 0:
         return mask.x, mask.y, mask.bitmap

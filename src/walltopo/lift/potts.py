@@ -38,7 +38,7 @@ def potts_clusters(count: int, first: Ints, second: Ints, weight: Floats, cohesi
     (count,) int32, numbered from 0 in the order of their first vertex.
     """
     member = np.arange(count, dtype=np.int64)
-    size = np.ones(count)
+    size: Floats = np.ones(count, dtype=np.float64)
     p, q, w = first.astype(np.int64), second.astype(np.int64), weight.astype(np.float64)
     while True:
         starts, ends, weights = _adjacency(len(size), p, q, w)
@@ -48,7 +48,7 @@ def potts_clusters(count: int, first: Ints, second: Ints, weight: Floats, cohesi
         member = found[member]
         if groups == len(size):
             return renumber(member)
-        size = np.bincount(found, size, minlength=groups)
+        size = np.bincount(found, size, minlength=groups).astype(np.float64)
         # Edges between the new vertices; those inside one no longer matter.
         a, b = np.minimum(found[p], found[q]), np.maximum(found[p], found[q])
         between = a != b

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Instance, Instances, Mesh
+from walltopo.lift.covisible import Covisible
 from walltopo.lift.evidence import Evidence
 from walltopo.lift.params import LiftParams
 from walltopo.lift.vote import Claims, claims_of
@@ -25,7 +26,7 @@ def scored_instances(
     cluster: Ints,
     winner: Ints,
     shares: NDArray[np.float32],
-    area: Floats,
+    pairs: Covisible,
     params: LiftParams,
 ) -> Instances:
     """Number, score and describe the instances; drop those with too little support.
@@ -33,11 +34,11 @@ def scored_instances(
     Parameters
     ----------
     cluster, winner : (P,) cluster of each projection and (C,) cluster of each face, -1 = none.
-    shares : (C,) agreement on each face; area : (P,) area of each projection.
+    shares : (C,) agreement on each face; pairs : the projections' comparison.
     """
     count = int(max(cluster.max(initial=-1), winner.max(initial=-1))) + 1
-    claims = claims_of(evidence, winner, count)
-    scores = _scores(evidence, claims, cluster, area, params.least_support)
+    claims = claims_of(evidence, pairs, winner, count)
+    scores = _scores(evidence, claims, cluster, pairs.area, params.least_support)
     kept = np.flatnonzero((scores > 0) & (claims.area > 0))
     number = np.zeros(count + 1, dtype=np.int32)  # the last entry serves cluster -1
     number[kept] = np.arange(1, len(kept) + 1)

@@ -117,7 +117,7 @@ def lift_robust(
     progress.step("vote")
     winner, shares = vote(evidence, cluster, params.threshold, params.border_band)
     for _ in range(params.rounds):
-        claims = claims_of(evidence, winner, int(cluster.max(initial=-1)) + 1)
+        claims = claims_of(evidence, pairs, winner, int(cluster.max(initial=-1)) + 1)
         cluster = _reassign(evidence, claims, pairs.area, usable)
         winner, shares = vote(evidence, cluster, params.threshold, params.border_band)
-    return scored_instances(mesh, evidence, cluster, winner, shares, pairs.area, params)
+    return scored_instances(mesh, evidence, cluster, winner, shares, pairs, params)

@@ -24,7 +24,7 @@ NEARER = 1e-5
 MOST_GRID = 512
 
 
-@njit(nogil=True, cache=True)
+@njit(nogil=True, error_model="numpy", cache=True)
 def cull_blocks(spheres: Any, pose: Any, bounds: Any, limit: Any) -> Any:
     """Indices of blocks that may be in the photo and within `limit` of the camera."""
     kept = np.zeros(len(spheres), dtype=np.int32)
@@ -49,28 +49,32 @@ def cull_blocks(spheres: Any, pose: Any, bounds: Any, limit: Any) -> Any:
     return kept[:count]
 
 
-@njit(nogil=True, cache=True, inline="always")
+@njit(nogil=True, error_model="numpy", cache=True, inline="always")
 def _to_camera(px: Any, py: Any, pz: Any, pose: Any) -> Any:
-    x = pose[0, 0] * px + pose[0, 1] * py + pose[0, 2] * pz + pose[0, 3]
-    y = pose[1, 0] * px + pose[1, 1] * py + pose[1, 2] * pz + pose[1, 3]
-    z = pose[2, 0] * px + pose[2, 1] * py + pose[2, 2] * pz + pose[2, 3]
+    # `pose` is cam_from_world as a flat tuple: tuples live in registers, arrays do not.
+    x = pose[0] * px + pose[1] * py + pose[2] * pz + pose[3]
+    y = pose[4] * px + pose[5] * py + pose[6] * pz + pose[7]
+    z = pose[8] * px + pose[9] * py + pose[10] * pz + pose[11]
     return x, y, z
 
 
-@njit(nogil=True, cache=True, inline="always")
+@njit(nogil=True, error_model="numpy", cache=True, inline="always")
 def _pixel(u: Any, v: Any, lens: Any, reach: Any, size: Any, labels: Any) -> Any:
-    """Row and column of the label image in direction (u, v, 1); row -1 = outside the photo."""
+    """Row and column of the label image in direction (u, v, 1); row -1 = outside the photo.
+
+    `size` holds the photo's width and height and the label image's pixels per photo pixel.
+    """
     if u * u + v * v >= reach * reach:
         return -1, -1
     x, y = distort(u, v, lens)
     if not (x >= 0 and y >= 0 and x < size[0] and y < size[1]):
         return -1, -1
-    col = min(int(x * labels.shape[1] / size[0]), labels.shape[1] - 1)
-    row = min(int(y * labels.shape[0] / size[1]), labels.shape[0] - 1)
+    col = min(int(x * size[2]), labels.shape[1] - 1)
+    row = min(int(y * size[3]), labels.shape[0] - 1)
     return row, col
 
 
-@njit(nogil=True, cache=True, inline="always")
+@njit(nogil=True, error_model="numpy", cache=True, inline="always")
 def _splits(longest: Any, z: Any, lens: Any, sample_px: Any, most_splits: Any) -> Any:
     """Into how many parts each edge is divided for sampling: 1 = the centroid alone."""
     if most_splits <= 1:
@@ -78,7 +82,7 @@ def _splits(longest: Any, z: Any, lens: Any, sample_px: Any, most_splits: Any) -
     return min(most_splits, max(1, int(np.ceil(longest * lens[1] / z / sample_px))))
 
 
-@njit(nogil=True, cache=True, inline="always")
+@njit(nogil=True, error_model="numpy", cache=True, inline="always")
 def _sample(k: Any, s: Any) -> Any:
     """Weights of the second and third corner at the k-th of s*s sub-triangles' centroids."""
     # Row i of the subdivision holds 2 (s - i) - 1 sub-triangles, upright and inverted in turn.
@@ -91,14 +95,28 @@ def _sample(k: Any, s: Any) -> Any:
     return (i + shift) / s, (j + shift) / s
 
 
-@njit(nogil=True, cache=True)
+@njit(nogil=True, error_model="numpy", cache=True)
 def mark_candidates(
-    blocks: Any, starts: Any, vertices: Any, faces: Any, centroids: Any, longest: Any,
-    pose: Any, lens: Any, reach: Any, size: Any, labels: Any, limit: Any,
-    sample_px: Any, most_splits: Any, mark: Any,
+    blocks: Any, starts: Any, spheres: Any, vertices: Any, faces: Any, centroids: Any,
+    longest: Any, pose: Any, lens: Any, reach: Any, size: Any, labels: Any, limit: Any,
+    sample_px: Any, most_splits: Any, windows: Any, cell: Any, mark: Any,
 ) -> None:  # fmt: skip
-    """Set `mark` for faces with a sample on some mask, hidden or not."""
+    """Set `mark` for faces with a sample on some mask, hidden or not.
+
+    `windows` is the table of `canvas.mask_windows`: blocks away from all masks are passed over
+    (where the lens does not distort: elsewhere a block's outline in the photo is not known).
+    """
+    rows, cols = windows.shape[0] - 1, windows.shape[1] - 1
     for b in blocks:
+        x, y, z = _to_camera(spheres[b, 0], spheres[b, 1], spheres[b, 2], pose)
+        if lens[0] == 0.0 and z > 1.01 * spheres[b, 3]:
+            u0, u1, v0, v1 = _outline(x, y, z, spheres[b, 3])
+            u0, u1 = (u0 * lens[1] + lens[3]) / cell, (u1 * lens[1] + lens[3]) / cell
+            v0, v1 = (v0 * lens[2] + lens[4]) / cell, (v1 * lens[2] + lens[4]) / cell
+            c0, c1 = _cell_range(u0, u1, 0.0, 1.0, cols)
+            r0, r1 = _cell_range(v0, v1, 0.0, 1.0, rows)
+            if c1 < c0 or r1 < r0 or _sum(windows, r0, r1, c0, c1) == 0:
+                continue
         for f in range(starts[b], starts[b + 1]):
             if mark[f]:
                 continue
@@ -126,7 +144,7 @@ def mark_candidates(
                         break
 
 
-@njit(nogil=True, cache=True, inline="always")
+@njit(nogil=True, error_model="numpy", cache=True, inline="always")
 def _corners(vertices: Any, faces: Any, f: Any, pose: Any) -> Any:
     a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
     ax, ay, az = _to_camera(vertices[a, 0], vertices[a, 1], vertices[a, 2], pose)
@@ -135,7 +153,7 @@ def _corners(vertices: Any, faces: Any, f: Any, pose: Any) -> Any:
     return ax, ay, az, bx, by, bz, cx, cy, cz
 
 
-@njit(nogil=True, cache=True)
+@njit(nogil=True, error_model="numpy", cache=True)
 def place_samples(
     blocks: Any, block_starts: Any, candidates: Any, vertices: Any, faces: Any, centroids: Any,
     longest: Any, pose: Any, lens: Any, reach: Any, size: Any, labels: Any, distance: Any,
@@ -190,7 +208,7 @@ def place_samples(
     return count
 
 
-@njit(nogil=True, cache=True)
+@njit(nogil=True, error_model="numpy", cache=True)
 def _grid(where: Any, focal: Any) -> Any:
     """Sort samples into square cells of about 4 px: u0, v0, 1/cell, shape, starts, order."""
     u0, v0, u1, v1 = np.inf, np.inf, -np.inf, -np.inf
@@ -216,7 +234,7 @@ def _grid(where: Any, focal: Any) -> Any:
     return u0, v0, 1.0 / cell, cols, rows, starts, order
 
 
-@njit(nogil=True, cache=True)
+@njit(nogil=True, error_model="numpy", cache=True)
 def _filled(starts: Any, cols: Any, rows: Any) -> Any:
     """Summed-area table of the number of samples: (rows + 1, cols + 1) int32."""
     table = np.zeros((rows + 1, cols + 1), dtype=np.int32)
@@ -228,7 +246,7 @@ def _filled(starts: Any, cols: Any, rows: Any) -> Any:
     return table
 
 
-@njit(nogil=True, cache=True, inline="always")
+@njit(nogil=True, error_model="numpy", cache=True, inline="always")
 def _cell_range(low: Any, high: Any, origin: Any, per_cell: Any, count: Any) -> Any:
     """First and last cell that an interval touches; last < first if none."""
     first, last = (low - origin) * per_cell, (high - origin) * per_cell
@@ -237,18 +255,35 @@ def _cell_range(low: Any, high: Any, origin: Any, per_cell: Any, count: Any) -> 
     return int(max(first, 0.0)), int(min(last, count - 1.0))
 
 
-@njit(nogil=True, cache=True)
+@njit(nogil=True, error_model="numpy", cache=True, inline="always")
+def _outline(x: Any, y: Any, z: Any, r: Any) -> Any:
+    """Bounds of x/z and y/z over a ball that lies before the camera (z > r)."""
+    near, far = z - r, z + r
+    left, right, top, bottom = x - r, x + r, y - r, y + r
+    return (
+        left / (near if left < 0 else far),
+        right / (far if right < 0 else near),
+        top / (near if top < 0 else far),
+        bottom / (far if bottom < 0 else near),
+    )
+
+
+@njit(nogil=True, error_model="numpy", cache=True, inline="always")
+def _sum(table: Any, r0: Any, r1: Any, c0: Any, c1: Any) -> Any:
+    """Sum over rows r0..r1 and columns c0..c1, inclusive, from a summed-area table."""
+    return table[r1 + 1, c1 + 1] - table[r0, c1 + 1] - table[r1 + 1, c0] + table[r0, c0]
+
+
+@njit(nogil=True, error_model="numpy", cache=True)
 def strike_hidden(
-    blocks: Any, starts: Any, spheres: Any, vertices: Any, faces: Any, candidate_of: Any,
-    pose: Any, focal: Any, where: Any, owner: Any, screen: Any, stamp: Any, turn: Any,
+    blocks: Any, starts: Any, vertex_starts: Any, spheres: Any, vertices: Any, faces: Any,
+    candidate_of: Any, pose: Any, focal: Any, where: Any, owner: Any,
 ) -> Any:  # fmt: skip
     """Find the samples that another triangle hides.
 
     Parameters
     ----------
     candidate_of : (F,) int32, number of the candidate each face is, -1 = none.
-    screen, stamp : (V, 3) float64 and (V,) int32 buffers of the worker, and `turn`, a number
-        that this worker has not used before: vertices are projected once, when first needed.
 
     Returns
     -------
@@ -257,44 +292,38 @@ def strike_hidden(
     hidden = np.zeros(len(where), dtype=np.bool_)
     u0, v0, per_cell, cols, rows, cell_starts, order = _grid(where, focal)
     table = _filled(cell_starts, cols, rows)
-    sorted_where, sorted_owner = where[order], owner[order]
-    sorted_hidden = np.zeros(len(where), dtype=np.bool_)
+    us, vs, limits = where[order, 0], where[order, 1], where[order, 2]
+    # What hides a sample has a larger 1/z than its limit; hidden ones get an infinite limit.
+    limits *= 1.0 + NEARER
+    owners = owner[order]
+    screen = np.zeros((np.max(vertex_starts[1:] - vertex_starts[:-1]), 3))
     for b in blocks:
         x, y, z = _to_camera(spheres[b, 0], spheres[b, 1], spheres[b, 2], pose)
         r = spheres[b, 3]
         if z > 1.01 * r:
-            near, far = z - r, z + r
-            left, right = x - r, x + r
-            top, bottom = y - r, y + r
-            c0, c1 = _cell_range(
-                left / (near if left < 0 else far), right / (far if right < 0 else near),
-                u0, per_cell, cols,
-            )  # fmt: skip
-            r0, r1 = _cell_range(
-                top / (near if top < 0 else far), bottom / (far if bottom < 0 else near),
-                v0, per_cell, rows,
-            )  # fmt: skip
-            if c1 < c0 or r1 < r0:
+            left, right, top, bottom = _outline(x, y, z, r)
+            c0, c1 = _cell_range(left, right, u0, per_cell, cols)
+            r0, r1 = _cell_range(top, bottom, v0, per_cell, rows)
+            if c1 < c0 or r1 < r0 or _sum(table, r0, r1, c0, c1) == 0:
                 continue
-            inside = table[r1 + 1, c1 + 1] - table[r0, c1 + 1] - table[r1 + 1, c0] + table[r0, c0]
-            if inside == 0:
-                continue
+        base = vertex_starts[b]
+        for k in range(vertex_starts[b + 1] - base):
+            x, y, z = _to_camera(
+                vertices[base + k, 0], vertices[base + k, 1], vertices[base + k, 2], pose
+            )
+            inverse = 1.0 / z if z > 0 else 0.0
+            screen[k, 0], screen[k, 1], screen[k, 2] = x * inverse, y * inverse, inverse
         for f in range(starts[b], starts[b + 1]):
-            for corner in range(3):
-                vertex = faces[f, corner]
-                if stamp[vertex] != turn:
-                    stamp[vertex] = turn
-                    x, y, z = _to_camera(
-                        vertices[vertex, 0], vertices[vertex, 1], vertices[vertex, 2], pose
-                    )
-                    screen[vertex, 2] = 1.0 / z if z > 0 else 0.0
-                    screen[vertex, 0] = x / z if z > 0 else 0.0
-                    screen[vertex, 1] = y / z if z > 0 else 0.0
-            va, vb, vc = faces[f, 0], faces[f, 1], faces[f, 2]
-            az, bz, cz = screen[va, 2], screen[vb, 2], screen[vc, 2]
+            first, second, third = faces[f, 0] - base, faces[f, 1] - base, faces[f, 2] - base
+            az, bz, cz = screen[first, 2], screen[second, 2], screen[third, 2]
             if az > 0 and bz > 0 and cz > 0:
-                ax, ay, bx, by = screen[va, 0], screen[va, 1], screen[vb, 0], screen[vb, 1]
-                cx, cy = screen[vc, 0], screen[vc, 1]
+                ax, ay, bx, by = (
+                    screen[first, 0],
+                    screen[first, 1],
+                    screen[second, 0],
+                    screen[second, 1],
+                )
+                cx, cy = screen[third, 0], screen[third, 1]
                 c0, c1 = _cell_range(min(ax, bx, cx), max(ax, bx, cx), u0, per_cell, cols)
                 r0, r1 = _cell_range(min(ay, by, cy), max(ay, by, cy), v0, per_cell, rows)
                 twice = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
@@ -302,28 +331,32 @@ def strike_hidden(
                     continue
                 mine = candidate_of[f]
                 nearest = max(az, bz, cz)
+                # Weights of b and c, and what they add to 1/z, are linear in the offset from a.
+                ub, vb = (cy - ay) / twice, (ax - cx) / twice
+                uc, vc = (ay - by) / twice, (bx - ax) / twice
+                zb, zc = bz - az, cz - az
                 for row in range(r0, r1 + 1):
                     for k in range(cell_starts[row * cols + c0], cell_starts[row * cols + c1 + 1]):
-                        w = sorted_where[k, 2] * (1.0 + NEARER)
-                        if sorted_hidden[k] or w >= nearest or sorted_owner[k] == mine:
+                        if limits[k] >= nearest:
                             continue
-                        dx, dy = sorted_where[k, 0] - ax, sorted_where[k, 1] - ay
-                        wb = ((cy - ay) * dx + (ax - cx) * dy) / twice
-                        wc = ((ay - by) * dx + (bx - ax) * dy) / twice
-                        if wb >= 0 and wc >= 0 and wb + wc <= 1:
-                            sorted_hidden[k] = az + wb * (bz - az) + wc * (cz - az) > w
+                        dx, dy = us[k] - ax, vs[k] - ay
+                        wb, wc = ub * dx + vb * dy, uc * dx + vc * dy
+                        if wb < 0 or wc < 0 or wb + wc > 1 or owners[k] == mine:
+                            continue
+                        if az + wb * zb + wc * zc > limits[k]:
+                            limits[k] = np.inf
             elif az > 0 or bz > 0 or cz > 0:
                 _strike_crossing(
                     _corners(vertices, faces, f, pose), candidate_of[f],
-                    sorted_where, sorted_owner, sorted_hidden,
+                    us, vs, limits, owners,
                 )  # fmt: skip
     for k in range(len(order)):
-        hidden[order[k]] = sorted_hidden[k]
+        hidden[order[k]] = limits[k] == np.inf
     return hidden
 
 
-@njit(nogil=True, cache=True)
-def _strike_crossing(corners: Any, mine: Any, where: Any, owner: Any, hidden: Any) -> None:
+@njit(nogil=True, error_model="numpy", cache=True)
+def _strike_crossing(corners: Any, mine: Any, us: Any, vs: Any, limits: Any, owners: Any) -> None:
     """Strike out samples behind a triangle that reaches behind the camera (few do)."""
     ax, ay, az, bx, by, bz, cx, cy, cz = corners
     # d = (u, v, 1) meets the triangle where d·(B x C), d·(C x A), d·(A x B) have the sign of
@@ -334,18 +367,18 @@ def _strike_crossing(corners: Any, mine: Any, where: Any, owner: Any, hidden: An
     volume = ax * px + ay * py + az * pz
     if volume == 0.0:
         return
-    for k in range(len(where)):
-        if hidden[k] or owner[k] == mine:
+    for k in range(len(us)):
+        if owners[k] == mine:
             continue
-        u, v = where[k, 0], where[k, 1]
+        u, v = us[k], vs[k]
         ea = (u * px + v * py + pz) / volume
         eb = (u * qx + v * qy + qz) / volume
         ec = (u * rx + v * ry + rz) / volume
-        if ea >= 0 and eb >= 0 and ec >= 0:
-            hidden[k] = ea + eb + ec > where[k, 2] * (1.0 + NEARER)
+        if ea >= 0 and eb >= 0 and ec >= 0 and ea + eb + ec > limits[k]:
+            limits[k] = np.inf
 
 
-@njit(nogil=True, cache=True)
+@njit(nogil=True, error_model="numpy", cache=True)
 def tell_evidence(owner: Any, label: Any, border: Any, hidden: Any) -> Any:
     """Sum the samples up: per seen face and label its share of the face's seen samples.
 

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
+from walltopo.lift.covisible import Covisible
 from walltopo.lift.evidence import Evidence
 
 __all__ = ["Claims", "claims_of", "vote"]
@@ -108,21 +109,62 @@ class Claims:
     visible: Floats
 
 
-def claims_of(evidence: Evidence, winner: Ints, count: int) -> Claims:
+def claims_of(evidence: Evidence, pairs: Covisible, winner: Ints, count: int) -> Claims:
     """Compare all projections with the clusters as labelled (`winner` as of `vote`)."""
     views = len(evidence.first_mask) - 1
-    labelled = np.repeat(winner, np.diff(evidence.starts))
-    areas = np.repeat(evidence.areas, np.diff(evidence.starts)) * evidence.share
-    on = labelled >= 0
-    key = labelled[on].astype(np.int64) * views + evidence.view[on]
-    visible = np.bincount(key, areas[on], minlength=count * views).astype(np.float64)
-    visible = visible.reshape(count, views)
-    on &= evidence.projection >= 0
-    key = evidence.projection[on].astype(np.int64) * count + labelled[on]
-    pairs, inverse = np.unique(key, return_inverse=True)
-    shared = np.bincount(inverse, areas[on], minlength=len(pairs)).astype(np.float64)
-    projection, cluster = (pairs // count).astype(np.int32), (pairs % count).astype(np.int32)
-    seen = visible[cluster, evidence.view_of[projection]]
+    visible = _visible(
+        evidence.starts, evidence.view, evidence.share, evidence.areas, winner, count, views
+    )
     own = winner >= 0
     area = np.bincount(winner[own], evidence.areas[own], minlength=count).astype(np.float64)
-    return Claims(area, projection, cluster, shared, seen, visible)
+    # A projection meets at most as many clusters as it has faces.
+    most = np.minimum(np.diff(pairs.starts), count)
+    places = np.zeros(len(most) + 1, dtype=np.int64)
+    np.cumsum(most, out=places[1:])
+    met = np.full(places[-1], -1, dtype=np.int32)
+    shared = np.zeros(places[-1])
+    _meet(
+        pairs.starts, pairs.rows, evidence.starts, evidence.projection, evidence.share,
+        evidence.areas, winner, count, places, met, shared,
+    )  # fmt: skip
+    used = met >= 0
+    projection = np.repeat(np.arange(len(most), dtype=np.int32), most)[used]
+    seen = visible[met[used], evidence.view_of[projection]]
+    return Claims(area, projection, met[used], shared[used], seen, visible)
+
+
+@njit(cache=True)
+def _visible(
+    starts: Any, view: Any, share: Any, areas: Any, winner: Any, count: Any, views: Any
+) -> Any:
+    visible = np.zeros((count, views))
+    for face in range(len(starts) - 1):
+        if winner[face] >= 0:
+            for k in range(starts[face], starts[face + 1]):
+                visible[winner[face], view[k]] += areas[face] * share[k]
+    return visible
+
+
+@njit(parallel=True, cache=True)
+def _meet(
+    row_starts: Any, rows: Any, starts: Any, projection: Any, share: Any, areas: Any,
+    winner: Any, count: Any, places: Any, met: Any, shared: Any,
+) -> None:  # fmt: skip
+    chunks = 64
+    total = len(row_starts) - 1
+    for chunk in prange(chunks):
+        slot = np.full(count, -1, dtype=np.int64)
+        for p in range(chunk * total // chunks, (chunk + 1) * total // chunks):
+            end = places[p]
+            for r in range(row_starts[p], row_starts[p + 1]):
+                face = rows[r]
+                c = winner[face]
+                if c < 0:
+                    continue
+                if slot[c] < places[p]:
+                    slot[c] = end
+                    met[end] = c
+                    end += 1
+                for k in range(starts[face], starts[face + 1]):
+                    if projection[k] == p:
+                        shared[slot[c]] += areas[face] * share[k]

@@ -29,7 +29,7 @@ def lens_of(camera: Camera) -> NDArray[np.float64]:
     return lens
 
 
-@njit(cache=True)
+@njit(nogil=True, error_model="numpy", cache=True)
 def distort(u, v, lens):  # type: ignore[no-untyped-def]
     """Pixel of the direction (u, v, 1) in the camera frame."""
     kind = lens[0]
