@@ -151,15 +151,14 @@ def scan_table(fits: list[dict[str, Any]]) -> Any:
     for section, key, label, unit in _ROWS:
         if any(key in f.get(section, {}) for f in fits):
             table.add_row(label, *[_text(f.get(section, {}).get(key), unit) for f in fits])
-    for section, title in (
-        ("instances", "instances"),
-        ("instances_on_true_mesh", "instances on the true mesh"),
-    ):
+    table.add_section()
+    for section, where in (("instances", ""), ("instances_on_true_mesh", " on the true mesh")):
         for part, name in (("agnostic", "one class"), ("mean", "mean of classes")):
-            for key, label in _AP:
-                values = [f.get(section, {}).get(part, {}).get(key) for f in fits]
-                if any(value is not None for value in values):
-                    table.add_row(f"{title}, {name}, {label}", *[_text(v, "") for v in values])
+            rows = [f.get(section, {}).get(part) for f in fits]
+            if any(rows):
+                cells = [" / ".join(_text((r or {}).get(key), "") for key, _ in _AP) for r in rows]
+                table.add_row(f"instances{where}, {name}", *cells)
+    table.caption = "instances: " + " / ".join(label for _, label in _AP)
     return table
 
 

@@ -119,7 +119,9 @@ def pose_metrics(
     for name in names:
         mine = scan[name].cam_from_world[:, :3] @ transform.rotation.T
         difference = mine @ truth[name].cam_from_world[:, :3].T
-        turns.append(np.degrees(np.arccos(np.clip((np.trace(difference) - 1) / 2, -1, 1))))
+        # From the chord |R - 1| rather than the trace, which loses half the digits near zero.
+        half = np.linalg.norm(difference - np.eye(3)) / np.sqrt(8)
+        turns.append(np.degrees(2 * np.arcsin(min(half, 1.0))))
     return {
         "photos": len(truth),
         "registered": len(names),
