@@ -20,7 +20,7 @@ class DenseSettings:
         0.008, "edge length wanted, in metric scans", unit="m", low=0.001, high=0.5
     )
     edge_pixels: float = setting(
-        2.2,
+        3.0,
         "edge length wanted in unscaled scans, and the least in any, in photo pixels on the wall",
         unit="px",
         low=0.5,

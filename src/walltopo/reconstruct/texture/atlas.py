@@ -28,6 +28,8 @@ Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]
 Load = Callable[[str], Image]
 
+_TINY_CHART = 10
+
 
 @dataclass(frozen=True, eq=False)
 class Texture:
@@ -81,7 +83,9 @@ def make_texture(
     del candidates
     chart = charts_of(label, adjacent)
     pixels = _photo_positions(mesh, views, label)
-    texels, charts, scale = _layout(pixels, chart, label, settings)
+    # A chart of a few triangles would cost more in borders than in colours: one colour each.
+    flat = (label < 0) | (np.bincount(chart) < _TINY_CHART)[chart]
+    texels, charts, scale = _layout(pixels, chart, flat, settings)
     progress.step("levelling colours", len(views))
     node, vertex = _nodes(mesh.faces, chart, label)
     colour = _node_colours(views, load, label, pixels, node, len(vertex), gains, progress)
@@ -94,16 +98,15 @@ def make_texture(
     correction = np.zeros((len(mesh.faces), 3, 3), dtype=np.float32)
     correction[label >= 0] = shift[node[label >= 0]]
     for k, view in enumerate(views):
-        which = np.flatnonzero(label == k)
+        which = np.flatnonzero((label == k) & ~flat)
         if len(which):
             gain = gains[k].astype(np.float32)
             paint_photo(load(view.name), gain, which, pixels, texels, correction, atlas, painted)
         progress.advance()
-    unseen = np.flatnonzero(label < 0)
-    if len(unseen):
+    if flat.any():
         known = spread_colours(mesh.faces, len(mesh.vertices), vertex, colour + shift)
-        tint = known[mesh.faces[unseen]].mean(axis=1)
-        paint_colours(unseen, texels, tint.astype(np.float32), atlas, painted)
+        tint = np.clip(known[mesh.faces[flat]].mean(axis=1), 0, 255).astype(np.float32)
+        paint_colours(np.flatnonzero(flat), texels, tint, atlas, painted)
     uv = (texels / np.float32(settings.size)).astype(np.float32)
     return Texture(fill_gaps(atlas, painted), uv, label, charts, scale)
 
@@ -122,25 +125,27 @@ def _photo_positions(
 def _layout(
     pixels: NDArray[np.float32],
     chart: NDArray[np.int32],
-    label: NDArray[np.int16],
+    flat: NDArray[np.bool_],
     settings: TextureSettings,
 ) -> tuple[NDArray[np.float32], int, float]:
     """(F, 3, 2) float32 texel positions, number of charts, texels per photo pixel."""
-    seen = np.flatnonzero(label >= 0)
+    seen = np.flatnonzero(~flat)
+    if len(seen) == 0:
+        raise StageError("the mesh is in pieces too small to be textured", "Take more photos.")
     _, number = np.unique(chart[seen], return_inverse=True)
     count = int(number.max()) + 1
     low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
     for corner in range(3):
         np.minimum.at(low, number, pixels[seen, corner])
         np.maximum.at(high, number, pixels[seen, corner])
-    cells, cell_side = unseen_cells(len(label) - len(seen))
+    cells, cell_side = unseen_cells(len(flat) - len(seen))
     sizes = high - low
     place, scale = pack(sizes, settings.gutter, settings.size, fixed=cell_side)
     texels = np.zeros_like(pixels)
     shift = place[:count][number] - low[number] * scale
     texels[seen] = pixels[seen] * np.float32(scale) + shift[:, None, :].astype(np.float32)
     if cell_side:
-        texels[label < 0] = cells + place[count].astype(np.float32)
+        texels[flat] = cells + place[count].astype(np.float32)
     return texels, count, scale
 
 

@@ -22,6 +22,8 @@ Image = NDArray[np.uint8]
 CANDIDATES = 6
 # A triangle of which only the middle is seen counts this share of one wholly seen.
 _PARTLY_SEEN = 0.02
+# Rounds of averaging over neighbours that the normals get before photos are compared by angle.
+_NORMAL_ROUNDS = 4
 # Colours of triangles are read from photos blurred by this many pixels.
 _BLUR = 1.5
 
@@ -33,7 +35,7 @@ class Candidates:
     Parameters
     ----------
     view : (F, K) int16 index of the view, -1 = none.
-    score : (F, K) float32, projected area in pixels times the cosine of the viewing angle.
+    score : (F, K) float32, pixels per unit length times the cosine of the viewing angle, squared.
     colour : (F, K, 3) uint8 RGB at the triangle's middle.
     """
 
@@ -45,6 +47,7 @@ class Candidates:
 @njit(cache=True, parallel=True)
 def _keep_best(
     index: int,
+    focal: float,
     pixels: NDArray[np.float32],
     z: NDArray[np.float32],
     faces: NDArray[np.int32],
@@ -81,12 +84,7 @@ def _keep_best(
             mz += z[v] / 3.0
         if not inside or mz > depth[int(my), int(mx)] + slack:
             continue
-        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-        area = 0.5 * abs(
-            (pixels[b, 0] - pixels[a, 0]) * (pixels[c, 1] - pixels[a, 1])
-            - (pixels[b, 1] - pixels[a, 1]) * (pixels[c, 0] - pixels[a, 0])
-        )
-        value = area * cosine * (1.0 if whole else _PARTLY_SEEN)
+        value = (focal * cosine / mz) ** 2 * (1.0 if whole else _PARTLY_SEEN)
         worst = 0
         for k in range(1, slots):
             if score[f, k] < score[f, worst]:
@@ -116,6 +114,7 @@ def find_candidates(
     colour = np.zeros((count, CANDIDATES, 3), dtype=np.uint8)
     # Depth tests tolerate half an edge: more would let a hold's colour run onto the wall.
     tolerance = 0.5 * float(np.sqrt(np.median(mesh.areas) * 4.0 / np.sqrt(3.0)))
+    normals = _smooth_normals(mesh)
     for index, item in enumerate(views):
         local = item.to_camera(mesh.vertices)
         pixels = item.camera.project(local).astype(np.float32)
@@ -126,10 +125,11 @@ def find_candidates(
         blurred = np.asarray(cv2.GaussianBlur(load(item.name), (0, 0), _BLUR), dtype=np.uint8)
         _keep_best(
             index,
+            item.camera.fx,
             np.nan_to_num(pixels, nan=-1.0),
             local[:, 2].astype(np.float32),
             mesh.faces,
-            _cosines(mesh, item),
+            _cosines(mesh.centroids, normals, item),
             nearest,
             depth,
             blurred,
@@ -142,8 +142,27 @@ def find_candidates(
     return Candidates(view, score, colour)
 
 
-def _cosines(mesh: Mesh, view: View) -> NDArray[np.float32]:
+def _smooth_normals(mesh: Mesh) -> Floats:
+    """(F, 3) unit normals of the surface without its finest relief.
+
+    A mesh from stereo is a little rough; with each triangle's own normal, neighbours would
+    prefer different photos and every preference would be a seam.
+    """
+    from scipy.sparse import csr_matrix
+
+    count = len(mesh.faces)
+    ones = np.ones(3 * count, dtype=np.float32)
+    shape = (count, len(mesh.vertices))
+    corner = csr_matrix((ones, mesh.faces.ravel(), np.arange(0, 3 * count + 1, 3)), shape=shape)
+    normals = mesh.normals * mesh.areas[:, None]
+    for _ in range(_NORMAL_ROUNDS):
+        normals = corner @ (corner.T @ normals)
+        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+    return normals
+
+
+def _cosines(centroids: Floats, normals: Floats, view: View) -> NDArray[np.float32]:
     """(F,) cosine of the angle between each triangle's normal and the ray to the camera."""
-    rays = view.centre - mesh.centroids
+    rays = view.centre - centroids
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
-    return (rays * mesh.normals).sum(axis=1).astype(np.float32)
+    return np.einsum("ij,ij->i", rays, normals).astype(np.float32)

@@ -11,7 +11,7 @@ from walltopo.reconstruct.texture.candidates import Candidates
 __all__ = ["charts_of", "choose_labels", "neighbours_of"]
 
 # The preference for equal neighbours grows over the sweeps, so that good photos spread first.
-_SWEEPS = 24
+_SWEEPS = 12
 # Charts of fewer triangles take a neighbour's photo where it sees them too.
 _LEAST_CHART = 200
 
