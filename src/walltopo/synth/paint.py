@@ -51,7 +51,7 @@ def _wall(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generato
         _shapes(canvas, rng, scheme)
         rough = 0.075 if settings.finish == "textured" else 0.035
         speckle(canvas, rng, rough, 0.018 + 0.02 * settings.wear)
-    if rng.random() < 0.15:
+    if rng.random() < 0.07:
         letters(canvas, rng)
     seams(canvas, rng)
     area = canvas.image.shape[0] * canvas.image.shape[1] * canvas.texel**2

@@ -43,7 +43,7 @@ class GymSettings:
     warmth: float = setting(0.3, "0 = daylight lamps, 1 = sodium yellow", low=0, high=1)
     plates: int = setting(1, "measures on the floor", low=0, high=12)
     cell: float = setting(0.025, "size of the wall's triangles", unit="m", low=0.008, high=0.2)
-    detail: float = setting(1.0, "resolution of the holds' surface", low=0.3, high=3)
+    detail: float = setting(0.7, "resolution of the holds' surface", low=0.3, high=3)
 
     def __post_init__(self) -> None:
         check_settings(self, "synth")

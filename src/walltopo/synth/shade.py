@@ -14,7 +14,7 @@ Singles = NDArray[np.float32]
 Doubles = NDArray[np.float64]
 Ints = NDArray[np.int32]
 
-NOISE_SIZE = 256
+NOISE_SIZE = 64
 
 
 class Hits(NamedTuple):
@@ -65,9 +65,9 @@ class Finish(NamedTuple):
 
 
 def noise_table() -> NDArray[np.float32]:
-    """(256, 256) tileable noise of unit spread, white from texel to texel."""
+    """(64, 64, 64) tileable noise of unit spread, white from cell to cell."""
     rng = np.random.default_rng(99)
-    return rng.standard_normal((NOISE_SIZE, NOISE_SIZE)).astype(np.float32)
+    return rng.standard_normal((NOISE_SIZE,) * 3).astype(np.float32)
 
 
 @numba.njit(cache=True, nogil=True, fastmath=True)
@@ -100,24 +100,23 @@ def distorted_rays(y0, y1, width, per_side, f, cx, cy, k1, rotation):  # type: i
     return out
 
 
-@numba.njit(cache=True, nogil=True, fastmath=True, inline="always")
-def _tile(table, x, y):  # type: ignore[no-untyped-def]
-    """Bilinear look-up of the tileable noise."""
-    fx, fy = np.floor(x), np.floor(y)
-    tx, ty = x - fx, y - fy
-    tx, ty = tx * tx * (3 - 2 * tx), ty * ty * (3 - 2 * ty)
-    i0, j0 = int(fx) & 255, int(fy) & 255
-    i1, j1 = (i0 + 1) & 255, (j0 + 1) & 255
-    low = table[j0, i0] * (1 - tx) + table[j0, i1] * tx
-    high = table[j1, i0] * (1 - tx) + table[j1, i1] * tx
-    return low * (1 - ty) + high * ty
-
-
-@numba.njit(cache=True, nogil=True, fastmath=True, inline="always")
+@numba.njit(cache=True, nogil=True, fastmath=True)
 def _solid(table, p, scale, shift):  # type: ignore[no-untyped-def]
-    """Noise in space from three planes; p in metres, scale in bumps a metre."""
-    x, y, z = p[0] * scale + shift, p[1] * scale + 0.7 * shift, p[2] * scale + 1.3 * shift
-    return 0.6 * (_tile(table, x, y) + _tile(table, y + 37.0, z) + _tile(table, z + 91.0, x))
+    """Smooth noise in space of unit spread; p in metres, scale in bumps a metre."""
+    # Turned off the hold's axes, along which the lattice would show.
+    x = (0.6 * p[0] + 0.64 * p[1] + 0.48 * p[2]) * scale + shift
+    y = (-0.8 * p[0] + 0.48 * p[1] + 0.36 * p[2]) * scale + 0.7 * shift
+    z = (-0.6 * p[1] + 0.8 * p[2]) * scale + 1.3 * shift
+    fx, fy, fz = np.floor(x), np.floor(y), np.floor(z)
+    x, y, z = x - fx, y - fy, z - fz
+    x, y, z = x * x * (3 - 2 * x), y * y * (3 - 2 * y), z * z * (3 - 2 * z)
+    i0, j0, k0 = int(fx) & 63, int(fy) & 63, int(fz) & 63
+    i1, j1, k1 = (i0 + 1) & 63, (j0 + 1) & 63, (k0 + 1) & 63
+    a = table[k0, j0, i0] * (1 - x) + table[k0, j0, i1] * x
+    b = table[k0, j1, i0] * (1 - x) + table[k0, j1, i1] * x
+    c = table[k1, j0, i0] * (1 - x) + table[k1, j0, i1] * x
+    d = table[k1, j1, i0] * (1 - x) + table[k1, j1, i1] * x
+    return 1.7 * ((a * (1 - y) + b * y) * (1 - z) + (c * (1 - y) + d * y) * z)
 
 
 @numba.njit(cache=True, nogil=True, fastmath=True)
