@@ -90,7 +90,8 @@ def _detectors(figures: Mapping[str, Any], setup: Mapping[str, Any]) -> list[str
 def _lift(figures: Mapping[str, Any], setup: Mapping[str, Any]) -> list[str]:
     lines = [
         f"Generated gyms: {setup.get('gyms')} test gyms of each preset, "
-        f"{setup.get('photos')} photos each, masks by the shipped detector, true cameras and true mesh (what reconstruction adds "
+        f"{setup.get('photos')} photos each, masks by the shipped detector, true cameras and "
+        "true mesh (what reconstruction adds "
         f"in error is in table 5). Tuned: {setup.get('trials')} trials on two other gyms of the "
         "preset; for `gym-a` those of `modern`. `gym-a noisy` and `clean` are its given masks on "
         "its fused mesh. AP, AP50, AP25 by the ScanNet protocol on face area; mIoU of wall, hold "
