@@ -13,7 +13,9 @@ from walltopo.core import SettingsError
 from walltopo.synth import PRESETS, GymSettings, gym_preset
 from walltopo.synth.bodies import GymInstance
 from walltopo.synth.gym import Reset, set_up
+from walltopo.synth.light import hang_lamps
 from walltopo.synth.mesh import tessellate
+from walltopo.synth.tnuts import behind_fins
 from walltopo.synth.wall import build_wall
 
 SMALL = GymSettings(width=5.0, height=3.4, columns=4, routes=5, volumes=3, detail=0.4, downclimb=2)
@@ -102,3 +104,21 @@ def test_settings_out_of_order_are_refused() -> None:
         replace(SMALL, holds_low=20)
     with pytest.raises(SettingsError, match="oldschool-dark"):
         gym_preset("oldschool")
+
+
+def test_a_reset_keeps_light_and_paint() -> None:
+    """Lamps hang by the wall alone, and a panel without holds is painted the same."""
+    before, after = set_up(SMALL, 4, None), set_up(SMALL, 4, Reset(9, "all"))
+    lamps = [hang_lamps(s.wall, SMALL, np.random.default_rng([4, 7])) for s in (before, after)]
+    np.testing.assert_array_equal(lamps[0].centres, lamps[1].centres)
+    assert [f.style for f in before.facets] == [f.style for f in after.facets]
+
+
+def test_no_hold_hides_in_a_fin() -> None:
+    finned = replace(SMALL, fins=2, width=7.0, columns=5)
+    built = set_up(finned, 2)
+    fins = [facet for facet in built.wall if facet.kind == "fin"]
+    assert len(fins) == 4
+    on_wall = [h for h in built.holds if not any(fin.carries(h.position) for fin in fins)]
+    assert not behind_fins(fins, np.array([h.position for h in on_wall]), 0.05).any()
+    assert len(on_wall) < len(built.holds), "fins carry holds too"
