@@ -18,7 +18,8 @@ from sklearn.metrics import adjusted_rand_score
 
 from walltopo.formats.coco import decode_segmentation
 from walltopo.routes.colour import HoldPaint, assign_colours, find_palette
-from walltopo.routes.grouping import group_holds
+from walltopo.routes.grouping import group_by_paint, group_holds
+from walltopo.routes.oklab import features
 from walltopo.routes.params import ClassifySettings, RoutesSettings
 from walltopo.routes.samples import load_photo, paint_of
 
@@ -49,66 +50,90 @@ def _read(
     return paints, np.array(centres), np.array(extents, dtype=np.float64)
 
 
-def one_photo(
-    photo: NDArray[np.uint8], entries: list[dict[str, Any]], by_truth: bool
-) -> tuple[float, int, int]:
-    """ARI, number of masks with a route, number of true routes of one photo.
-
-    by_truth : take each route's colour as known, the most frequent name among its masks.
-    """
-    colours, routes = ClassifySettings(), RoutesSettings()
+def _names(
+    paints: dict[int, HoldPaint], volumes: set[int], truth: dict[int, int], by_truth: bool
+) -> dict[int, str]:
+    """Colour of each mask; `by_truth`: one name a route, the most frequent of its masks."""
+    colours = ClassifySettings()
     scale = {"spread": colours.colour_spread, "lightness_weight": colours.lightness_weight}
-    paints, centres, extents = _read(photo, entries)
-    volumes = {k for k, entry in enumerate(entries) if entry["category_id"] == 2}
-    palette = find_palette(paints, volumes, **scale)
-    found = assign_colours(paints, palette, **scale)
-    truth = {k: int(e["route_id"]) for k, e in enumerate(entries) if e.get("route_id") is not None}
-    names = {k: found[k].name for k in paints}
+    found = assign_colours(paints, find_palette(paints, volumes, **scale), **scale)
+    names = {number: found[number].name for number in paints}
     if by_truth:
         for route in set(truth.values()):
-            members = [k for k in truth if truth[k] == route]
-            most = max((names[k] for k in members), key=[names[k] for k in members].count)
-            names |= dict.fromkeys(members, most)
+            members = [number for number in truth if truth[number] == route]
+            own = [names[number] for number in members]
+            names |= dict.fromkeys(members, max(own, key=own.count))
+    return names
+
+
+def one_photo(photo: NDArray[np.uint8], entries: list[dict[str, Any]], way: str) -> float:
+    """ARI of one photo.
+
+    way : "colour" and "paint" as in the settings' `link`; "known": "colour" with the colours
+        of the routes known.
+    """
+    routes = RoutesSettings()
+    paints, centres, extents = _read(photo, entries)
+    volumes = {k for k, entry in enumerate(entries) if entry["category_id"] == 2}
+    truth = true_routes(entries)
     rows = [k for k in paints if k not in volumes or k in truth]
     unit = float(np.median(extents)) / routes.typical_hold
     points = np.column_stack([centres[rows, 0], np.zeros(len(rows)), centres[rows, 1]])
     flat = points * [1, 1, routes.flatten_ratio]
-    grouping = group_holds(
-        points,
-        [names[k] for k in rows],
-        lambda pairs: np.linalg.norm(flat[pairs[:, 0]] - flat[pairs[:, 1]], axis=1),
-        near=routes.min_hold_dist * unit,
-        far=routes.max_hold_dist * unit,
-        ratio=routes.flatten_ratio,
-        resolution=routes.resolution,
-    )
+
+    def lengths(pairs: NDArray[np.int64]) -> Floats:
+        return np.linalg.norm(flat[pairs[:, 0]] - flat[pairs[:, 1]], axis=1)
+
+    near, far = routes.min_hold_dist * unit, routes.max_hold_dist * unit
+    reach: dict[str, Any] = {"near": near, "far": far, "ratio": routes.flatten_ratio}
+    if way == "paint":
+        linear = np.array([paints[k].linear for k in rows])
+        paint = features(linear, routes.paint_lightness)
+        resolution, spread = routes.paint_resolution, routes.paint_spread
+        grouping = group_by_paint(
+            points, paint, lengths, spread=spread, resolution=resolution, **reach
+        )
+    else:
+        names = _names(paints, volumes, truth, way == "known")
+        labels = [names[k] for k in rows]
+        grouping = group_holds(points, labels, lengths, resolution=routes.resolution, **reach)
     group = dict(zip(rows, grouping.group.tolist(), strict=True))
     ids = sorted(truth)
-    ari = adjusted_rand_score([truth[k] for k in ids], [group[k] for k in ids])
-    return float(ari), len(ids), len(set(truth.values()))
+    return float(adjusted_rand_score([truth[k] for k in ids], [group[k] for k in ids]))
+
+
+def true_routes(entries: list[dict[str, Any]]) -> dict[int, int]:
+    """Number of a mask to its route, for masks that carry one."""
+    given = {k: entry.get("route_id") for k, entry in enumerate(entries)}
+    return {k: int(route) for k, route in given.items() if route is not None}
+
+
+WAYS = {
+    "colour": "colours by name (default)",
+    "paint": "link = paint",
+    "known": "colours of the routes known",
+}
 
 
 def report(folder: Path) -> None:
     """Print ARI per photo, and the mean weighted by masks."""
     data = json.loads((folder / "annotations.json").read_text(encoding="utf-8"))
-    totals = {False: 0.0, True: 0.0}
+    totals = dict.fromkeys(WAYS, 0.0)
     count = 0
     for image in data["images"]:
         entries = [a for a in data["annotations"] if a["image_id"] == image["id"]]
-        if not any(entry.get("route_id") is not None for entry in entries):
+        truth = true_routes(entries)
+        if not truth:
             continue
-        path = folder / "images" / image["file_name"]
-        photo = load_photo(path, image["width"], image["height"])
-        results = {known: one_photo(photo, entries, known) for known in (False, True)}
-        ari, masks, routes = results[False]
+        photo = load_photo(folder / "images" / image["file_name"], image["width"], image["height"])
+        results = {way: one_photo(photo, entries, way) for way in WAYS}
         print(
-            f"{image['file_name']}: ARI {ari:.3f} ({masks} of {len(entries)} masks in {routes} "
-            f"routes); with one colour name a route {results[True][0]:.3f}"
+            f"{image['file_name']} ({len(truth)} of {len(entries)} masks in "
+            f"{len(set(truth.values()))} routes): "
+            + ", ".join(f"{WAYS[way]} {value:.3f}" for way, value in results.items())
         )
-        for known, result in results.items():
-            totals[known] += result[0] * masks
-        count += masks
-    print(
-        f"{count} masks: ARI {totals[False] / count:.3f}; with one colour name a route "
-        f"{totals[True] / count:.3f}"
-    )
+        for way, value in results.items():
+            totals[way] += value * len(truth)
+        count += len(truth)
+    means = ", ".join(f"{WAYS[way]} {total / count:.3f}" for way, total in totals.items())
+    print(f"{count} masks, ARI: {means}")

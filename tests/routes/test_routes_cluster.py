@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -76,6 +77,28 @@ def test_a_route_with_one_hold_is_left_without_a_route_unless_asked_for() -> Non
     assert routes[1].start == routes[1].top == (30,)
     assert routes[1].facts["length_m"] == 0.0
     assert unrouted == []
+
+
+def test_linking_by_paint_needs_no_colour_names() -> None:
+    def painted(holds: list[Hold], rgb: tuple[int, int, int]) -> list[Hold]:
+        # The light falls off from the bottom to the top of the wall.
+        return [
+            replace(
+                hold,
+                colour="?",
+                colour_rgb=tuple(int(v * (1 - 0.12 * hold.position[2])) for v in rgb),  # type: ignore[arg-type]
+            )
+            for hold in holds
+        ]
+
+    holds = [
+        *painted(column(1.0, "", 1), (200, 30, 40)),
+        *painted(column(1.4, "", 21), (40, 80, 190)),
+        *painted(column(5.0, "", 41), (200, 30, 40)),
+    ]
+    routes, _ = find_routes(wall(), holds, RoutesSettings(link="paint"))
+    found = sorted(tuple(sorted(route.holds)) for route in routes)
+    assert found == [tuple(range(1, 9)), tuple(range(21, 29)), tuple(range(41, 49))]
 
 
 def test_no_holds_no_routes() -> None:

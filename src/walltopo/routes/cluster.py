@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from walltopo.core import Mesh, Progress, Silent
 from walltopo.routes.edits import RouteBook, apply_route_edits
 from walltopo.routes.geodesic import pair_lengths
-from walltopo.routes.grouping import Grouping, group_holds
+from walltopo.routes.grouping import Grouping, group_by_paint, group_holds
+from walltopo.routes.oklab import features, linear_from_srgb8
 from walltopo.routes.order import describe_route, memberships
 from walltopo.routes.params import RoutesSettings
 from walltopo.routes.proxy import build_proxy
@@ -32,17 +33,37 @@ def _group(mesh: Mesh, holds: Sequence[Hold], settings: RoutesSettings, unit: fl
     points = np.array([hold.position for hold in holds], dtype=np.float64).reshape(-1, 3)
     proxy = build_proxy(mesh.vertices, mesh.faces, points, settings.proxy_faces)
     threads = settings.threads or os.cpu_count() or 1
+
+    def lengths(pairs: Ints) -> Floats:
+        gap = settings.bridge_gap * unit
+        return pair_lengths(proxy, pairs, settings.flatten_ratio, gap, threads)
+
+    near, far = settings.min_hold_dist * unit, settings.max_hold_dist * unit
+    ratio, seed = settings.flatten_ratio, settings.seed
+    if settings.link == "paint":
+        rgb = np.array([hold.colour_rgb for hold in holds], dtype=np.uint8)
+        paint = features(linear_from_srgb8(rgb), settings.paint_lightness)
+        return group_by_paint(
+            points,
+            paint,
+            lengths,
+            spread=settings.paint_spread,
+            near=near,
+            far=far,
+            ratio=ratio,
+            resolution=settings.paint_resolution,
+            seed=seed,
+        )
+    names = [hold.colour for hold in holds]
     return group_holds(
         points,
-        [hold.colour for hold in holds],
-        lambda pairs: pair_lengths(
-            proxy, pairs, settings.flatten_ratio, settings.bridge_gap * unit, threads
-        ),
-        near=settings.min_hold_dist * unit,
-        far=settings.max_hold_dist * unit,
-        ratio=settings.flatten_ratio,
+        names,
+        lengths,
+        near=near,
+        far=far,
+        ratio=ratio,
         resolution=settings.resolution,
-        seed=settings.seed,
+        seed=seed,
     )
 
 

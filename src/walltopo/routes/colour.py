@@ -85,14 +85,15 @@ def paint_over_views(
         rows = np.array([view.linear * np.exp(-light.gain[view.photo] - local) for view in best])
         weights = np.array([view.quality for view in best])
         paints[hold] = HoldPaint(_weighted_median(rows, weights), rows, weights)
-    return _to_white_level(paints)
+    return _to_white_level(paints, light.wall)
 
 
-def _to_white_level(paints: dict[int, HoldPaint]) -> dict[int, HoldPaint]:
+def _to_white_level(paints: dict[int, HoldPaint], wall: float) -> dict[int, HoldPaint]:
     if not paints:
         return paints
     luminance = [float(p.linear @ np.array([0.2126, 0.7152, 0.0722])) for p in paints.values()]
-    factor = WHITE_LEVEL / max(float(np.percentile(luminance, 98)), 1e-6)
+    # Holds that are all darker than the wall have no white one among them.
+    factor = WHITE_LEVEL / max(float(np.percentile(luminance, 98)), wall, 1e-6)
     return {
         hold: HoldPaint(paint.linear * factor, paint.views * factor, paint.weights)
         for hold, paint in paints.items()

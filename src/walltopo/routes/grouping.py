@@ -16,12 +16,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Grouping", "candidate_pairs", "group_holds", "louvain", "similarity"]
+__all__ = ["Grouping", "candidate_pairs", "group_by_paint", "group_holds", "louvain", "similarity"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 RESTARTS = 8  # Louvain runs with different node orders; the best modularity wins
+FAINT = 0.02  # likeness of paint below which two holds are not linked
 
 Lengths = Callable[[Ints], Floats]
 
@@ -130,6 +131,42 @@ def _in_order(groups: Ints) -> Ints:
     rank = np.empty(len(first), dtype=np.int64)
     rank[np.argsort(first)] = np.arange(len(first))
     return rank[inverse]
+
+
+def group_by_paint(
+    points: Floats,
+    paint: Floats,
+    lengths: Lengths,
+    *,
+    spread: float,
+    near: float,
+    far: float,
+    ratio: float,
+    resolution: float,
+    seed: int = 0,
+) -> Grouping:
+    """Group holds into routes without naming their colours first.
+
+    One graph of all holds; the similarity by path length is multiplied by
+    exp(-(d / spread)²), d = distance of the two holds' paint. For scans whose light is too
+    uneven to name colours: neighbours on a route hang in the same light.
+
+    Parameters
+    ----------
+    points : (n, 3) positions; paint : (n, 3) colour features (`oklab.features`).
+    lengths, near, far, ratio, seed : as in `group_holds`.
+    resolution : of Louvain, for all colours together: about that of one colour times the
+        number of colours that hang in reach of each other.
+    """
+    pairs = candidate_pairs(points, [""] * len(points), ratio, far)
+    apart = np.linalg.norm(paint[pairs[:, 0]] - paint[pairs[:, 1]], axis=1)
+    alike = np.exp(-((apart / spread) ** 2))
+    pairs, alike = pairs[alike > FAINT], alike[alike > FAINT]
+    links = np.zeros((len(points), len(points)))
+    if len(pairs):
+        value = alike * similarity(lengths(pairs), near, far)
+        links[pairs[:, 0], pairs[:, 1]] = links[pairs[:, 1], pairs[:, 0]] = value
+    return Grouping(louvain(links, resolution, seed), links)
 
 
 def group_holds(

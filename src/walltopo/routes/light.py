@@ -35,11 +35,13 @@ class SceneLight:
     points : (n, 3) float64, centres of wall patches, world frame.
     brightness : (n,) float64, log luminance of the wall around each patch over the scan's
         median, smoothed: how much light falls there.
+    wall : median luminance of the wall, linear, under the scan's mean light; 0 if unknown.
     """
 
     gain: Floats
     points: Floats
     brightness: Floats
+    wall: float = 0.0
 
     def at(self, positions: Floats) -> Floats:
         """(n,) log brightness of the light at (n, 3) positions; 0 where nothing is known."""
@@ -98,14 +100,16 @@ def solve_light(
         middle = float(np.median(solved[known]))
         gain[known, channel] = solved[known] - middle
         own[:, channel] += middle
-    return SceneLight(gain, patch_centres[rows], _smooth(patch_centres[rows], own, patch_size))
+    luminance = np.log(np.exp(own) @ np.array([0.2126, 0.7152, 0.0722]))
+    brightness = _smooth(patch_centres[rows], luminance, patch_size)
+    wall = float(np.exp(np.median(luminance)))
+    return SceneLight(gain, patch_centres[rows], brightness, wall)
 
 
-def _smooth(points: Floats, own: Floats, patch_size: float) -> Floats:
+def _smooth(points: Floats, luminance: Floats, patch_size: float) -> Floats:
     """Log luminance around each patch over the median: light varies slowly, paint does not."""
     from scipy.spatial import cKDTree
 
-    luminance = np.log(np.exp(own) @ np.array([0.2126, 0.7152, 0.0722]))
     tree = cKDTree(points)
     near = tree.query_ball_point(points, REACH * patch_size)
     local = np.array([np.median(luminance[rows]) for rows in near])
