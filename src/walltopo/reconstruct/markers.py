@@ -1,6 +1,6 @@
 """Finding ArUco markers in photos, with corners good to a tenth of a pixel.
 
-OpenCV's own corner refinements pull a marker's corners inwards by 0.3 to 0.4 px (a blurred L
+OpenCV's own corner refinements pull a marker's corners inwards by 0.35 to 1 px (a blurred L
 corner is round, and photos are gamma-encoded, which fattens the dark side of an edge): one per
 cent of a marker 60 px wide, ten times the accuracy a measure must have. So the four sides are
 located here: edge profiles across each side in linear light, a line through them, and the corners
