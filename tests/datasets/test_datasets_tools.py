@@ -179,11 +179,12 @@ def test_grabcut_finds_ovals_in_boxes(tmp_path: Path) -> None:
 def test_refinement_that_disagrees_is_not_taken(tmp_path: Path) -> None:
     truth = Dataset((wall(tmp_path / "a.jpg", 3),), CLASSES)
     corner = Mask.from_full(np.pad(np.ones((5, 5), np.bool_), ((0, 295), (0, 395))), 1)
-    same, taken = refine_dataset(truth, lambda image, mask, is_box: corner)
+    same, taken = refine_dataset(truth, lambda image, masks, boxes: [corner] * len(masks))
     assert taken == 0
     assert compare(same, truth).miou == 1.0
     oval, _ = refine_dataset(
-        Dataset((boxes_only(truth.photos[0]),), CLASSES), lambda image, mask, is_box: None
+        Dataset((boxes_only(truth.photos[0]),), CLASSES),
+        lambda image, masks, boxes: [None] * len(masks),
     )
     assert compare(oval, truth).instance_iou > 0.95  # ovals are what they are here
 

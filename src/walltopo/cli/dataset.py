@@ -46,7 +46,9 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     convert.add_argument("target", type=Path, metavar="DIR", help="where to write")
     convert.add_argument("--to", choices=FORMATS, required=True, help="format")
     convert.add_argument("--no-photos", action="store_true", help="do not copy the pictures")
-    convert.add_argument("--refine", choices=("grabcut",), help="masks of boxes, or better masks")
+    convert.add_argument(
+        "--refine", choices=("grabcut", "sam"), help="masks of boxes, or better masks"
+    )
     show = add("show", "a contact sheet with the labels drawn", _show)
     show.add_argument("-o", "--output", type=Path, required=True, metavar="PNG")
     show.add_argument("--count", type=int, default=12, help="photos on it (12)")
@@ -80,7 +82,9 @@ def _register_meshes(kinds: argparse._SubParsersAction[argparse.ArgumentParser])
     project.add_argument("--legend", type=Path, metavar="JSON", help="what the colours mean")
     project.add_argument("--split-parts", action="store_true", help="each connected part alone")
     project.add_argument("--min-pixels", type=int, default=20, help="smaller glimpses go (20)")
-    project.add_argument("--refine", choices=("grabcut",), help="better masks from the pictures")
+    project.add_argument(
+        "--refine", choices=("grabcut", "sam"), help="better masks from the pictures"
+    )
     project.add_argument("-o", "--output", type=Path, required=True, metavar="DIR")
     project.set_defaults(run=_project)
     read = kinds.add_parser("unpaint", help="a painted mesh back into a scan's instances")
@@ -96,11 +100,31 @@ def _refined(dataset: Any, name: str | None) -> Any:
     from walltopo.cli.console import console
     from walltopo.datasets.refine import grabcut, refine_dataset
 
+    refiner = grabcut if name == "grabcut" else _sam()
     with console.status("refining masks"):
-        result, taken = refine_dataset(dataset, grabcut)
+        result, taken = refine_dataset(dataset, refiner)
     total = sum(len(photo.annotations) for photo in result.photos)
-    console.print(f"{taken} of {total} masks taken from GrabCut")
+    console.print(f"{taken} of {total} masks taken from {name}")
     return result
+
+
+def _sam() -> Any:
+    """A refiner that asks Segment Anything for each object's box."""
+    import numpy as np
+
+    from walltopo.core import Silent
+    from walltopo.detect.families import SamMasks
+    from walltopo.detect.fetch import SAM_WEIGHTS, fetch
+
+    sam = SamMasks(fetch(SAM_WEIGHTS["mobile-sam"], Silent()))
+
+    def refine(image: Any, masks: Any, are_boxes: Any) -> Any:
+        boxes = np.array([m.box for m in masks], dtype=np.float64).reshape(-1, 4)
+        boxes[:, 2:] += boxes[:, :2]
+        scores = np.array([m.score for m in masks], dtype=np.float64)
+        return sam.masks(image, boxes, scores, np.array([m.label for m in masks], dtype=np.int64))
+
+    return refine
 
 
 def _convert(args: argparse.Namespace) -> int:

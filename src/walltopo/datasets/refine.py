@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,15 +10,16 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mask, Progress, Silent
 from walltopo.datasets.model import Annotation, Dataset, Photo
-from walltopo.datasets.shapes import mask_of
+from walltopo.datasets.shapes import ellipse, mask_of
 
-__all__ = ["Refiner", "grabcut", "mask_iou", "refine_dataset"]
+__all__ = ["Refiner", "grabcut", "grabcut_one", "mask_iou", "refine_dataset"]
 
 Image = NDArray[np.uint8]
 
-# From the picture (h, w, 3 sRGB), a rough mask, and whether it is a mere box, to a better one;
-# None where nothing sensible came out.
-Refiner = Callable[[Image, Mask, bool], Mask | None]
+# From the picture (h, w, 3 sRGB), its rough masks, and which of them are mere boxes, to a better
+# mask for each; None where nothing sensible came out. All of a photo at once, because networks
+# look at the photo once.
+Refiner = Callable[[Image, Sequence[Mask], Sequence[bool]], Sequence[Mask | None]]
 
 AGREE_SHAPE = 0.6
 AGREE_BOX = 0.35
@@ -40,7 +41,12 @@ def mask_iou(a: Mask, b: Mask) -> float:
     return float(np.count_nonzero(boards[0] & boards[1]) / union) if union else 0.0
 
 
-def grabcut(image: Image, mask: Mask, is_box: bool) -> Mask | None:
+def grabcut(image: Image, masks: Sequence[Mask], are_boxes: Sequence[bool]) -> list[Mask | None]:
+    """`grabcut_one` for every mask of a photo: a `Refiner` that needs no model."""
+    return [grabcut_one(image, m, b) for m, b in zip(masks, are_boxes, strict=True)]
+
+
+def grabcut_one(image: Image, mask: Mask, is_box: bool) -> Mask | None:
     """The object by colour, told from the ring around it.
 
     Source: Rother, Kolmogorov, Blake, "GrabCut", SIGGRAPH 2004 (OpenCV's implementation). Of a
@@ -138,10 +144,12 @@ def refine_dataset(
     taken = 0
     photos: list[Photo] = []
     for photo in dataset.photos:
-        image = photo.pixels()
+        rough = [mask_of(annotation, photo) for annotation in photo.annotations]
+        boxes = [not annotation.has_shape for annotation in photo.annotations]
+        found = refiner(photo.pixels(), rough, boxes)
         rows: list[Annotation] = []
-        for annotation in photo.annotations:
-            row, better = _refine(annotation, photo, image, refiner)
+        for annotation, before, after in zip(photo.annotations, rough, found, strict=True):
+            row, better = _choose(annotation, before, after)
             rows.append(row)
             taken += better
         photos.append(photo.with_annotations(tuple(rows)))
@@ -149,15 +157,10 @@ def refine_dataset(
     return Dataset(tuple(photos), dataset.classes), taken
 
 
-def _refine(
-    annotation: Annotation, photo: Photo, image: Image, refiner: Refiner
-) -> tuple[Annotation, bool]:
-    from walltopo.datasets.shapes import ellipse
-
+def _choose(annotation: Annotation, rough: Mask, found: Mask | None) -> tuple[Annotation, bool]:
     is_box = not annotation.has_shape
-    rough = mask_of(annotation, photo)
-    found = refiner(image, rough, is_box) if rough.area else None
-    if found is not None and mask_iou(found, rough) >= (AGREE_BOX if is_box else AGREE_SHAPE):
+    agree = AGREE_BOX if is_box else AGREE_SHAPE
+    if found is not None and mask_iou(found, rough) >= agree:
         # The box of a box label was drawn by a person; it stays.
         x, y, w, h = annotation.box if is_box else (float(v) for v in found.box)
         return replace(annotation, mask=found, polygons=(), box=(x, y, w, h)), True
