@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,7 +56,7 @@ class Facet:
     texel: float = 0.003
     style: int = 0
 
-    @property
+    @cached_property
     def frame(self) -> tuple[Floats, Floats, Floats]:
         """Unit u (level, to the right seen from outside), v (up the facet), n (outward)."""
         a, b, c = self.corners[:3]

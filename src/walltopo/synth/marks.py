@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from walltopo.synth.bodies import Facet, GymInstance
 from walltopo.synth.brush import Canvas, dots, noise_image
@@ -52,26 +53,41 @@ def chalk_halo(
     canvas.image[...] = canvas.image * (1 - weight) + 0.93 * weight
 
 
+def _patch(
+    canvas: Canvas,
+    sheet: NDArray[np.float64],
+    box: tuple[float, float, float, float],
+    colour: tuple[float, ...],
+) -> None:
+    """Fill x0, x1, y0, y1 of a sheet given by its half axes and centre (3, 2), in pixels."""
+    import cv2
+
+    x0, x1, y0, y1 = box
+    corners = np.array([(x0, y0, 1), (x1, y0, 1), (x1, y1, 1), (x0, y1, 1)]) @ sheet
+    fixed = np.round((corners - 0.5) * 16).astype(np.int32)
+    cv2.fillConvexPoly(canvas.image, fixed, colour, cv2.LINE_AA, 4)
+
+
 def tags(
     canvas: Canvas, facet: Facet, holds: Sequence[GymInstance], rng: np.random.Generator
 ) -> None:
-    """Printed tags and tape beside the holds a route starts at."""
-    import cv2
+    """Paper tags beside the holds a route starts at: a band in its colour, two lines of text.
 
+    The paper is white: a dark one with light text now and then reads as an ArUco marker.
+    """
     for hold in holds:
         if hold.role != "start" or hold.body is None:
             continue
-        x, y = canvas.pixels(
+        centre = canvas.pixels(
             facet.chart(hold.position)
             + np.array([rng.uniform(-0.05, 0.05), -hold.body.radius - 0.04])
         )
-        w, h = 0.075 / canvas.texel, 0.045 / canvas.texel
-        box = cv2.boxPoints(((x, y), (w, h), float(rng.normal(0, 8))))
-        cv2.fillConvexPoly(
-            canvas.image, np.round(box).astype(np.int32), tuple(map(float, hold.rgb))
-        )
-        for k in (-0.2, 0.1):
-            a = (int(x - 0.3 * w), int(y + k * h))
-            b = (int(x + rng.uniform(0.0, 0.35) * w), int(y + k * h))
-            ink = 0.95 if sum(hold.rgb) < 1.4 else 0.08
-            cv2.line(canvas.image, a, b, (ink,) * 3, max(1, int(0.006 / canvas.texel)))
+        turn = np.radians(rng.normal(0, 8))
+        right = np.array([np.cos(turn), np.sin(turn)]) * 0.0375 / canvas.texel
+        up = np.array([-np.sin(turn), np.cos(turn)]) * 0.0225 / canvas.texel
+        sheet = np.stack([right, up, centre])
+        _patch(canvas, sheet, (-1, 1, -1, 1), (0.9, 0.9, 0.88))
+        _patch(canvas, sheet, (-1, -0.5, -1, 1), tuple(map(float, hold.rgb)))
+        for y in (0.2, -0.5):
+            end = float(rng.uniform(0.2, 0.85))
+            _patch(canvas, sheet, (-0.3, end, y, y + 0.3), (0.25, 0.25, 0.25))
