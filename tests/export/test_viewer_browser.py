@@ -23,7 +23,8 @@ from walltopo.workspace import ScanFolder
 
 VIEWER = Path(__file__).resolve().parents[2] / "viewer"
 SMALL = ExportSettings(first_triangles=6000, title="Test wall")
-NAMES = re.findall(r'^  async "(.+?)"\(', (VIEWER / "tests" / "checks.mjs").read_text(), re.M)
+CHECKS = (VIEWER / "tests" / "checks.mjs").read_text()
+NAMES = re.findall(r'^  async "(.+?)"\(|^checks\["(.+?)"\]', CHECKS, re.M)
 
 EMBED = """<!doctype html><html lang="en"><meta charset="utf-8"><title>Embedded</title>
 <style>wall-topo{display:block;width:800px;height:500px}</style>
@@ -84,6 +85,25 @@ def broken(scan: ScanFolder, folder: Path, data: bytes | None) -> Path:
     return folder / "index.html"
 
 
+def edited_files(scan: ScanFolder) -> str:
+    """What is wrong with the files that the editor's check saved; "" when nothing is."""
+    from walltopo.formats.edits import read_hold_edits, read_route_edits
+
+    holds, routes = read_hold_edits(scan.hold_edits), read_route_edits(scan.route_edits)
+    entries = {entry["id"]: entry for entry in holds["holds"]}
+    expected = [
+        entries.get(5, {}).get("colour") == "green",
+        entries.get(5, {}).get("type") == "crimp",
+        entries.get(9, {}).get("deleted") is True,
+        bool(holds["strokes"]) and holds["strokes"][0]["hold"] == 7,
+        routes["split"] and routes["split"][0]["holds"] == [2, 6],
+        routes["merge"] and routes["merge"][0]["routes"] == [3, 4],
+        routes["rename"] and routes["rename"][0]["name"] == "<b>Heron</b>",
+        routes["assign"] == [],
+    ]
+    return "" if all(expected) else f"{expected}: {holds} {routes}"
+
+
 @pytest.fixture(scope="module")
 def results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     """Check name to its problem ("" where it passed)."""
@@ -107,7 +127,11 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     shots.mkdir(parents=True, exist_ok=True)
     server = make_server(scan.root, 0, edit=False)
     threading.Thread(target=server.serve_forever, daemon=True).start()
+    editing = exported(room / "editing")
+    editor = make_server(editing.root, 0, edit=True)
+    threading.Thread(target=editor.serve_forever, daemon=True).start()
     places = {
+        "edit": f"http://localhost:{editor.server_address[1]}/",
         "disk": scan.page.as_uri(),
         "web": f"http://localhost:{server.server_address[1]}/",
         "report": scan.report.as_uri(),
@@ -126,17 +150,24 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
         timeout=600,
         check=False,
     )
-    server.shutdown()
-    server.server_close()
+    for one in (server, editor):
+        one.shutdown()
+        one.server_close()
     lines = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
     assert lines, f"the browser did not start: {done.stderr[-2000:]}"
-    return {line["name"]: line["problem"] for line in lines}
+    found = {line["name"]: line["problem"] for line in lines}
+    found["the files"] = edited_files(editing)
+    return found
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [a or b for a, b in NAMES])
 def test_in_browser(results: dict[str, str], name: str) -> None:
     assert name in results, "the check did not run: the browser ended before it"
     assert not results[name], results[name]
+
+
+def test_edits_are_in_the_files(results: dict[str, str]) -> None:
+    assert not results["the files"], results["the files"]
 
 
 @pytest.mark.parametrize("tier", ["wall.glb", "page/first.glb", "page/detail.glb"])

@@ -7,6 +7,7 @@ import { h, icon } from "./dom";
 import type { Shape } from "./dom";
 import { readPlace, writePlace } from "./link";
 import { fetchBytes, parseWall } from "./load";
+import { Editor } from "./editor";
 import { Overlay } from "./overlay";
 import { Panel } from "./panel";
 import { Stage } from "./stage";
@@ -40,6 +41,7 @@ export class WallTopo extends HTMLElement {
   private route: number | null = null;
   private hold: number | null = null;
   private measuring = false;
+  private editor: Editor | null = null;
   private loading: AbortController | null = null;
   private resizer: ResizeObserver | null = null;
   private toastTimer = 0;
@@ -200,8 +202,34 @@ export class WallTopo extends HTMLElement {
     this.message.hidden = true;
     this.stage!.home(false);
     this.applyPlace(false);
+    if (this.hasAttribute("edit")) this.startEditor();
     this.setAttribute("data-ready", "first");
     this.emit("wall-load", { routes: this.tables.routes.size, holds: this.tables.holds.size });
+  }
+
+  private startEditor(): void {
+    const address = this.getAttribute("edit") || "api/edits";
+    const host = {
+      view: this.view,
+      stage: this.stage!,
+      canvas: this.canvas,
+      chosen: () => ({
+        route: this.tables.routes.get(this.route ?? -1) ?? null,
+        hold: this.tables.holds.get(this.hold ?? -1) ?? null,
+      }),
+      show: (tables: Tables) => {
+        this.tables = tables;
+        this.panel.fill(tables);
+        const hold = this.hold !== null && tables.holds.has(this.hold) ? this.hold : null;
+        const route = hold === null ? this.route : tables.holds.get(hold)!.route;
+        this.choose(route !== null && tables.routes.has(route) ? route : null, hold);
+      },
+      select: (route: number | null, hold: number | null) => this.choose(route, hold),
+      repaint: () => this.repaint(),
+      say: (text: string) => this.say(text),
+    };
+    this.editor = new Editor(host, this.tables, address);
+    void this.editor.start();
   }
 
   /** The finer tier, once the first one stands. It is a bonus: if it fails, say so and go on. */
@@ -248,6 +276,7 @@ export class WallTopo extends HTMLElement {
     const outlines = new Map<number, number>();
     for (const id of route?.holds ?? []) outlines.set(id, Outline.route);
     if (this.hold !== null) outlines.set(this.hold, Outline.chosen);
+    for (const id of this.editor?.marked ?? []) outlines.set(id, Outline.marked);
     const lit = route ? new Set([...route.holds, ...(this.hold === null ? [] : [this.hold])]) : null;
     this.stage?.paint(lit, outlines);
     this.overlay.flags(route ?? null, this.tables);
@@ -268,6 +297,7 @@ export class WallTopo extends HTMLElement {
       : route
         ? routeCard(route, this.tables, act)
         : [];
+    if (this.editor) parts.push(...this.editor.controls(route ?? null, hold ?? null));
     this.card.replaceChildren(...parts);
     this.card.hidden = parts.length === 0;
   }
@@ -361,6 +391,7 @@ export class WallTopo extends HTMLElement {
       if (length) this.emit("measure", { text: length });
       return;
     }
+    if (this.editor?.tapped(hit)) return;
     if (hit && hit.hold > 0 && this.tables.holds.has(hit.hold)) this.selectHold(hit.hold);
     else this.choose(null, null);
   }

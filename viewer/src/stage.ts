@@ -6,6 +6,7 @@ import {
   Color,
   Matrix4,
   Mesh,
+  MeshBasicMaterial,
   NearestFilter,
   PerspectiveCamera,
   PlaneGeometry,
@@ -13,6 +14,7 @@ import {
   Raycaster,
   Scene,
   Sphere,
+  SphereGeometry,
   Spherical,
   Vector2,
   Vector3,
@@ -73,6 +75,7 @@ export class Stage {
 
   private readonly scene = new Scene();
   private readonly overlay = new Scene();
+  private readonly strokes = new Scene();
   private readonly mask: WebGLRenderTarget;
   private readonly ink: ShaderMaterial;
   private readonly look: WallLook;
@@ -122,9 +125,8 @@ export class Stage {
   show(wall: Wall, refine: boolean): void {
     for (const { mesh, drawn, masked } of this.meshes) {
       this.scene.remove(mesh);
-      const picked = this.pickers.some((p) => p.index === mesh.geometry.getIndex()?.array);
       (drawn as ShaderMaterial).uniforms["uMap"]?.value?.dispose();
-      if (!picked || refine) mesh.geometry.dispose();
+      mesh.geometry.dispose();
       drawn.dispose();
       masked.dispose();
     }
@@ -187,6 +189,21 @@ export class Stage {
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
     this.redraw();
+  }
+
+  /** Show a painted ball where it meets the wall; gives the way to take it away. */
+  paintBall(centre: Vector3, radius: number, colour: string): () => void {
+    const look = { color: new Color(colour), transparent: true, opacity: 0.6, depthWrite: false };
+    const ball = new Mesh(new SphereGeometry(radius, 16, 12), new MeshBasicMaterial(look));
+    ball.position.copy(centre);
+    this.strokes.add(ball);
+    this.redraw();
+    return () => {
+      this.strokes.remove(ball);
+      ball.geometry.dispose();
+      ball.material.dispose();
+      this.redraw();
+    };
   }
 
   /** What lies under a point of the canvas, in CSS pixels from its top left. */
@@ -330,6 +347,7 @@ export class Stage {
     this.renderer.setRenderTarget(null);
     this.renderer.clear();
     this.renderer.render(this.scene, this.camera);
+    if (this.strokes.children.length) this.renderer.render(this.strokes, this.camera);
     if (this.outlined) this.drawOutlines();
     this.frames++;
     this.onFrame();

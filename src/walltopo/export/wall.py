@@ -105,6 +105,19 @@ def _read_labels(scan: ScanFolder, faces: int) -> NDArray[np.int32]:
     return labels
 
 
+def _corrected(
+    scan: ScanFolder, mesh: Mesh, labels: NDArray[np.int32], attributes: list[dict[str, Any]]
+) -> NDArray[np.int32]:
+    """The labels after a setter's strokes, without the holds that were deleted."""
+    from walltopo.formats.edits import apply_strokes, read_hold_edits
+
+    ids = [int(item["id"]) for item in attributes]
+    strokes = read_hold_edits(scan.hold_edits)["strokes"]
+    known = [stroke for stroke in strokes if stroke["hold"] == 0 or stroke["hold"] in ids]
+    painted = apply_strokes(mesh, labels, known)
+    return np.where(np.isin(painted, ids), painted, 0).astype(np.int32)
+
+
 def read_wall(scan: ScanFolder, title: str = "") -> Wall:
     """Read what the export needs from a scan folder.
 
@@ -115,8 +128,8 @@ def read_wall(scan: ScanFolder, title: str = "") -> Wall:
     from walltopo.formats.ply import read_mesh
 
     mesh = read_mesh(scan.mesh)
-    labels = _read_labels(scan, len(mesh.faces))
     attributes = read_json(scan.attributes)["instances"]
+    labels = _corrected(scan, mesh, _read_labels(scan, len(mesh.faces)), attributes)
     routes = read_json(scan.routes)["routes"]
     records = read_json(scan.instance_records)["instances"]
     scores = {int(item["id"]): float(item["score"]) for item in records}

@@ -1,0 +1,59 @@
+"""The atlas of simplified tiers: packing, and colours that stay where they were."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from walltopo.export.atlas.packing import fit_scale
+from walltopo.export.params import ExportSettings
+from walltopo.export.tiers import TierBuilder
+from walltopo.export.wall import read_wall
+from walltopo.workspace import ScanFolder
+
+MakeScan = Callable[..., ScanFolder]
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    sizes=st.lists(st.tuples(st.floats(0.001, 10), st.floats(0.001, 10)), min_size=1, max_size=60),
+    pad=st.integers(0, 3),
+)
+def test_packed_rectangles_do_not_overlap(sizes: list[tuple[float, float]], pad: int) -> None:
+    scale, pixels, places = fit_scale(np.array(sizes), 512, pad, 1000.0)
+    assert scale > 0
+    assert (places >= 0).all()
+    assert (places + pixels <= 512).all()
+    taken = np.zeros((512, 512), np.int32)
+    for (w, h), (x, y) in zip(pixels.tolist(), places.tolist(), strict=True):
+        taken[y : y + h, x : x + w] += 1
+    assert taken.max() <= 1
+
+
+def test_colours_stay_on_the_surface(make_scan: MakeScan) -> None:
+    """The new atlas shows at each place what the old one shows there."""
+    wall = read_wall(make_scan(cells=120))
+    builder = TierBuilder(wall, ExportSettings(first_triangles=1500, first_texture=512))
+    first, full = builder.look("first"), builder.look("archive")
+    assert first.surface.uv is not None
+    assert first.picture is not None
+    assert full.picture is not None
+    corner = first.surface.triangles.astype(int)
+    middle = first.surface.uv[corner].mean(axis=1)
+    place = first.surface.positions[corner].mean(axis=1)
+    height, width = first.picture.shape[:2]
+    new = first.picture[(middle[:, 1] * height).astype(int), (middle[:, 0] * width).astype(int)]
+    # The scan's own texture is the panel's front view: 6 x 4 metres.
+    tall, wide = full.picture.shape[:2]
+    off = np.full(len(new), 255)
+    # Simplification moves the rims of holds a little: look within three pixels, 35 mm.
+    for down in range(-3, 4):
+        for along in range(-3, 4):
+            row = np.clip(((4.0 - place[:, 2]) / 4.0 * tall).astype(int) + down, 0, tall - 1)
+            column = np.clip((place[:, 0] / 6.0 * wide).astype(int) + along, 0, wide - 1)
+            difference = np.abs(new.astype(int) - full.picture[row, column].astype(int))
+            off = np.minimum(off, difference.max(axis=1))
+    assert np.mean(off < 25) > 0.98
