@@ -18,12 +18,13 @@ from walltopo.detect.params import DetectSettings  # noqa: E402
 from walltopo.detect.stage import read_photo  # noqa: E402
 from walltopo.train.choose import Truth, ap_of, average_precision  # noqa: E402
 from walltopo.train.detector import Job, train_detector  # noqa: E402
-from walltopo.train.export import fuse  # noqa: E402
+from walltopo.train.export import export_onnx, fuse  # noqa: E402
 from walltopo.train.loop import learning_rate, load_run  # noqa: E402
 from walltopo.train.loss import box_loss, heat_loss, mask_loss  # noqa: E402
 from walltopo.train.net import NetSize, build_net  # noqa: E402
 from walltopo.train.params import AugmentSettings, TrainSettings  # noqa: E402
 from walltopo.train.plots import plot_history  # noqa: E402
+from walltopo.train.warm import freeze_norms, load_exported  # noqa: E402
 
 SMALL = NetSize(stem=4, widths=(4, 8, 8, 8), depths=(1, 1, 1, 1), neck=8)
 
@@ -150,3 +151,25 @@ def test_plot_of_a_short_history(tmp_path: Path) -> None:
     ]
     plot_history(history, tmp_path / "h.svg")
     assert (tmp_path / "h.svg").read_text().count("<polyline") == 4
+
+
+def test_an_exported_network_comes_back(tmp_path: Path) -> None:
+    torch.manual_seed(1)
+    net = build_net(SMALL)
+    for parameter in net.parameters():
+        if parameter.ndim == 1:  # equal arrays would be stored once, under one name
+            torch.nn.init.normal_(parameter, 1.0, 0.1)
+    photo = torch.rand(2, 3, 64, 96) * 255
+    for _ in range(3):
+        net.train()(photo)
+    export_onnx(net, tmp_path / "net.onnx", {"size": SMALL.as_dict()}, half=False)
+    again = load_exported(tmp_path / "net.onnx")
+    again.train()
+    freeze_norms(again)
+    with torch.no_grad():
+        for a, b in zip(net.eval()(photo), again(photo), strict=True):
+            torch.testing.assert_close(a, b, rtol=1e-3, atol=1e-3)
+    other = tmp_path / "other.onnx"
+    other.write_bytes(b"no network")
+    with pytest.raises(InputError, match="not a network"):
+        load_exported(other)

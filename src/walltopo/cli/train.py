@@ -17,6 +17,7 @@ EXAMPLES = """\
 examples:
   walltopo train hold-boxes/train -o run
   walltopo train hold-boxes/train synth/coco.json -o run --minutes 70 --threads 2
+  walltopo train our-gym.json -o ours --pretrained onnx --rate 3e-4 --minutes 10
 The same command goes on where the last one stopped. The result is run/holds.onnx, for
 `walltopo detect --model run/holds.onnx`; run/holds.md is its model card.
 """
@@ -38,6 +39,12 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     parser.add_argument("-o", "--out", type=Path, required=True, help="folder of the run")
     parser.add_argument(
         "--attribution", action="append", default=[], help="credit of a data set, for the card"
+    )
+    parser.add_argument(
+        "--pretrained",
+        metavar="FILE|onnx",
+        help="start from this exported network (onnx: the shipped one) instead of fresh weights; "
+        "give a lower --rate, such as 3e-4",
     )
     parser.add_argument("-v", "--verbose", action="store_true", help="a line per minute")
     _add_settings(parser.add_argument_group("training"), TrainSettings)
@@ -62,6 +69,10 @@ def _settings(args: argparse.Namespace, kind: type[Any]) -> Any:
     return kind(**{field.name: getattr(args, field.name) for field in dataclasses.fields(kind)})
 
 
+def _path(text: str | None) -> Path | None:
+    return Path(text) if text else None
+
+
 def run(args: argparse.Namespace) -> int:
     """Train, export, say how good it is."""
     from walltopo.cli.console import console
@@ -76,6 +87,7 @@ def run(args: argparse.Namespace) -> int:
             f"training needs PyTorch, which is not here ({error})",
             "Install the extra: pip install 'walltopo[train]'",
         ) from error
+    from walltopo.detect.detector import shipped_model
     from walltopo.train.detector import Job, train_detector
 
     words = [Path(w).name if Path(w).is_absolute() else w for w in sys.argv[1:]]
@@ -84,6 +96,7 @@ def run(args: argparse.Namespace) -> int:
         args.out,
         tuple(args.attribution),
         "walltopo " + shlex.join(words),
+        shipped_model() if args.pretrained == "onnx" else _path(args.pretrained),
     )
     with TerminalListener(console, verbose=args.verbose) as progress:
         figures = train_detector(job, settings, augment, progress)

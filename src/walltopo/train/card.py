@@ -24,6 +24,7 @@ class CardFacts:
     parameters : weights in the network.
     step, minutes : length of the run that gave these weights.
     figures : figures on the held-out photos.
+    pretrained : the network the run started from; '' means fresh weights.
     """
 
     sets: Sequence[tuple[str, int, int, int]]
@@ -33,6 +34,7 @@ class CardFacts:
     step: int
     minutes: float
     figures: Mapping[str, float]
+    pretrained: str = ""
 
 
 def _table(rows: Mapping[str, object]) -> list[str]:
@@ -48,8 +50,8 @@ def write_card(
         "",
         "Finds holds and volumes in photos of indoor climbing walls: boxes, masks, scores.",
         f"Vote network (`walltopo.train.net`), {facts.parameters / 1e6:.2f} M weights, trained "
-        f"from fresh weights for {facts.minutes:.0f} minutes ({facts.step} steps of "
-        f"{settings.batch} crops of {settings.crop} px).",
+        f"from {facts.pretrained or 'fresh weights'} for {facts.minutes:.0f} minutes "
+        f"({facts.step} steps of {settings.batch} crops of {settings.crop} px).",
         "",
         "## Data",
         "",

@@ -49,12 +49,14 @@ class Job:
     out : folder of the run: cache, checkpoint, audit, results.
     attribution : credit of the data, for the card.
     command : how the run was called, for the card.
+    pretrained : an exported network to start from, or None for fresh weights.
     """
 
     datasets: tuple[Path, ...]
     out: Path
     attribution: tuple[str, ...] = ()
     command: str = "walltopo train"
+    pretrained: Path | None = None
 
 
 def _photos_of(annotations: Path) -> Path:
@@ -150,7 +152,7 @@ def export_run(
     folder, names = _held_out(sets, max(settings.check_photos, 48))
     figures = check_on(net, folder, names)
     threshold = best_threshold(net, folder, names)
-    facts = {"score": f"{threshold:.2f}", "version": f"step {run.step}", "licence": "see card"}
+    facts = {"score": f"{threshold:.2f}", "version": f"step {run.step}", "size": net.size.as_dict()}
     difference = export_onnx(net, job.out / "holds.onnx", facts)
     parameters = sum(p.numel() for p in net.parameters())
     card = CardFacts(
@@ -161,6 +163,7 @@ def export_run(
         run.step,
         run.seconds / 60,
         {**figures, "threshold": threshold},
+        job.pretrained.name if job.pretrained else "",
     )
     write_card(job.out / "holds.md", card, settings, augment)
     plot_history(run.history, job.out / "history.svg")
@@ -195,6 +198,7 @@ def train_detector(
             augment,
             progress,
             until=until,
+            pretrained=job.pretrained,
         )
 
     if 0 < settings.audit < 1 and not (job.out / "audit.json").is_file():

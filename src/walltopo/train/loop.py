@@ -19,6 +19,7 @@ from walltopo.train.batches import Batch, batches
 from walltopo.train.loss import box_loss, heat_loss, mask_loss
 from walltopo.train.net import NetSize, VoteNet, build_net
 from walltopo.train.params import AugmentSettings, TrainSettings
+from walltopo.train.warm import freeze_norms, load_exported
 from walltopo.workspace import atomic_path
 
 __all__ = ["Run", "learning_rate", "load_run", "train"]
@@ -48,6 +49,7 @@ class Run:
     best_state: dict[str, Any] | None = None
     since_best: int = 0
     history: list[dict[str, float]] = field(default_factory=list)
+    frozen: bool = False
 
     def save(self, path: Path) -> None:
         """Write the checkpoint atomically."""
@@ -74,9 +76,11 @@ def _optimiser(net: VoteNet, settings: TrainSettings) -> torch.optim.Optimizer:
     return torch.optim.AdamW(groups, lr=settings.rate)
 
 
-def _new_run(size: NetSize | dict[str, Any] | None, settings: TrainSettings) -> Run:
+def _new_run(
+    size: NetSize | dict[str, Any] | None, settings: TrainSettings, pretrained: Path | None = None
+) -> Run:
     torch.manual_seed(settings.seed)
-    net = build_net(size)
+    net = load_exported(pretrained) if pretrained else build_net(size)
     return Run(net, copy.deepcopy(net), _optimiser(net, settings))
 
 
@@ -179,6 +183,7 @@ def train(
     progress: Progress,
     size: NetSize | None = None,
     until: float = 1.0,
+    pretrained: Path | None = None,
 ) -> Run:
     """Train until the time is used up or nothing is gained; resume where `checkpoint` stopped.
 
@@ -187,10 +192,16 @@ def train(
     folders, shares : see `batches`.
     check : figures of the averaged network on held-out photos; `score` is what is maximised.
     until : stop at this share of the time (the schedule is that of the whole time).
+    pretrained : an exported network to start from instead of fresh weights; the statistics of
+        its normalisations stay frozen.
     """
     torch.set_num_threads(settings.threads)
     device = _device(settings)
-    run = load_run(checkpoint, settings) if checkpoint.is_file() else _new_run(size, settings)
+    if checkpoint.is_file():
+        run = load_run(checkpoint, settings)
+    else:
+        run = _new_run(size, settings, pretrained)
+    run.frozen = pretrained is not None
     run.net.to(device, memory_format=torch.channels_last)
     run.average.to(device, memory_format=torch.channels_last)
     if run.seconds >= settings.minutes * 60 * until:
@@ -223,6 +234,8 @@ def _steps(
     for batch in supply:
         begin = time.monotonic()
         run.net.train()
+        if run.frozen:
+            freeze_norms(run.net)
         sums.append(_update(run, batch, settings, device))
         run.seconds += time.monotonic() - begin
         if int(run.seconds // 60) > minutes:
