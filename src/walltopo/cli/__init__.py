@@ -28,6 +28,7 @@ GROUPS = (
     "dataset",
     "synth",
     "evaluate",
+    "tune",
     "measure",
     "mesh",
     "export",
