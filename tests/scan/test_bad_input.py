@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 
 import pytest
-from bad_input_cases import CASES, Case, picture
+from bad_input_cases import CASES, Case, picture  # type: ignore[import-not-found]
 
 from walltopo.cli import main
 from walltopo.workspace import read_json
