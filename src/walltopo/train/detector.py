@@ -68,13 +68,17 @@ def _photos_of(annotations: Path) -> Path:
 
 def _open_sets(job: Job, settings: TrainSettings, progress: Progress) -> list[_Set]:
     sets = []
+    # Rendered photos tell little about real ones: where there are box sets, check on those.
+    only_exact = all(path.suffix == ".json" for path in job.datasets)
     for path in job.datasets:
         exact = path.suffix == ".json"
         label = "-".join(path.with_suffix("").parts[-2:])
         folder = job.out / "cache" / label
         if exact:
             names = cache_coco(path, _photos_of(path), folder, progress)
-            sets.append(_Set(label, folder, True, tuple(names), ()))
+            share = settings.held_out if only_exact else 0.0
+            kept, held_out = split_sources(names, share)
+            sets.append(_Set(label, folder, True, tuple(kept), tuple(held_out)))
         elif (path / "images").is_dir() and (path / "labels").is_dir():
             names = cache_yolo(path, folder, progress)
             kept, held_out = split_sources(names, settings.held_out)
@@ -84,6 +88,8 @@ def _open_sets(job: Job, settings: TrainSettings, progress: Progress) -> list[_S
                 f"{path}: neither a COCO file nor a YOLO folder",
                 "A YOLO folder holds images/ and labels/; a COCO set is named by its .json.",
             )
+    if not any(s.held_out for s in sets):
+        progress.note("no photo is held out: checks look at photos that were trained on")
     if not any(s.train for s in sets):
         raise InputError(f"no labelled photos in {', '.join(str(p) for p in job.datasets)}")
     return sets
