@@ -14,7 +14,7 @@ from walltopo.formats.colmap import read_views
 from walltopo.reconstruct.params import ScaleSettings
 from walltopo.reconstruct.scale import run
 from walltopo.reconstruct.similarity import rotation_with_z
-from walltopo.reconstruct.upright import TYPICAL_DISTANCE, up_from_cameras
+from walltopo.reconstruct.upright import TYPICAL_DISTANCE, turned_photos, up_from_cameras
 from walltopo.workspace import ScanFolder, read_json, write_json
 
 CAMERA = Camera("SIMPLE_RADIAL", 320, 240, (250.0, 160.0, 120.0, 0.02))
@@ -159,3 +159,12 @@ def test_a_rerun_replaces_the_old_result(scan: ScanFolder) -> None:
     record, views = scaled(scan, distance="p-0-p-1=1.0")
     assert record["method"] == "distance"
     assert np.linalg.norm(views["p-0.jpg"].centre - views["p-1.jpg"].centre) == pytest.approx(1)
+
+
+def test_a_photo_on_its_side_has_no_say_about_up() -> None:
+    views = views_along_a_wall()
+    quarter = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1.0]])
+    on_side = [View(f"side-{v.name}", v.camera, quarter @ v.cam_from_world) for v in views[:2]]
+    mixed = [*on_side, *views]
+    assert np.allclose(up_from_cameras(mixed), up_from_cameras(views))
+    assert turned_photos(mixed, up_from_cameras(mixed)) == ["side-p-0.jpg", "side-p-1.jpg"]

@@ -18,7 +18,7 @@ from walltopo.reconstruct.measure import Measure, PlateReport, measure_from_plat
 from walltopo.reconstruct.params import ScaleSettings
 from walltopo.reconstruct.plates import Plate, built_in_plates, read_plates
 from walltopo.reconstruct.similarity import Similarity
-from walltopo.reconstruct.upright import typical_unit, up_from_cameras, upright_frame
+from walltopo.reconstruct.upright import turned_photos, typical_unit, up_from_cameras, upright_frame
 from walltopo.workspace import ScanFolder, atomic_path, read_json, write_json
 
 __all__ = ["detect_in_photos", "run"]
@@ -42,6 +42,8 @@ def run(scan: ScanFolder, settings: ScaleSettings, progress: Progress) -> dict[s
     views = read_views(scan.sparse_raw)
     points = np.array([point.xyz for point in model.points3D.values()]).reshape(-1, 3)
     world, record = _decide(scan, views, points, settings, progress)
+    if not record["up_known"]:
+        record["notes"] += _notes_on_turned(views)
     for line in record["notes"]:
         progress.note(line)
     _write(scan, model, world, record)
@@ -98,6 +100,17 @@ def _decide(
     record["notes"] = notes
     record["plates"] = [_plate_record(plate) for plate in plates]
     return upright_frame(views, points, guess, up), record
+
+
+def _notes_on_turned(views: Sequence[View]) -> list[str]:
+    turned = turned_photos(views, up_from_cameras(views))
+    if not turned:
+        return []
+    listed = ", ".join(turned[:5]) + (", ..." if len(turned) > 5 else "")
+    return [
+        f"{len(turned)} photo(s) are turned against the others ({listed}): if the wall comes out "
+        "on its side, turn the photos upright and scan again, or lay a plate on the floor"
+    ]
 
 
 def _against_reference(

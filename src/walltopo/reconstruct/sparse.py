@@ -112,7 +112,10 @@ def reconstruct(
         "expected": len(photos),
     }
     keep_database(job, scan)
-    result = run_worker(job, progress)
+    # Mapping gets a process of its own: COLMAP's random state would differ between a run that
+    # matched photos first and one that found them matched.
+    run_worker({**job, "map": None}, progress)
+    result = run_worker({**job, "pairing": None}, progress)
     models = result["models"]
     if not models:
         raise StageError(

@@ -10,12 +10,19 @@ from numpy.typing import NDArray
 from walltopo.core import View
 from walltopo.reconstruct.similarity import Similarity, rotation_with_z
 
-__all__ = ["TYPICAL_DISTANCE", "typical_unit", "up_from_cameras", "upright_frame"]
+__all__ = [
+    "TYPICAL_DISTANCE",
+    "turned_photos",
+    "typical_unit",
+    "up_from_cameras",
+    "upright_frame",
+]
 
 Floats = NDArray[np.float64]
 
 TYPICAL_DISTANCE = 3.0  # metres from camera to wall, the guess of an unscaled scan
 _PRIOR = 0.02
+_TURNED = 0.5  # cosine of the angle at which two photos count as turned against each other
 
 
 def up_from_cameras(views: Sequence[View]) -> Floats:
@@ -24,12 +31,21 @@ def up_from_cameras(views: Sequence[View]) -> Floats:
     Minimises the mean squared vertical part of the image x axes, drawn weakly to the mean of
     the images' up. The axes alone are blind to pitch (a wall is photographed looking up), the
     mean alone is not; with photos of one heading, the mean decides what the axes leave open.
+    Photos turned against most others (a phone held sideways whose EXIF is lost) have no say.
     """
     rights = np.array([view.cam_from_world[0, :3] for view in views])
     ups = np.array([-view.cam_from_world[1, :3] for view in views])
+    agree = ups @ ups.T > _TURNED
+    group = agree[agree.sum(axis=1).argmax()]
+    rights, ups = rights[group], ups[group]
     spread = rights.T @ rights / len(rights)
     up = np.linalg.solve(spread + _PRIOR * np.eye(3), ups.mean(axis=0))
     return up / np.linalg.norm(up)
+
+
+def turned_photos(views: Sequence[View], up: Floats) -> list[str]:
+    """Names of photos whose own up is more than 60 degrees off: sideways or upside down."""
+    return [view.name for view in views if -view.cam_from_world[1, :3] @ up < _TURNED]
 
 
 def typical_unit(views: Sequence[View], points: Floats) -> float:
