@@ -11,19 +11,23 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from walltopo.core import Mesh
+from walltopo.core import Mesh, StageError
+from walltopo.reconstruct.dense.clean import drop_crumbs, fill_holes, make_manifold
+from walltopo.reconstruct.dense.params import DenseSettings
 from walltopo.reconstruct.dense.topology import compact, edges_of
 
-__all__ = ["collapse_short_edges"]
+__all__ = ["collapse_short_edges", "finish"]
 
 Floats = NDArray[np.float64]
 Faces = NDArray[np.int32]
 
 # A collapse may turn no face by more than this (cosine), nor leave one flatter than this
 # (twice the area over the longest side squared; an equilateral triangle has 0.87).
-_LEAST_COSINE = 0.5
-_LEAST_SHAPE = 0.08
+_LEAST_COSINE = 0.3
+_LEAST_SHAPE = 0.01
 _PASSES = 4
+# Edges shorter than this share of the length wanted are collapsed.
+_SHORTEST_EDGE = 0.5
 
 
 @njit(cache=True)
@@ -205,3 +209,24 @@ def collapse_short_edges(mesh: Mesh, shortest: float) -> Mesh:
         if done < 0.02 * len(short):
             break
     return mesh
+
+
+def finish(mesh: Mesh, settings: DenseSettings, edge: float, unit: float) -> Mesh:
+    """Clean a raw surface: manifold, no crumbs, small holes closed, even triangles.
+
+    Parameters
+    ----------
+    mesh : as a backend made it.
+    settings : its sizes of crumbs and holes.
+    edge : edge length wanted, world units.
+    unit : world units that `settings` calls a metre.
+
+    Raises
+    ------
+    StageError : nothing but crumbs.
+    """
+    mesh = drop_crumbs(make_manifold(mesh), settings.min_part * unit)
+    if len(mesh.faces) == 0:
+        raise StageError("the surface found consists of crumbs only", "Take more photos.")
+    mesh = fill_holes(mesh, settings.max_hole * unit)
+    return make_manifold(collapse_short_edges(mesh, _SHORTEST_EDGE * edge))

@@ -8,24 +8,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, StageError, View
-from walltopo.reconstruct.dense.clean import drop_crumbs, fill_holes, make_manifold, split_fans
 from walltopo.reconstruct.dense.consistency import confirmed
 from walltopo.reconstruct.dense.cubes import extract
-from walltopo.reconstruct.dense.even import collapse_short_edges
+from walltopo.reconstruct.dense.even import finish
 from walltopo.reconstruct.dense.neighbours import choose_neighbours
 from walltopo.reconstruct.dense.params import DenseSettings
 from walltopo.reconstruct.dense.scene import Scene, surroundings
 from walltopo.reconstruct.dense.stereo import agreeing_depth, match_pair, undistort
 from walltopo.reconstruct.dense.tsdf import allocate, fuse
 
-__all__ = ["depth_maps", "finish", "sgm_mesh"]
+__all__ = ["depth_maps", "sgm_mesh"]
 
 Image = NDArray[np.uint8]
 Depth = NDArray[np.float32]
 
 # Marching cubes' edges, once the short ones are gone, are about as long as a voxel.
 _VOXELS_PER_EDGE = 1.0
-_SHORTEST_EDGE = 0.5
 _TRUNCATION_VOXELS = 4.0
 # Up to as many photos, `confirm = "auto"` keeps depths that no other photo says anything about,
 # and every photo gets this many partners.
@@ -165,15 +163,6 @@ def sgm_mesh(
         fuse(volume, depth, weight, view)
         progress.advance()
     progress.step("meshing")
-    mesh = split_fans(extract(volume, _LEAST_WEIGHT))
+    mesh = extract(volume, _LEAST_WEIGHT)
     del volume
     return finish(mesh, settings, edge, unit)
-
-
-def finish(mesh: Mesh, settings: DenseSettings, edge: float, unit: float) -> Mesh:
-    """Clean a manifold surface: no crumbs, small holes closed, even triangles."""
-    mesh = drop_crumbs(mesh, settings.min_part * unit)
-    if len(mesh.faces) == 0:
-        raise StageError("the surface found consists of crumbs only", "Take more photos.")
-    mesh = fill_holes(mesh, settings.max_hole * unit)
-    return make_manifold(collapse_short_edges(mesh, _SHORTEST_EDGE * edge))

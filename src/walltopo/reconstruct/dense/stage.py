@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
+import shutil
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from walltopo.core import EnvironmentLacksError, InputError, Mesh, Progress
 from walltopo.formats.ply import write_ply
+from walltopo.reconstruct.dense.colmap import colmap_mesh, has_cuda
+from walltopo.reconstruct.dense.openmvs import find_programs, openmvs_mesh
 from walltopo.reconstruct.dense.params import DenseSettings
+from walltopo.reconstruct.dense.preview import preview_mesh
 from walltopo.reconstruct.dense.scene import Scene, ground_sampling, read_scene, surroundings
+from walltopo.reconstruct.dense.sgm import sgm_mesh
 from walltopo.workspace import ScanFolder, read_json
 
 __all__ = ["edge_and_unit", "pick_backend", "run"]
@@ -35,13 +45,19 @@ def edge_and_unit(scene: Scene, settings: DenseSettings, metric: bool) -> tuple[
 def pick_backend(settings: DenseSettings) -> tuple[str, str]:
     """The backend to use and why, from what this machine has.
 
-    Raises
-    ------
-    EnvironmentLacksError : a backend was asked for by name and cannot run here.
+    `auto` takes COLMAP's PatchMatch where pycolmap has CUDA, else OpenMVS where all its programs
+    are found, else the embedded stereo. A backend asked for by name is not replaced: it says
+    itself what it lacks.
     """
     if settings.backend != "auto":
         return settings.backend, "as asked"
-    return "sgm", "no CUDA in pycolmap and no OpenMVS found"
+    if has_cuda():
+        return "colmap", "pycolmap has CUDA"
+    try:
+        find_programs(settings.openmvs_bin)
+    except EnvironmentLacksError:
+        return "sgm", "no CUDA in pycolmap, no OpenMVS found"
+    return "openmvs", "OpenMVS found, no CUDA in pycolmap"
 
 
 def _is_metric(scan: ScanFolder) -> bool:
@@ -59,23 +75,32 @@ def _mesh(
     progress: Progress,
 ) -> Mesh:
     """Run one backend."""
-    import cv2
+    if backend == "sgm":
+        return sgm_mesh(scene, _reader(scan), settings, edge, unit, progress)
+    if backend == "sparse":
+        return preview_mesh(scene, settings, edge, unit, progress)
+    other = colmap_mesh if backend == "colmap" else openmvs_mesh
+    scan.work.mkdir(parents=True, exist_ok=True)
+    work = Path(tempfile.mkdtemp(prefix=f"{backend}-", dir=scan.work))
+    mesh = other(scan.sparse, scan.photos, work, settings, edge, unit, progress)
+    # Kept after an error, for its logs.
+    shutil.rmtree(work)
+    return mesh
 
-    from walltopo.reconstruct.dense.sgm import sgm_mesh
 
-    if backend != "sgm":
-        raise EnvironmentLacksError(f"dense backend {backend} is not available on this machine")
+def _reader(scan: ScanFolder) -> Callable[[str], NDArray[np.uint8]]:
+    """Loads a photo of the scan by name, grey."""
 
-    def load(name: str) -> Any:
+    def load(name: str) -> NDArray[np.uint8]:
         grey = cv2.imread(str(scan.photos / name), cv2.IMREAD_GRAYSCALE)
         if grey is None:
             raise InputError(
                 f"{scan.photos / name}: the photo cannot be read",
                 "Run the scan again from ingest: walltopo scan --from ingest.",
             )
-        return grey
+        return np.asarray(grey, dtype=np.uint8)
 
-    return sgm_mesh(scene, load, settings, edge, unit, progress)
+    return load
 
 
 def run(scan: ScanFolder, settings: DenseSettings, progress: Progress) -> dict[str, Any]:
