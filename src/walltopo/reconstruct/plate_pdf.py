@@ -114,8 +114,8 @@ def _words(plate: Plate, paper: tuple[float, float]) -> list[Rectangle | Text]:
     outer = [side - 2 * plate.margin for side in plate.size]
     x, top = (paper[0] - inner) / 2, (paper[1] + plate.size[1]) / 2
     lines = [
-        "^  top edge (away from the wall or to it,",
-        "    as you like; keep it through the scan)",
+        "^  top edge: the x axis of the scan runs",
+        "    along it, to the right",
         "",
         f"walltopo measure: {plate.label}",
         f"{plate.dictionary}, ids {', '.join(map(str, plate.ids))}",
@@ -125,7 +125,7 @@ def _words(plate: Plate, paper: tuple[float, float]) -> list[Rectangle | Text]:
         "",
         "Print at 100 %, not fitted to the page.",
         "Check with a ruler. Glue onto a stiff flat",
-        "board. Lay it flat on the floor.",
+        "board. Lay it on the floor, print up.",
     ]
     shapes: list[Rectangle | Text] = [
         Text(x, top - plate.margin - (k + 1.2) * 1.5 * size, size, words)
