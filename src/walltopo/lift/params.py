@@ -74,6 +74,10 @@ class LiftParams:
     rounds: int = setting(
         2, "robust: how often masks are handed to the instance they fit best", low=0, high=20
     )
+    split_apart: bool = setting(
+        False, "robust: parts of an instance that do not touch on the mesh become instances"
+    )
+    fill_pinholes: bool = setting(True, "robust: fill small holes inside an instance")
     least_support: float = setting(
         0.15,
         "robust: an instance is dropped if fewer of the views that saw it found it",

@@ -15,6 +15,7 @@ from walltopo.lift.evidence import Evidence, Sampling, gather_evidence
 from walltopo.lift.params import LiftParams
 from walltopo.lift.potts import potts_clusters
 from walltopo.lift.records import scored_instances
+from walltopo.lift.regions import fill_pinholes, neighbours_of, split_apart
 from walltopo.lift.tidy import tidy_order
 from walltopo.lift.vote import Claims, claims_of, vote
 
@@ -86,7 +87,6 @@ def _reassign(evidence: Evidence, claims: Claims, area: Floats, usable: NDArray[
     # The last write wins: ascending overlap, and the lower cluster last among equals.
     order = np.lexsort((-claims.cluster[good], iou[good]))
     cluster[claims.projection[good][order]] = claims.cluster[good][order]
-    cluster[cluster >= 0] = renumber(cluster[cluster >= 0].astype(np.int64))
     return cluster
 
 
@@ -119,5 +119,18 @@ def lift_robust(
     for _ in range(params.rounds):
         claims = claims_of(evidence, pairs, winner, int(cluster.max(initial=-1)) + 1)
         cluster = _reassign(evidence, claims, pairs.area, usable)
+        cluster[cluster >= 0] = renumber(cluster[cluster >= 0].astype(np.int64))
         winner, shares = vote(evidence, cluster, params.threshold, params.border_band)
+    if params.split_apart or params.fill_pinholes:
+        neighbours = neighbours_of(mesh.faces[evidence.faces], len(mesh.vertices))
+        if params.fill_pinholes:
+            winner = fill_pinholes(neighbours, evidence.areas, winner)
+        if params.split_apart:
+            before = winner
+            winner = split_apart(neighbours, evidence.areas, winner)
+            split = np.unique(before[winner > before.max(initial=-1)])
+            if len(split):
+                claims = claims_of(evidence, pairs, winner, int(winner.max()) + 1)
+                fits = _reassign(evidence, claims, pairs.area, usable)
+                cluster = np.where(np.isin(cluster, split), fits, cluster)
     return scored_instances(mesh, evidence, cluster, winner, shares, pairs, params)

@@ -27,31 +27,40 @@ def tidy_order(view: View, drop_duplicates: bool) -> list[int]:
 
 
 def _without_duplicates(masks: tuple[Mask, ...], areas: list[int], order: list[int]) -> list[int]:
-    boxes = np.array([masks[k].box for k in order], dtype=np.int64).reshape(-1, 4)
-    size = np.array([areas[k] for k in order], dtype=np.float64)
-    low, high = boxes[:, :2], boxes[:, :2] + boxes[:, 2:]
-    kept: list[int] = []  # positions in `order`
-    for n in sorted(range(len(order)), key=lambda n: (-masks[order[n]].score, order[n])):
-        others = np.array(kept, dtype=np.int64)
-        both = np.minimum(high[others], high[n]) - np.maximum(low[others], low[n])
-        most = np.where((both > 0).all(axis=1), both.prod(axis=1), 0)
-        most = np.minimum(most, np.minimum(size[others], size[n]))
-        # The boxes bound the overlap: few pairs are worth counting pixels.
-        near = others[most >= SAME * (size[others] + size[n] - most)]
-        if not any(_iou(masks[order[n]], masks[order[m]]) >= SAME for m in near):
-            kept.append(n)
-    return [order[n] for n in kept]
+    """Drop the less certain of masks that show the same; the others in their order."""
+    # Boxes of the same object have centres closer than the largest box: a hash finds them.
+    cell = max((max(masks[k].bitmap.shape) for k in order), default=1)
+    table: dict[tuple[int, int], list[int]] = {}
+    dropped = set()
+    for k in sorted(order, key=lambda k: (-masks[k].score, k)):
+        x, y, w, h = masks[k].box
+        col, row = (2 * x + w) // (2 * cell), (2 * y + h) // (2 * cell)
+        near = [
+            other
+            for dx in (-1, 0, 1)
+            for dy in (-1, 0, 1)
+            for other in table.get((col + dx, row + dy), ())
+        ]
+        if any(_same(masks[k], masks[other], areas[k], areas[other]) for other in near):
+            dropped.add(k)
+        else:
+            table.setdefault((col, row), []).append(k)
+    return [k for k in order if k not in dropped]
 
 
-def _iou(one: Mask, other: Mask) -> float:
+def _same(one: Mask, other: Mask, area: int, other_area: int) -> bool:
+    """Do two masks overlap by `SAME`? Sizes and boxes bound the overlap before pixels count."""
     if (one.width, one.height) != (other.width, other.height):
-        return 0.0
+        return False
     x0, y0 = max(one.x, other.x), max(one.y, other.y)
     x1 = min(one.x + one.bitmap.shape[1], other.x + other.bitmap.shape[1])
     y1 = min(one.y + one.bitmap.shape[0], other.y + other.bitmap.shape[0])
     if x1 <= x0 or y1 <= y0:
-        return 0.0
+        return False
+    most = min((x1 - x0) * (y1 - y0), area, other_area)
+    if most < SAME * (area + other_area - most):
+        return False
     mine = one.bitmap[y0 - one.y : y1 - one.y, x0 - one.x : x1 - one.x]
     theirs = other.bitmap[y0 - other.y : y1 - other.y, x0 - other.x : x1 - other.x]
     both = int(np.count_nonzero(mine & theirs))
-    return both / (one.area + other.area - both)
+    return both >= SAME * (area + other_area - both)
