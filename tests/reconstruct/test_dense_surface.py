@@ -37,7 +37,9 @@ def volume_of(distance: Callable[[Floats], Floats], blocks_per_side: int = 3) ->
     corner = np.indices((BLOCK,) * 3).reshape(3, -1).T
     points = (blocks[:, None] * BLOCK + corner[None]) * voxel - 1.0
     values = np.clip(distance(points), -1, 1).reshape(-1, BLOCK, BLOCK, BLOCK).astype(np.float32)
-    return Volume(np.full(3, -1.0), voxel, 1.0, blocks, grid, values, np.ones_like(values))
+    return Volume(
+        np.full(3, -1.0, dtype=np.float64), voxel, 1.0, blocks, grid, values, np.ones_like(values)
+    )
 
 
 def ball(radius: float = 0.7) -> Mesh:
