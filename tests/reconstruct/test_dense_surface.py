@@ -35,11 +35,9 @@ def volume_of(distance: Callable[[Floats], Floats], blocks_per_side: int = 3) ->
     blocks = np.argwhere(np.ones((n, n, n))).astype(np.int32)
     grid = np.arange(n**3, dtype=np.int32).reshape(n, n, n)
     corner = np.indices((BLOCK,) * 3).reshape(3, -1).T
-    points = (blocks[:, None] * BLOCK + corner[None]) * voxel - 1.0
+    points: Floats = ((blocks[:, None] * BLOCK + corner[None]) * voxel - 1.0).astype(np.float64)
     values = np.clip(distance(points), -1, 1).reshape(-1, BLOCK, BLOCK, BLOCK).astype(np.float32)
-    return Volume(
-        np.full(3, -1.0, dtype=np.float64), voxel, 1.0, blocks, grid, values, np.ones_like(values)
-    )
+    return Volume(np.full(3, -1.0), voxel, 1.0, blocks, grid, values, np.ones_like(values))
 
 
 def ball(radius: float = 0.7) -> Mesh:
