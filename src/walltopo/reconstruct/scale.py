@@ -21,7 +21,7 @@ from walltopo.reconstruct.similarity import Similarity
 from walltopo.reconstruct.upright import turned_photos, typical_unit, up_from_cameras, upright_frame
 from walltopo.workspace import ScanFolder, atomic_path, read_json, write_json
 
-__all__ = ["detect_in_photos", "run"]
+__all__ = ["detect_in_photos", "plates_without", "run"]
 
 Floats = NDArray[np.float64]
 
@@ -154,7 +154,7 @@ def _by_measure(
     progress: Progress,
 ) -> tuple[Measure | None, tuple[PlateReport, ...], list[str]]:
     plates = read_plates(Path(settings.plates)) if settings.plates else built_in_plates()
-    plates = _without(plates, settings.ignore_plates)
+    plates = plates_without(plates, settings.ignore_plates)
     detections = detect_in_photos(scan.photos, [view.name for view in views], plates, progress)
     measure, reports, notes = measure_from_plates(
         views,
@@ -207,7 +207,13 @@ def detect_in_photos(
     return found
 
 
-def _without(plates: Sequence[Plate], ignore: str) -> list[Plate]:
+def plates_without(plates: Sequence[Plate], ignore: str) -> list[Plate]:
+    """The plates but those whose lowest id is in `ignore` ("0,4").
+
+    Raises
+    ------
+    InputError : not numbers.
+    """
     try:
         ignored = {int(word) for word in ignore.split(",") if word.strip()}
     except ValueError as error:
