@@ -24,6 +24,8 @@ CANDIDATES = 6
 _PARTLY_SEEN = 0.02
 # Rounds of averaging over neighbours that the normals get before photos are compared by angle.
 _NORMAL_ROUNDS = 4
+# A photo's frame is taken this much larger when triangles are sorted out, for its distortion.
+_FRAME_SLACK = 1.25
 # Colours of triangles are read from photos blurred by this many pixels.
 _BLUR = 1.5
 
@@ -48,6 +50,7 @@ class Candidates:
 def _keep_best(
     index: int,
     focal: float,
+    which: NDArray[np.int64],
     pixels: NDArray[np.float32],
     z: NDArray[np.float32],
     faces: NDArray[np.int32],
@@ -60,11 +63,12 @@ def _keep_best(
     score: NDArray[np.float32],
     colour: NDArray[np.uint8],
 ) -> None:
-    """Offer one view to every triangle (in place)."""
+    """Offer one view to the triangles `which`, with their cosines (in place)."""
     height, width = depth.shape
     slots = view.shape[1]
-    for f in prange(len(faces)):
-        cosine = cosines[f]
+    for n in prange(len(which)):
+        f = which[n]
+        cosine = cosines[n]
         if cosine <= 0.05:
             continue
         inside = True
@@ -117,8 +121,15 @@ def find_candidates(
     normals = _smooth_normals(mesh)
     for index, item in enumerate(views):
         local = item.to_camera(mesh.vertices)
-        pixels = item.camera.project(local).astype(np.float32)
-        _, depth = render_ids(mesh.vertices, mesh.faces, item.camera, item.cam_from_world)
+        framed = _framed(local, item)
+        which = np.flatnonzero(framed[mesh.faces].any(axis=1))
+        if len(which) == 0:
+            progress.advance()
+            continue
+        pixels = np.full((len(local), 2), -1.0, dtype=np.float32)
+        pixels[framed] = np.nan_to_num(item.camera.project(local[framed]), nan=-1.0)
+        near = mesh.faces[which]
+        _, depth = render_ids(mesh.vertices, near, item.camera, item.cam_from_world)
         # The smallest depth around each pixel: a triangle beside something nearer is not wholly
         # seen, so that the nearer thing's border does not bleed onto it.
         nearest = np.asarray(cv2.erode(depth, np.ones((3, 3), np.uint8)))
@@ -126,10 +137,11 @@ def find_candidates(
         _keep_best(
             index,
             item.camera.fx,
-            np.nan_to_num(pixels, nan=-1.0),
+            which,
+            pixels,
             local[:, 2].astype(np.float32),
             mesh.faces,
-            _cosines(mesh.centroids, normals, item),
+            _cosines(mesh.centroids[which], normals[which], item),
             nearest,
             depth,
             blurred,
@@ -159,6 +171,16 @@ def _smooth_normals(mesh: Mesh) -> Floats:
         normals = corner @ (corner.T @ normals)
         normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
     return normals
+
+
+def _framed(local: Floats, view: View) -> NDArray[np.bool_]:
+    """(V,) whether points of the camera frame may lie in the photo: a cone, a little too wide."""
+    camera = view.camera
+    corner = np.array([max(camera.cx, camera.width - camera.cx) / camera.fx,
+                       max(camera.cy, camera.height - camera.cy) / camera.fy])  # fmt: skip
+    reach = _FRAME_SLACK * float(np.linalg.norm(corner))
+    x, y, z = local.T
+    return (z > 0) & (x * x + y * y < (reach * z) ** 2)
 
 
 def _cosines(centroids: Floats, normals: Floats, view: View) -> NDArray[np.float32]:
