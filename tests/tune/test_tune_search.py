@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from walltopo.cli import tune as commands
@@ -29,7 +31,7 @@ class Hill:
 
     section, figure = "routes", "height"
     fixed: Mapping[str, Any] = {}
-    ranges: Sequence[Range] = (Range("a", 0, 1, 0.1), Range("b", 0, 1, 0.5))
+    ranges: Sequence[Range] = (Range("a", 0, 1, 0.1), Range("b", 0, 1, 0.5, curve=2.0))
 
     def evaluate(self, values: Mapping[str, float]) -> dict[str, float]:
         if values["b"] > 0.9:
@@ -56,6 +58,19 @@ def test_search_finds_resumes_and_explains(tmp_path: Path) -> None:
     assert "| far | 0.500 | 0.600 |" in (tmp_path / "r.md").read_text()
     write_slices(tmp_path / "s.png", hill, found)
     assert (tmp_path / "s.png").stat().st_size > 2000
+
+
+@given(
+    low=st.floats(-5, 5), width=st.floats(0.1, 100), share=st.floats(0, 1),
+    curve=st.sampled_from([1.0, 2.0, 3.0]),
+)  # fmt: skip
+def test_ranges_and_shares_are_inverse(
+    low: float, width: float, share: float, curve: float
+) -> None:
+    r = Range("x", low, low + width, low, curve)
+    assert low - 1e-9 <= r.value(share) <= low + width + 1e-9
+    assert r.value(r.share(r.value(share))) == pytest.approx(r.value(share), abs=1e-6)
+    assert r.value(r.share(low)) == low
 
 
 def test_another_search_in_the_same_study_is_refused(tmp_path: Path) -> None:

@@ -33,7 +33,7 @@ _PUBLISHED = (
     Range("visibility_distance", 2.0, 20.0, 8.0),
     Range("easing_power", -1.0, 1.0, 0.0),
     Range("threshold", 0.0, 1.0, 0.5),
-    Range("resolution", 0.0, 100.0, 1.0),
+    Range("resolution", 0.0, 100.0, 1.0, curve=3.0),
 )
 _ROBUST = ("visibility_distance", "easing_power", "threshold", "cohesion", "least_support")
 _ROBUST_RANGES = {

@@ -18,14 +18,23 @@ class Range:
     name : key in the settings section.
     low, high : inclusive.
     default : the present default; the first trial, so that the result is never worse.
-    log : search by ratio instead of by difference.
+    curve : the search runs evenly over ((value - low) / (high - low)) ** (1 / curve); above 1 it
+        looks closer at small values, and reaches `low` itself, as a logarithm would not.
     """
 
     name: str
     low: float
     high: float
     default: float
-    log: bool = False
+    curve: float = 1.0
+
+    def value(self, share: float) -> float:
+        """The setting at a place in [0, 1] of the search."""
+        return self.low + (self.high - self.low) * float(share**self.curve)
+
+    def share(self, value: float) -> float:
+        """The place in [0, 1] of a value."""
+        return float(((value - self.low) / (self.high - self.low)) ** (1 / self.curve))
 
 
 class Problem(Protocol):

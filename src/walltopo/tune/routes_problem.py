@@ -107,7 +107,7 @@ class RoutesProblem:
         now = RoutesSettings()
         self.ranges: Sequence[Range] = (
             Range("flatten_ratio", 0.0, 1.0, now.flatten_ratio),
-            Range("resolution", 0.0, 100.0, now.resolution),
+            Range("resolution", 0.0, 100.0, now.resolution, curve=3.0),
             Range("min_hold_dist", 0.0, 5.0, now.min_hold_dist),
             Range("max_hold_dist", 0.0, 10.0, now.max_hold_dist),
         )

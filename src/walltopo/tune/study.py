@@ -55,7 +55,7 @@ def _optuna() -> Any:
             f"tuning needs Optuna and PyTorch ({error})",
             "Install them: pip install 'walltopo[tune]'",
         ) from error
-    optuna.logging.set_verbosity(optuna.logging.WARNING)
+    optuna.logging.set_verbosity(optuna.logging.ERROR)
     return optuna
 
 
@@ -84,7 +84,7 @@ def open_study(problem: Problem, storage: str, name: str, seed: int) -> Any:
             )  # fmt: skip
         except Exception as error:  # each database driver has errors of its own
             raise InputError(f"{storage}: cannot be opened ({error})") from error
-    mine = {r.name: [r.low, r.high] for r in problem.ranges}
+    mine = {r.name: [r.low, r.high, r.curve] for r in problem.ranges}
     mine_text = {"ranges": mine, "figure": problem.figure, "fixed": dict(problem.fixed)}
     before = study.user_attrs.get("problem")
     if before is not None and before != mine_text:
@@ -95,15 +95,13 @@ def open_study(problem: Problem, storage: str, name: str, seed: int) -> Any:
     if before is None:
         study.set_user_attr("problem", mine_text)
         # The present defaults are the first trial: the result can only be as good or better.
-        study.enqueue_trial({r.name: r.default for r in problem.ranges}, skip_if_exists=True)
+        study.enqueue_trial({r.name: r.share(r.default) for r in problem.ranges})
     return study
 
 
 def _objective(problem: Problem) -> Callable[[Any], float]:
     def evaluate(trial: Any) -> float:
-        values = {
-            r.name: trial.suggest_float(r.name, r.low, r.high, log=r.log) for r in problem.ranges
-        }
+        values = {r.name: r.value(trial.suggest_float(r.name, 0.0, 1.0)) for r in problem.ranges}
         try:
             walls = problem.evaluate(values)
         except SettingsError:
@@ -147,7 +145,7 @@ def results(study: Any, problem: Problem, seed: int = 0) -> Found:
     trials = tuple(
         Trial(
             t.number,
-            dict(t.params),
+            {r.name: r.value(t.params[r.name]) for r in problem.ranges},
             float(t.value),
             dict(t.user_attrs.get("walls", {})),
             t.duration.total_seconds() if t.duration else 0.0,
