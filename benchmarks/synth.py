@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import tempfile
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -28,7 +29,7 @@ SHOWN = {
 }
 
 
-def pictures(out: Path) -> None:
+def pictures(out: Path, presets: Sequence[str]) -> None:
     """Two photos of every preset, side by side, as small JPEGs."""
     from PIL import Image
 
@@ -37,7 +38,8 @@ def pictures(out: Path) -> None:
     from walltopo.synth.render import Renderer
 
     out.mkdir(parents=True, exist_ok=True)
-    for name, (seed, numbers) in SHOWN.items():
+    for name in presets:
+        seed, numbers = SHOWN[name]
         gym_settings, photo_settings = gym_preset(name)
         photo_settings = replace(photo_settings, photos=12, width=960, height=720)
         gym = make_gym(gym_settings, seed)
@@ -55,12 +57,12 @@ def pictures(out: Path) -> None:
         print(f"{name}: {len(gym.instances)} instances, {len(gym.surface.faces)} faces")
 
 
-def speed() -> None:
+def speed(presets: Sequence[str]) -> None:
     """CPU-seconds and wall seconds of one 1632x1224 photo and of what precedes the first."""
     from walltopo.synth.path import phone_camera, walk
     from walltopo.synth.render import Renderer
 
-    for name in PRESETS:
+    for name in presets:
         settings, _ = gym_preset(name)
         photos = PhotoSettings(photos=4, width=1632, height=1224)
         cpu = time.process_time()
@@ -119,11 +121,13 @@ def main() -> None:
     commands.add_parser("pictures").add_argument("out", type=Path)
     commands.add_parser("speed")
     commands.add_parser("colmap").add_argument("folder", type=Path)
+    parser.add_argument("--preset", action="append", choices=tuple(PRESETS), help="only this one")
     args = parser.parse_args()
+    presets = args.preset or list(PRESETS)
     if args.command == "pictures":
-        pictures(args.out)
+        pictures(args.out, presets)
     elif args.command == "speed":
-        speed()
+        speed(presets)
     else:
         colmap(args.folder)
 

@@ -122,3 +122,26 @@ def test_no_hold_hides_in_a_fin() -> None:
     on_wall = [h for h in built.holds if not any(fin.carries(h.position) for fin in fins)]
     assert not behind_fins(fins, np.array([h.position for h in on_wall]), 0.05).any()
     assert len(on_wall) < len(built.holds), "fins carry holds too"
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("preset", PRESETS)
+def test_presets_fit_on_a_small_wall(preset: str, seed: int) -> None:
+    """Whatever the proportions, a wall gets built and set (possibly with fewer holds)."""
+    settings_, _ = gym_preset(preset)
+    rng = np.random.default_rng([seed, len(preset)])
+    small = replace(
+        settings_,
+        width=float(rng.uniform(1.5, 4)),
+        height=float(rng.uniform(1.5, 3)),
+        columns=int(rng.integers(2, 5)),
+        fins=int(rng.integers(0, 4)),
+        routes=2,
+        holds_low=3,
+        holds_high=4,
+        downclimb=1,
+        detail=0.3,
+    )
+    built = set_up(small, seed)
+    assert built.holds
+    assert len({item.id for item in built.instances}) == len(built.instances)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import Camera, InputError, Mask, Progress, Silent
+from walltopo.core import Camera, InputError, Mask, Progress, SettingsError, Silent
 from walltopo.formats.coco import decode_segmentation, encode_mask
 from walltopo.synth.params import GymSettings, PhotoSettings
 from walltopo.workspace import atomic_path, hash_path, read_json, write_json
@@ -43,6 +43,12 @@ class Recipe:
     reset_part: str = "all"
     photo_seed: int | None = None
     holds: str | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("seed", "reset_seed", "photo_seed"):
+            value = getattr(self, name)
+            if value is not None and value < 0:
+                raise SettingsError(f"synth.{name}: expected at least 0, got {value}")
 
     def as_dict(self) -> dict[str, Any]:
         """JSON-able; the folder of holds by its content, so that a moved folder is the same."""

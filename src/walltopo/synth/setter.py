@@ -215,7 +215,9 @@ def set_downclimbs(
     points = wall.sockets.points
     for _ in range(settings.downclimb):
         x = rng.uniform(points[:, 0].min() + 0.3, points[:, 0].max() - 0.3)
-        target = _on_wall(wall.sockets, x, rng.uniform(1.2, settings.height - 0.4))
+        target = _on_wall(
+            wall.sockets, x, rng.uniform(min(1.2, 0.4 * settings.height), settings.height - 0.4)
+        )
         body = make("jug", "smooth", rng, settings.hold_scale * 1.15)
         wall.bolt(
             target, body, rng, 0.6, kind="jug", colour="grey", rgb=DOWNCLIMB_GREY,
