@@ -236,12 +236,15 @@ def evaluate_detections(found: Dataset, truth: Dataset) -> DetectorMetrics:
 
 def figures_table(metrics: DetectorMetrics) -> Any:
     """A rich table: one row per class and run."""
+    from rich import box
     from rich.table import Table
 
     heads = ("AP50", "AP", "AP75", "AR", "APs", "APm", "APl", "R>40px", "n")
     table = Table(
         "",
         *heads,
+        box=box.SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
         title=f"detections on {metrics.photos} photos",
         caption="s, m, l: under 32, 32 to 96, over 96 px; R>40px: recall at IoU .50 over 40 px",
     )
