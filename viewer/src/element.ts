@@ -139,7 +139,7 @@ export class WallTopo extends HTMLElement {
     const all = places.isEmpty() ? box : places;
     const at = (start.isEmpty() ? box : start).getCenter(new Vector3());
     const middle = all.getCenter(new Vector3());
-    const eye = at.clone().addScaledVector(direction, 2.4 * unit);
+    const eye = at.clone().addScaledVector(direction, 3.2 * unit);
     eye.z = floor + 1.65 * unit;
     middle.z = Math.max(eye.z - 0.2 * unit, middle.z);
     stage.moveTo(eye, middle, true);

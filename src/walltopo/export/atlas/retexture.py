@@ -44,29 +44,39 @@ class Detailed:
 
 
 def _drawing(
-    detailed: Detailed, axes: Axes, low: Floats, scale: float, size: tuple[int, int]
-) -> NDArray[np.uint8]:
-    """(H, W, 3) picture of the textured mesh; where nothing is, the nearest colour."""
+    detailed: Detailed, axes: Axes, low: Floats, scale: float, wanted: NDArray[np.bool_]
+) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
+    """(H, W, 3) picture of the textured mesh where `wanted`, and which pixels were drawn."""
     import cv2
-    from scipy.ndimage import distance_transform_edt
 
-    face, _ = render_parallel(detailed.vertices, detailed.faces, axes, low, scale, size)
-    row, column = np.nonzero(face >= 0)
-    if len(row) == 0:
-        return np.full((*face.shape, 3), 128, dtype=np.uint8)
+    height, width = wanted.shape
+    face, _ = render_parallel(detailed.vertices, detailed.faces, axes, low, scale, (width, height))
+    drawn = wanted & (face >= 0)
+    row, column = np.nonzero(drawn)
     number = face[row, column]
     corner = (axes.flat(detailed.vertices)[detailed.faces[number]] - low) * scale
     weight = _barycentric(np.stack([column + 0.5, row + 0.5], axis=-1), corner)
     uv = (detailed.uv[number] * weight[..., None]).sum(axis=1)
-    height, width = detailed.picture.shape[:2]
-    where = np.full((2, *face.shape), -10.0, dtype=np.float32)
-    where[0, row, column] = uv[:, 0] * width - 0.5
-    where[1, row, column] = uv[:, 1] * height - 0.5
-    drawn = cv2.remap(
+    tall, wide = detailed.picture.shape[:2]
+    where = np.zeros((2, height, width), dtype=np.float32)
+    where[0, row, column] = uv[:, 0] * wide - 0.5
+    where[1, row, column] = uv[:, 1] * tall - 0.5
+    picture = cv2.remap(
         detailed.picture, where[0], where[1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
     )
-    nearest = distance_transform_edt(face < 0, return_distances=False, return_indices=True)
-    return np.ascontiguousarray(np.asarray(drawn, dtype=np.uint8)[tuple(nearest)])
+    return np.asarray(picture, dtype=np.uint8), drawn
+
+
+def _filled(patch: NDArray[np.uint8], drawn: NDArray[np.bool_]) -> NDArray[np.uint8]:
+    """The patch with the nearest drawn colour where nothing was drawn."""
+    from scipy.ndimage import distance_transform_edt
+
+    if drawn.all():
+        return patch
+    if not drawn.any():
+        return np.full_like(patch, 128)
+    nearest = distance_transform_edt(~drawn, return_distances=False, return_indices=True)
+    return np.asarray(patch[tuple(nearest)], dtype=np.uint8)
 
 
 def _barycentric(point: Floats, corner: Floats) -> Floats:
@@ -161,13 +171,16 @@ def _fill(
         width, height = (int(v) + 2 for v in np.ceil((end - start) * fine))
         if width * height > MOST_PICTURE:
             raise ValueError(f"a drawing of {width}x{height} pixels is too large")
-        drawing = _drawing(detailed, way, start, fine, (width, height))
-        for number in charts:
-            offset = np.rint((low[number] - PAD / scale - start) * fine).astype(int)
-            x, y = np.clip(offset, 0, None)
-            w, h = (sizes[number] * oversample).tolist()
+        corner = np.rint((low[charts] - PAD / scale - start) * fine).astype(int).clip(0)
+        extent = sizes[charts] * oversample
+        wanted = np.zeros((height, width), dtype=bool)
+        for (x, y), (w, h) in zip(corner.tolist(), extent.tolist(), strict=True):
+            wanted[y : y + h, x : x + w] = True
+        drawing, drawn = _drawing(detailed, way, start, fine, wanted)
+        for number, (x, y), (w, h) in zip(charts, corner.tolist(), extent.tolist(), strict=True):
             left, top = (places[number] * oversample).tolist()
-            patch = drawing[y : y + h, x : x + w]
+            part = np.s_[y : y + h, x : x + w]
+            patch = _filled(drawing[part], drawn[part])
             atlas[top : top + patch.shape[0], left : left + patch.shape[1]] = patch
     return atlas
 
