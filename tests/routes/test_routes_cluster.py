@@ -101,6 +101,23 @@ def test_linking_by_paint_needs_no_colour_names() -> None:
     assert found == [tuple(range(1, 9)), tuple(range(21, 29)), tuple(range(41, 49))]
 
 
+def test_holds_on_disconnected_parts_share_no_route() -> None:
+    mesh = wall(width=2.0)
+    count = len(mesh.vertices)
+    # A second wall 1.2 m behind the first: near in space, not joined.
+    behind = mesh.vertices + np.array([0.0, 1.2, 0.0])
+    both = Mesh(np.vstack([mesh.vertices, behind]), np.vstack([mesh.faces, mesh.faces + count]))
+    front = column(1.0, "red", 1)
+    back = [
+        replace(hold, id=hold.id + 20, position=(hold.position[0], 1.2, hold.position[2]))
+        for hold in front
+    ]
+    routes, unrouted = find_routes(both, [*front, *back], RoutesSettings())
+    found = sorted(tuple(sorted(route.holds)) for route in routes)
+    assert found == [tuple(range(1, 9)), tuple(range(21, 29))]
+    assert unrouted == []
+
+
 def test_no_holds_no_routes() -> None:
     assert find_routes(wall(), [], RoutesSettings()) == ([], [])
 

@@ -72,7 +72,13 @@ def gather(
         return load_photo(photos / view.name, width, height)
 
     stream = look(
-        views, load, mesh, face_instance, long_side=settings.long_side, erode=settings.erode
+        views,
+        load,
+        mesh,
+        face_instance,
+        long_side=settings.long_side,
+        erode=settings.erode,
+        crop_px=settings.cutout_px,
     )
     for holds, light in stream:
         for hold in holds:
@@ -215,7 +221,7 @@ def run(scan: ScanFolder, settings: ClassifySettings, progress: Progress) -> dic
         progress.note(f"{scan.hold_edits.name}: {line}")
     kept = {number: best_views(rows, settings.cutouts) for number, rows in seen.items()}
     progress.step("writing cutouts")
-    write_cutouts(scan.cutouts, kept, names, settings.cutout_px)
+    write_cutouts(scan.cutouts, kept, names)
     unseen = [hold.id for hold in holds if not hold.photos]
     if unseen:
         progress.note(f"{len(unseen)} instances are seen in no photo: {unseen[:8]}")

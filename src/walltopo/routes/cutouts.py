@@ -24,7 +24,7 @@ def best_views(views: Sequence[HoldView], count: int) -> list[HoldView]:
 
 
 def write_cutouts(
-    folder: Path, views: Mapping[int, Sequence[HoldView]], photos: Sequence[str], longest: int
+    folder: Path, views: Mapping[int, Sequence[HoldView]], photos: Sequence[str]
 ) -> None:
     """Write `<id>_<rank>.webp` (RGB with the hold's mask as alpha) and `index.json`; atomic.
 
@@ -32,7 +32,6 @@ def write_cutouts(
     ----------
     views : hold id to the views to keep, best first.
     photos : names of the photos, by number.
-    longest : side of the kept picture at most, pixels.
     """
     from PIL import Image
 
@@ -44,7 +43,6 @@ def write_cutouts(
                 name = f"{hold:05d}_{rank}.webp"
                 alpha = np.where(view.mask, 255, 0).astype(np.uint8)
                 picture = Image.fromarray(np.dstack([view.crop, alpha]))
-                picture.thumbnail((longest, longest), Image.Resampling.BOX)
                 picture.save(temporary / name, quality=80, method=2, exact=True)
                 index.append(
                     {

@@ -36,7 +36,7 @@ class HoldView:
     linear : (3,) float64, typical linear RGB, as the photo has it.
     sharpness : variance of the Laplacian of the grey crop.
     cut : whether the hold touches the border of the photo.
-    crop : (h, w, 3) uint8 RGB; mask : (h, w) bool, its visible pixels.
+    crop : (h, w, 3) uint8 RGB, shrunk; mask : (h, w) bool, its visible pixels there.
     """
 
     photo: int
@@ -137,7 +137,7 @@ def _wall_light(
 
 
 def _hold_views(
-    photo: int, picture: Image, ids: NDArray[np.int32], erode: int
+    photo: int, picture: Image, ids: NDArray[np.int32], erode: int, crop_px: int
 ) -> Iterator[HoldView]:
     import cv2
     from scipy.ndimage import find_objects
@@ -158,8 +158,8 @@ def _hold_views(
             slice(max(rows.start - pad, 0), min(rows.stop + pad, height)),
             slice(max(columns.start - pad, 0), min(columns.stop + pad, width)),
         )
-        crop = picture[wide].copy()
-        grey = cv2.cvtColor(crop, cv2.COLOR_RGB2GRAY)
+        grey = cv2.cvtColor(picture[wide], cv2.COLOR_RGB2GRAY)
+        crop, cover = _shrunk(picture[wide], ids[wide] == number, crop_px)
         yield HoldView(
             photo=photo,
             hold=number,
@@ -172,8 +172,21 @@ def _hold_views(
             or rows.stop == height
             or columns.stop == width,
             crop=crop,
-            mask=ids[wide] == number,
+            mask=cover,
         )
+
+
+def _shrunk(crop: Image, mask: NDArray[np.bool_], longest: int) -> tuple[Image, NDArray[np.bool_]]:
+    """Copies at most `longest` pixels long: thousands of crops are in memory at once."""
+    import cv2
+
+    factor = longest / max(mask.shape)
+    if factor >= 1:
+        return crop.copy(), mask
+    size = (max(1, round(mask.shape[1] * factor)), max(1, round(mask.shape[0] * factor)))
+    small = cv2.resize(np.ascontiguousarray(crop), size, interpolation=cv2.INTER_AREA)
+    cover = cv2.resize(mask.astype(np.float32), size, interpolation=cv2.INTER_AREA)
+    return np.asarray(small, dtype=np.uint8), np.asarray(cover >= 0.5)
 
 
 def _core(mask: NDArray[np.bool_], erode: int) -> NDArray[np.bool_]:
@@ -198,6 +211,7 @@ def look(
     *,
     long_side: int,
     erode: int,
+    crop_px: int,
 ) -> Iterator[tuple[list[HoldView], WallLight]]:
     """Go through the photos: per photo, what it shows of each hold, and of the wall's light.
 
@@ -210,6 +224,7 @@ def look(
     face_instance : (F,) int32, 0 = wall.
     long_side : photos are drawn at most this long, pixels.
     erode : pixels taken off the rim, at that size.
+    crop_px : crops are kept at most this long, pixels.
     """
     from walltopo.raycast import render_ids
 
@@ -221,6 +236,6 @@ def look(
         ids = np.where(face_id >= 0, face_instance[np.maximum(face_id, 0)], 0).astype(np.int32)
         picture = load(view, camera.width, camera.height)
         yield (
-            list(_hold_views(number, picture, ids, erode)),
+            list(_hold_views(number, picture, ids, erode, crop_px)),
             _wall_light(number, picture, face_id, patch_of),
         )
