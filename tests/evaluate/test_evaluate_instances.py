@@ -221,6 +221,8 @@ def literal_scannet(scene: Overlap, threshold: float) -> float:
         if not (iou[p] > threshold).any():
             y_true.append(0.0)
             y_score.append(float(scene.pred_scores[p]))
+    if not y_score:  # the printed code skips a class without predictions
+        return 0.0
     order = np.argsort(y_score)
     scores, hits = np.array(y_score)[order], np.array(y_true)[order]
     cumulative = np.append(np.cumsum(hits), 0)
