@@ -74,7 +74,7 @@ def _labels(figures: Mapping[str, Any], setup: Mapping[str, Any]) -> list[str]:
 
 def _detectors(figures: Mapping[str, Any], setup: Mapping[str, Any]) -> list[str]:
     lines = [
-        "COCO's figures at the detector's own score threshold (see `docs/detectors.md` for the "
+        "COCO's figures at the detector's own score threshold (see `docs/detect.md` for the "
         "curve down to low scores).",
         "",
         "| set | | AP50 | AP | AR | recall over 40 px |",
