@@ -58,9 +58,12 @@ def pictures(out: Path, presets: Sequence[str]) -> None:
 
 
 def speed(presets: Sequence[str]) -> None:
-    """CPU-seconds and wall seconds of one 1632x1224 photo and of what precedes the first."""
+    """CPU-seconds and wall seconds of one 1632x1224 photo, developed and with its masks, and
+    of building the gym."""
+    from walltopo.synth.develop import develop, draw_exposure
     from walltopo.synth.path import phone_camera, walk
     from walltopo.synth.render import Renderer
+    from walltopo.synth.truth import masks_of
 
     for name in presets:
         settings, _ = gym_preset(name)
@@ -73,7 +76,10 @@ def speed(presets: Sequence[str]) -> None:
         renderer.render(phone_camera(photos), poses[0], 1)  # compiles
         cpu, wall = time.process_time(), time.perf_counter()
         for pose in poses[1:]:
-            renderer.render(phone_camera(photos), pose, 2)
+            linear, ids = renderer.render(phone_camera(photos), pose, 2)
+            rng = np.random.default_rng(0)
+            develop(linear, draw_exposure(photos, settings.light, rng), rng)
+            masks_of(ids, gym.instances)
         cpu, wall = time.process_time() - cpu, time.perf_counter() - wall
         print(
             f"{name:15s} gym {built:5.1f} CPU-s, photo {cpu / 3:4.2f} CPU-s, {wall / 3:4.2f} s"
