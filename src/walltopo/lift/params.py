@@ -92,7 +92,7 @@ class LiftParams:
         high=15.0,
     )
     sample_px: float = setting(
-        8.0, "robust: larger triangles get several samples", unit="px", low=0.5
+        32.0, "robust: larger triangles get several samples", unit="px", low=0.5
     )
     most_splits: int = setting(
         8, "robust: at most this number squared of samples a triangle", low=1, high=64
