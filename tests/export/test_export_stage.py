@@ -78,3 +78,21 @@ def test_same_input_same_files(make_scan: MakeScan) -> None:
         run(scan, ExportSettings(title="same"), Silent())
     for name in ("wall.glb", "holds.json", "page/first.glb", "index.html"):
         assert (one.root / name).read_bytes() == (two.root / name).read_bytes()
+
+
+def test_without_meshoptimizer_it_says_so_and_goes_on(
+    make_scan: MakeScan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for module in ("surface", "tiers", "stage"):
+        monkeypatch.setattr(f"walltopo.export.{module}.available", lambda: False)
+    notes: list[str] = []
+
+    class Listener(Silent):
+        def note(self, message: str) -> None:
+            notes.append(message)
+
+    scan = make_scan()
+    metrics = run(scan, ExportSettings(first_triangles=1000), Listener())
+    assert metrics["first_triangles"] == metrics["glb_triangles"]
+    assert b"EXT_meshopt_compression" not in (scan.root / "page" / "first.glb").read_bytes()
+    assert any("meshoptimizer is not installed" in note for note in notes)

@@ -14,7 +14,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["simplify_indices"]
+__all__ = ["available", "simplify_indices"]
+
+
+@cache
+def available() -> bool:
+    """Whether meshoptimizer is installed: it comes as source, and a machine may lack a compiler."""
+    from importlib.util import find_spec
+
+    return find_spec("meshoptimizer") is not None
 
 
 @cache

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from walltopo.core import Progress
+from walltopo.export.meshopt import available
 from walltopo.export.params import ExportSettings
 from walltopo.export.report import write_report
 from walltopo.export.tiers import Look, TierBuilder
@@ -28,6 +29,11 @@ def write_wall(
     """
     metrics: dict[str, Any] = {}
     builder = TierBuilder(wall, settings)
+    if not available():
+        progress.note(
+            "meshoptimizer is not installed: the page gets every triangle, uncompressed, and loads "
+            "slowly (install a C++ compiler, then pip install meshoptimizer==0.2.30a0)"
+        )
 
     def made(name: str, key: str) -> bytes:
         data = builder.glb(name)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
-from walltopo.export.meshopt import simplify_indices
+from walltopo.export.meshopt import available, simplify_indices
 
 __all__ = ["Surface", "mixed_triangles", "simplify", "split_at_borders"]
 
@@ -114,8 +114,11 @@ def simplify(surface: Surface, triangles: int) -> Surface:
     """At most about `triangles` triangles, by edge collapse along, never across, hold borders.
 
     Uses meshoptimizer's attribute-aware simplifier: split vertices at one place are a seam, and
-    both sides of a seam move together, so that no cracks open.
+    both sides of a seam move together, so that no cracks open. Without meshoptimizer the surface
+    comes back as it is (the export stage says so).
     """
+    if not available():
+        return surface
     if triangles <= 0 or len(surface.triangles) <= triangles:
         return _reordered(surface, surface.triangles)
     values, weights = _attributes(surface)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from walltopo.core import StageError
 from walltopo.export.atlas import Detailed, retexture
 from walltopo.export.gltf import Packing, write_glb
+from walltopo.export.meshopt import available
 from walltopo.export.params import ExportSettings
 from walltopo.export.picture import encode_picture, read_picture
 from walltopo.export.surface import Surface, mixed_triangles, simplify, split_at_borders
@@ -84,7 +85,7 @@ class TierBuilder:
     def _make(self, name: str) -> Look:
         triangles = getattr(self.settings, f"{name}_triangles")
         finer = self.look("detail") if name == "first" else self._full
-        if triangles <= 0 or len(finer.surface.triangles) <= triangles:
+        if triangles <= 0 or len(finer.surface.triangles) <= triangles or not available():
             return Look(simplify(finer.surface, 0), finer.picture)
         if finer.picture is None:
             return Look(simplify(self._plain, triangles), None)
@@ -115,7 +116,7 @@ class TierBuilder:
             self.wall.holds,
             self.wall.routes,
             picture=picture,
-            packing=tier.packing,
+            packing=replace(tier.packing, compressed=tier.packing.compressed and available()),
             metric=self.wall.metric,
             title=self.wall.title,
         )
