@@ -206,6 +206,8 @@ def held_out(scan: ScanFolder, every: int, folder: Path | None) -> None:
     for k in out:
         photo, view = undistort(colour(scene.views[k].name), scene.views[k])
         picture, covered = shade(mesh, texture, view)
+        # Undistorting leaves black beyond the photo's own border.
+        covered &= undistort(np.full(photo.shape[:2], 255, np.uint8), scene.views[k])[0] == 255
         # One gain per channel: a held-out photo's own exposure is unknown to the texture.
         gain = (photo[covered].astype(float).mean(0) + 1) / (picture[covered].mean(0) + 1)
         even = np.clip(picture * gain, 0, 255).astype(np.uint8)
