@@ -6,7 +6,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PAGE := demo-scan/index.html
 
-.PHONY: help demo test lint docs viewer system browser clean
+.PHONY: help demo test lint docs viewer system system-venv system-compiler browser clean
 .DEFAULT_GOAL := help
 
 help:
@@ -27,6 +27,9 @@ $(VENV)/pip-ready:
 
 $(VENV)/core-ready: $(VENV)/pip-ready pyproject.toml constraints.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e .
+	@command -v c++ >/dev/null || $(MAKE) --no-print-directory system-compiler || true
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[web]' \
+	  || echo "no C++ compiler: the page will load slowly; everything else works"
 	@touch $@
 
 $(VENV)/dev-ready: $(VENV)/core-ready
@@ -68,10 +71,15 @@ system-venv:
 	@command -v apt-get >/dev/null || { echo "install Python's venv module first"; exit 1; }
 	$(SUDO) apt-get update -qq && $(SUDO) apt-get install -y -qq python3-venv
 
+system-compiler:
+	@echo "installing a C++ compiler (it builds meshoptimizer, which makes the page small)"
+	@command -v apt-get >/dev/null || { echo "not a Debian system: install a C++ compiler"; exit 1; }
+	$(SUDO) apt-get update -qq && $(SUDO) apt-get install -y -qq g++ python3-dev >/dev/null
+
 system:
 	@command -v apt-get >/dev/null || { echo "not a Debian system: install chromium, nodejs, npm"; exit 1; }
 	$(SUDO) apt-get update -qq
-	@for package in python3-venv chromium $$(command -v npm >/dev/null || echo nodejs npm); do \
+	@for package in python3-venv python3-dev g++ chromium $$(command -v npm >/dev/null || echo nodejs npm); do \
 	  $(SUDO) apt-get install -y -qq $$package >/dev/null || exit 1; done
 
 clean:

@@ -93,9 +93,12 @@ STAGES = (
             "instances",
             "instance_records",
             "attributes",
+            "cutouts",
             "routes",
+            "detections",
+            "hold_edits",
         ),
-        ("holds", "glb", "report", "page"),
+        ("holds", "glb", "report", "page", "page_assets"),
     ),
 )
 

@@ -185,6 +185,11 @@ class ScanFolder:
         return self.root / "index.html"
 
     @property
+    def page_assets(self) -> Path:
+        """`page/`: the viewer's script and the tiers of the wall that `index.html` loads."""
+        return self.root / "page"
+
+    @property
     def route_edits(self) -> Path:
         """`routes.edits.toml`: a setter's corrections, applied on every run; may be absent."""
         return self.root / "routes.edits.toml"
