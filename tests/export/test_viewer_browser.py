@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from made_scan import build_scan  # type: ignore[import-not-found]
 
-from conftest import build_scan  # type: ignore[import-not-found]
 from walltopo.core import Silent
 from walltopo.export.params import ExportSettings
 from walltopo.export.server import make_server
