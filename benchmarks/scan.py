@@ -12,7 +12,6 @@ import argparse
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +30,9 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("data", type=Path, metavar="DATA")
     parser.add_argument("--only", choices=SCANS)
-    parser.add_argument("--keep", type=Path, help="keep the scans in this folder")
+    parser.add_argument(
+        "--keep", type=Path, help="keep the scans in this folder, and go on with what is there"
+    )
     args = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
         root = args.keep or Path(temporary)
@@ -41,12 +42,14 @@ def main() -> int:
 
 
 def scan(photos: Path, out: Path) -> dict[str, Any]:
-    """Run the command in a process of its own; returns its figures."""
-    started = time.monotonic()
-    command = [sys.executable, "-m", "walltopo", "scan", str(photos), "-o", str(out), "--force"]
+    """Run the command in a process of its own; returns its figures.
+
+    Stages that a kept folder already has are not run again; their recorded times count.
+    """
+    command = [sys.executable, "-m", "walltopo", "scan", str(photos), "-o", str(out)]
     subprocess.run(command, check=True)
-    seconds = time.monotonic() - started
     stages = read_json(out / "scan.json")["stages"]
+    seconds = sum(record["seconds"] for record in stages.values())
     peak = max(record["peak_mb"] for record in stages.values())
     return {"folder": out, "seconds": seconds, "peak_mb": peak, "stages": stages}
 
