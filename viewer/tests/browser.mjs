@@ -22,14 +22,14 @@ export function start() {
 
 /** A page of its own with the viewer loaded; `log` fills with errors and foreign requests. */
 export async function open(browser, url, options = {}) {
-  const { width = 1000, height = 700, dark = false, phone = false, wait = true } = options;
+  const { width = 1000, height = 700, dark = false, phone = false, wait = true, scale = 1 } = options;
   const context = await browser.newContext({
     viewport: { width, height },
     colorScheme: dark ? "dark" : "light",
     hasTouch: phone,
     isMobile: phone,
     reducedMotion: "reduce",
-    deviceScaleFactor: 1,
+    deviceScaleFactor: scale,
   });
   const page = await context.newPage();
   const log = { errors: [], foreign: [] };
