@@ -58,6 +58,17 @@ def test_the_command_writes_instances_and_pictures(files: Path) -> None:
     assert (files / "out" / "instances.glb").stat().st_size > 1000
 
 
+def test_the_command_refines_borders_beside_its_other_results(files: Path) -> None:
+    given = ["--mesh", "mesh.ply", "--cameras", "transforms.json", "--masks", "ids", "-o", "out"]
+    paths = [text if text.startswith("-") else str(files / text) for text in given]
+    assert main(["lift", *paths, "--refine-borders", "1"]) == 0
+    for folder, mesh in (("out", "mesh.ply"), ("out/refined", "out/refined/mesh.ply")):
+        with np.load(files / folder / "instances.npz") as arrays:
+            assert len(arrays["face_instance"]) == len(read_mesh(files / mesh).faces)
+    finer = read_mesh(files / "out" / "refined" / "mesh.ply")
+    assert len(finer.faces) > len(read_mesh(files / "mesh.ply").faces)
+
+
 def test_masks_of_other_photos_are_refused(files: Path) -> None:
     views = read_cameras(files / "transforms.json")
     with pytest.raises(InputError, match="no photo in common"):

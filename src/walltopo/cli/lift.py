@@ -5,14 +5,19 @@ from __future__ import annotations
 import argparse
 import dataclasses
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from walltopo.lift.params import LiftParams
+
+if TYPE_CHECKING:
+    from walltopo.core import Instances, Mesh
 
 __all__ = ["register"]
 
 EXAMPLES = """\
 examples:
   walltopo lift --mesh wall.ply --cameras sparse/ --masks detections.json -o out/
+  walltopo lift --mesh coarse.ply --cameras sparse/ --masks ids/ -o out/ --refine-borders 2
   walltopo lift --mesh room.glb --cameras transforms.json --masks ids/ -o out/ --normalised
 """
 
@@ -36,6 +41,11 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         "--masks", type=Path, required=True, help="COCO file, or folder of PNGs of object numbers"
     )
     parser.add_argument("-o", "--output", type=Path, required=True, help="folder for the results")
+    parser.add_argument(
+        "--refine-borders", type=int, default=0, metavar="N",
+        help="also cut the triangles at the borders of instances, N times in half, and write "
+        "the finer mesh and its labels to refined/ in the output folder",
+    )  # fmt: skip
     _add_settings(parser.add_argument_group("settings"))
     parser.set_defaults(run=run)
 
@@ -63,10 +73,11 @@ def run(args: argparse.Namespace) -> int:
     params = LiftParams(**{f.name: getattr(args, f.name) for f in dataclasses.fields(LiftParams)})
 
     from walltopo.cli.console import console
-    from walltopo.formats.ply import read_mesh
+    from walltopo.formats.ply import read_mesh, write_ply
     from walltopo.lift import lift
     from walltopo.lift.inputs import attach_masks, read_cameras, read_masks
     from walltopo.lift.outputs import write_coloured
+    from walltopo.lift.refine import refine_borders
     from walltopo.lift.stage import write_instances
 
     masks, classes = read_masks(args.masks)
@@ -74,11 +85,24 @@ def run(args: argparse.Namespace) -> int:
     mesh = read_mesh(args.mesh)
     instances = lift(mesh, views, params)
     out: Path = args.output
-    out.mkdir(parents=True, exist_ok=True)
-    write_instances(out / "instances.npz", out / "instances.json", instances, views, classes)
-    write_coloured(out, mesh, instances)
+
+    def write(folder: Path, mesh: Mesh, found: Instances) -> None:
+        folder.mkdir(parents=True, exist_ok=True)
+        npz, records = folder / "instances.npz", folder / "instances.json"
+        write_instances(npz, records, found, views, classes)
+        write_coloured(folder, mesh, found)
+
+    write(out, mesh, instances)
     total = sum(len(view.masks) for view in views)
     console.print(
         f"{len(instances)} instances from {total} masks in {len(views)} photos, written to {out}"
     )
+    if args.refine_borders:
+        finer, labels = refine_borders(mesh, views, instances, params, args.refine_borders)
+        write(out / "refined", finer, labels)
+        write_ply(out / "refined" / "mesh.ply", finer)
+        console.print(
+            f"{len(mesh.faces)} triangles became {len(finer.faces)} along the borders: "
+            f"{out / 'refined' / 'mesh.ply'}, with its own instances.npz beside it"
+        )
     return 0

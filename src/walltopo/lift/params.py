@@ -71,6 +71,11 @@ class LiftParams:
     cohesion: float = setting(
         0.25, "robust: clusters merge at this mean overlap of their masks", low=0.01, high=0.99
     )
+    objective: str = setting(
+        "potts",
+        "robust: what clusters maximise; modularity (by `resolution`) is the published choice",
+        choices=("potts", "modularity"),
+    )
     rounds: int = setting(
         2, "robust: how often masks are handed to the instance they fit best", low=0, high=20
     )
@@ -90,6 +95,13 @@ class LiftParams:
         unit="px",
         low=0.0,
         high=15.0,
+    )
+    border_smoothness: float = setting(
+        0.0,
+        "robust: graph cut over mesh edges: a border this many mean edge lengths costs as much as "
+        "its area of even log-odds; 0 = off",
+        low=0.0,
+        high=100.0,
     )
     sample_px: float = setting(
         32.0, "robust: larger triangles get several samples", unit="px", low=0.5

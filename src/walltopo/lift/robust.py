@@ -9,17 +9,18 @@ from numpy.typing import NDArray
 
 from walltopo.core import Instances, Mesh, Progress, View
 from walltopo.lift.blocks import blocks_of
-from walltopo.lift.cluster import renumber
+from walltopo.lift.cluster import louvain, renumber
 from walltopo.lift.covisible import Covisible, compare_projections
 from walltopo.lift.evidence import Evidence, Sampling, gather_evidence
 from walltopo.lift.params import LiftParams
 from walltopo.lift.potts import potts_clusters
 from walltopo.lift.records import scored_instances
 from walltopo.lift.regions import fill_pinholes, neighbours_of, split_apart
+from walltopo.lift.smooth import smooth_borders
 from walltopo.lift.tidy import tidy_order
 from walltopo.lift.vote import Claims, claims_of, vote
 
-__all__ = ["find_fused", "lift_robust"]
+__all__ = ["find_fused", "lift_robust", "robust_evidence"]
 
 Ints = NDArray[np.int32]
 Floats = NDArray[np.float64]
@@ -73,7 +74,11 @@ def _cluster(pairs: Covisible, usable: NDArray[np.bool_], params: LiftParams) ->
     weight = pairs.iou
     edge = (pairs.p < pairs.q) & covered & (weight >= params.least_overlap)
     edge &= usable[pairs.p] & usable[pairs.q]
-    found = potts_clusters(count, pairs.p[edge], pairs.q[edge], weight[edge], params.cohesion)
+    graph = pairs.p[edge], pairs.q[edge], weight[edge]
+    if params.objective == "modularity":
+        found = louvain(count, *graph, params.resolution, params.seed)
+    else:
+        found = potts_clusters(count, *graph, params.cohesion)
     cluster = np.where(usable, found, -1)
     cluster[usable] = renumber(cluster[usable].astype(np.int64))
     return cluster.astype(np.int32)
@@ -90,6 +95,20 @@ def _reassign(evidence: Evidence, claims: Claims, area: Floats, usable: NDArray[
     return cluster
 
 
+def robust_evidence(
+    mesh: Mesh, views: Sequence[View], params: LiftParams, progress: Progress
+) -> Evidence:
+    """What the views say, with small masks on top, soft borders and several samples a triangle."""
+    sampling = Sampling(
+        params.visibility_distance, params.easing_power, params.mask_resolution,
+        params.border_band, params.sample_px, params.most_splits,
+    )  # fmt: skip
+    return gather_evidence(
+        blocks_of(mesh), views, lambda view: tidy_order(view, params.drop_duplicates), sampling,
+        progress,
+    )  # fmt: skip
+
+
 def lift_robust(
     mesh: Mesh, views: Sequence[View], params: LiftParams, progress: Progress
 ) -> Instances:
@@ -99,14 +118,7 @@ def lift_robust(
     ----------
     params : lengths in the mesh's unit (`normalised` is resolved by the caller).
     """
-    sampling = Sampling(
-        params.visibility_distance, params.easing_power, params.mask_resolution,
-        params.border_band, params.sample_px, params.most_splits,
-    )  # fmt: skip
-    evidence = gather_evidence(
-        blocks_of(mesh), views, lambda view: tidy_order(view, params.drop_duplicates), sampling,
-        progress,
-    )  # fmt: skip
+    evidence = robust_evidence(mesh, views, params, progress)
     progress.step("compare masks")
     pairs = compare_projections(evidence)
     usable = pairs.area > 0
@@ -121,8 +133,12 @@ def lift_robust(
         cluster = _reassign(evidence, claims, pairs.area, usable)
         cluster[cluster >= 0] = renumber(cluster[cluster >= 0].astype(np.int64))
         winner, shares = vote(evidence, cluster, params.threshold, params.border_band)
-    if params.split_apart or params.fill_pinholes:
+    if params.split_apart or params.fill_pinholes or params.border_smoothness > 0:
         neighbours = neighbours_of(mesh.faces[evidence.faces], len(mesh.vertices))
+        if params.border_smoothness > 0:
+            winner, shares = smooth_borders(
+                mesh, evidence, neighbours, cluster, winner, shares, params
+            )
         if params.fill_pinholes:
             winner = fill_pinholes(neighbours, evidence.areas, winner)
         if params.split_apart:
