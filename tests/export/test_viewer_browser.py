@@ -6,6 +6,7 @@ import json
 import os
 import re
 import shutil
+import struct
 import subprocess
 import threading
 from pathlib import Path
@@ -13,7 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from made_scan import build_scan  # type: ignore[import-not-found]
+from made_scan import build_scan, panel  # type: ignore[import-not-found]
 
 from walltopo.core import Silent
 from walltopo.export.params import ExportSettings
@@ -85,6 +86,42 @@ def broken(scan: ScanFolder, folder: Path, data: bytes | None) -> Path:
     return folder / "index.html"
 
 
+def model_alone(folder: Path, data: bytes) -> Path:
+    """A page with one tier."""
+    from walltopo.export.webpage import write_page, write_tier
+
+    (folder / "page").mkdir(parents=True)
+    write_tier(folder / "page", "first", data)
+    index = folder / "index.html"
+    write_page(index, folder / "page", "Alone")
+    index.write_text(index.read_text().replace(' detail="page/detail.glb"', ""))
+    return index
+
+
+def large_model() -> bytes:
+    """A panel of 1.0 million triangles, none of them simplified away."""
+    from walltopo.export.gltf import Packing, write_glb
+    from walltopo.export.surface import split_at_borders
+
+    mesh, labels, _, _ = panel(0, 870)
+    return write_glb(split_at_borders(mesh, labels), [], [], packing=Packing(True, True, False))
+
+
+def endless_model() -> bytes:
+    """A GLB of few bytes that asks for 5 billion vertices: accessors may leave their zeros out."""
+    document = {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "accessors": [{"componentType": 5126, "count": 5_000_000_000, "type": "VEC3"}],
+    }
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    return struct.pack("<4sIIII", b"glTF", 2, 20 + len(text), len(text), 0x4E4F534A) + text
+
+
 def edited_files(scan: ScanFolder) -> str:
     """What is wrong with the files that the editor's check saved; "" when nothing is."""
     from walltopo.formats.edits import read_hold_edits, read_route_edits
@@ -137,6 +174,8 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
         "report": scan.report.as_uri(),
         "embed": (scan.root / "embed.html").as_uri(),
         "broken": [page.as_uri() for page in pages],
+        "large": model_alone(room / "large", large_model()).as_uri(),
+        "endless": model_alone(room / "endless", endless_model()).as_uri(),
         "odd": {kind: page.as_uri() for kind, page in odd.items()},
         "shots": str(shots),
     }

@@ -6,7 +6,7 @@ import type { CardActions } from "./card";
 import { h, icon } from "./dom";
 import type { Shape } from "./dom";
 import { readPlace, writePlace } from "./link";
-import { fetchBytes, parseWall } from "./load";
+import { fetchBytes, parseWall, reasonOf } from "./load";
 import { Editor } from "./editor";
 import { Overlay } from "./overlay";
 import { Panel } from "./panel";
@@ -190,7 +190,7 @@ export class WallTopo extends HTMLElement {
       this.stage.show(wall, false);
       this.loaded();
     } catch (error) {
-      if (!signal.aborted) this.fail(`The wall could not be loaded: ${(error as Error).message}.`);
+      if (!signal.aborted) this.fail(`The wall could not be loaded: ${reasonOf(error)}.`);
       return;
     }
     await this.refine(signal);
@@ -242,7 +242,7 @@ export class WallTopo extends HTMLElement {
       this.stage.show(wall, true);
       this.setAttribute("data-ready", "detail");
     } catch (error) {
-      if (!signal.aborted) this.say(`The finer model did not load: ${(error as Error).message}`);
+      if (!signal.aborted) this.say(`The finer model did not load: ${reasonOf(error)}`);
     }
   }
 

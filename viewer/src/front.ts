@@ -38,13 +38,16 @@ export function frontOf(wall: Wall): Front {
       // Mats and table tops say nothing about where the wall faces.
       if (area === 0 || b.z > 0.8 * area) continue;
       steep.expandByPoint(a);
-      if (seen.length < 4000) seen.push(a.clone());
+      seen.push(a.clone());
       sum.x += b.x;
       sum.y += b.y;
       sum.z += b.z;
       total += Math.hypot(b.x, b.y);
     }
   }
+  // Evenly from all of them: the first ones alone would be one end of the wall.
+  const every = Math.ceil(seen.length / 4000);
+  const thinned = seen.filter((_, k) => k % every === 0);
   const holds = [...wall.tables.holds.values()];
   if (holds.length > 3) {
     // Holds say better than stray surface which way the wall faces.
@@ -69,7 +72,7 @@ export function frontOf(wall: Wall): Front {
     box.min.z = Math.max(box.min.z, wall.box.min.z);
     box.max.min(wall.box.max);
   }
-  return { direction, rise, swing, floor: wall.box.min.z, box, places: placesOf(wall, box, seen) };
+  return { direction, rise, swing, floor: wall.box.min.z, box, places: placesOf(wall, box, thinned) };
 }
 
 /** What a picture of the whole wall must show: the holds with room around, down to the mat. */

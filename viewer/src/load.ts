@@ -116,6 +116,12 @@ function tablesOf(scene: Object3D, title: string): Tables {
   return { title: raw?.title ?? title, metric: raw?.metric ?? true, holds, routes };
 }
 
+/** Why a wall did not load, for people. A typed array that cannot be had is a RangeError. */
+export function reasonOf(error: unknown): string {
+  if (error instanceof RangeError) return "the model is larger than this browser has memory for";
+  return (error as Error).message;
+}
+
 /** Turn a GLB into parts, box and tables; throws an Error whose message people can read. */
 export async function parseWall(bytes: ArrayBuffer, title: string): Promise<Wall> {
   const magic = new Uint8Array(bytes.slice(0, 4));

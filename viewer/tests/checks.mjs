@@ -222,6 +222,27 @@ export const checks = {
     }
   },
 
+  async "a model of a million triangles is drawn and picked"(browser, { large, shots }) {
+    const { page, log, close } = await open(browser, large);
+    assert.equal(await page.getAttribute("wall-topo", "data-ready"), "first");
+    assert.ok(spread(await cells(page)) >= 2, "the picture is blank");
+    const corners = [[0, 0, 0], [6, 0, 0], [6, 0, 4], [0, 0, 4]];
+    const drawn = await ask(page, (wall, all) => all.map((place) => wall.project(place)), corners);
+    const size = { x: 700, y: 700 }; // beside the list
+    for (const at of drawn) for (const axis of ["x", "y"]) assert.ok(at[axis] > 0 && at[axis] < size[axis]);
+    assert.equal(await ask(page, (wall) => wall.pickAt(350, 350)), 0);
+    await page.screenshot({ path: `${shots}/large.png` });
+    fine(log);
+    await close();
+  },
+
+  async "a model beyond memory gives a message"(browser, { endless }) {
+    const { page, close } = await open(browser, endless);
+    assert.equal(await page.getAttribute("wall-topo", "data-ready"), "error");
+    assert.match(await text(page, "[role=alert]"), /larger than this browser has memory for/);
+    await close();
+  },
+
   async "models without ids, without holds, with 2000 holds"(browser, { odd }) {
     for (const [kind, url] of Object.entries(odd)) {
       const { page, log, close } = await open(browser, url);
