@@ -73,6 +73,29 @@ def test_strokes_and_deleted_holds_reach_the_model(make_scan: MakeScan) -> None:
     assert not (painted.face_instance == 7).any()
 
 
+def test_strokes_give_the_model_the_triangles_that_classify_measures(make_scan: MakeScan) -> None:
+    from walltopo.formats.edits import apply_strokes
+
+    scan = make_scan()
+    plain = read_wall(scan)
+    on_hold = plain.mesh.centroids[np.flatnonzero(plain.face_instance == 3)[0]].tolist()
+    strokes = [
+        {"hold": 7, "at": on_hold, "radius_m": 0.1},  # by a hold that is deleted afterwards
+        {"hold": 0, "at": plain.holds[0]["position"], "radius_m": 0.05},
+        {"hold": 5, "at": plain.holds[0]["position"], "radius_m": 0.02},
+    ]
+    edits = [{"id": 7, "at": plain.holds[6]["position"], "deleted": True}]
+    save_edits(scan, {"holds": {"holds": edits, "strokes": strokes}, "routes": {}})
+    attributes = json.loads(scan.attributes.read_text())
+    attributes["instances"] = [item for item in attributes["instances"] if item["id"] != 7]
+    scan.attributes.write_text(json.dumps(attributes))
+    expected = apply_strokes(plain.mesh, plain.face_instance, strokes)
+    assert (expected != plain.face_instance).any()
+    assert (expected == 7).sum() > (plain.face_instance == 7).sum()
+    expected[expected == 7] = 0
+    np.testing.assert_array_equal(read_wall(scan).face_instance, expected)
+
+
 @pytest.fixture
 def server(make_scan: MakeScan, request: pytest.FixtureRequest) -> Iterator[tuple[int, ScanFolder]]:
     scan = make_scan(cells=20)

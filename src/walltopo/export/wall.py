@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -106,16 +107,23 @@ def _read_labels(scan: ScanFolder, faces: int) -> NDArray[np.int32]:
 
 
 def _corrected(
-    scan: ScanFolder, mesh: Mesh, labels: NDArray[np.int32], attributes: list[dict[str, Any]]
+    scan: ScanFolder,
+    mesh: Mesh,
+    labels: NDArray[np.int32],
+    lifted: Collection[int],
+    kept: list[int],
 ) -> NDArray[np.int32]:
-    """The labels after a setter's strokes, without the holds that were deleted."""
+    """The labels after a setter's strokes, without the holds that were deleted.
+
+    Strokes of holds that were deleted afterwards count too, as in `routes.classify`: they took
+    triangles from other holds before they went.
+    """
     from walltopo.formats.edits import apply_strokes, read_hold_edits
 
-    ids = [int(item["id"]) for item in attributes]
     strokes = read_hold_edits(scan.hold_edits)["strokes"]
-    known = [stroke for stroke in strokes if stroke["hold"] == 0 or stroke["hold"] in ids]
+    known = [stroke for stroke in strokes if stroke["hold"] == 0 or stroke["hold"] in lifted]
     painted = apply_strokes(mesh, labels, known)
-    return np.where(np.isin(painted, ids), painted, 0).astype(np.int32)
+    return np.where(np.isin(painted, kept), painted, 0).astype(np.int32)
 
 
 def read_wall(scan: ScanFolder, title: str = "") -> Wall:
@@ -129,10 +137,11 @@ def read_wall(scan: ScanFolder, title: str = "") -> Wall:
 
     mesh = read_mesh(scan.mesh)
     attributes = read_json(scan.attributes)["instances"]
-    labels = _corrected(scan, mesh, _read_labels(scan, len(mesh.faces)), attributes)
     routes = read_json(scan.routes)["routes"]
     records = read_json(scan.instance_records)["instances"]
     scores = {int(item["id"]): float(item["score"]) for item in records}
+    kept = [int(item["id"]) for item in attributes]
+    labels = _corrected(scan, mesh, _read_labels(scan, len(mesh.faces)), scores, kept)
     metric = bool(read_json(scan.scale)["metric"]) if scan.scale.is_file() else False
     textured = scan.texture.is_file() and scan.texture_uv.is_file()
     uv = None
