@@ -4,6 +4,7 @@
     python -m benchmarks.lift scaling
     python -m benchmarks.lift accuracy DATA
     python -m benchmarks.lift ablation         # on our own scenes; what the defaults rest on
+    python -m benchmarks.lift coarse           # borders refined on coarse meshes
 
 Times are wall clock of one call on meshes and masks in memory, the best of three after one to
 compile; CPU seconds beside it show how busy the machine was otherwise.
@@ -28,6 +29,8 @@ from walltopo.evaluate.instances import ApSummary, Labelled, evaluate_instances
 from walltopo.formats.coco import read_coco_masks
 from walltopo.formats.colmap import read_views
 from walltopo.lift import LiftParams, lift
+from walltopo.lift.refine import refine_borders
+from walltopo.raycast.bvh import Bvh
 
 ABLATION: dict[str, dict[str, Any]] = {
     "all of the default": {},
@@ -42,6 +45,10 @@ ABLATION: dict[str, dict[str, Any]] = {
     "no support needed": {"least_support": 0.0},
     "pinholes stay": {"fill_pinholes": False},
     "parts are split": {"split_apart": True},
+    "modularity": {"objective": "modularity"},
+    "modularity, resolution 10": {"objective": "modularity", "resolution": 10.0},
+    "borders smoothed, .03": {"border_smoothness": 0.03},
+    "borders smoothed, .25": {"border_smoothness": 0.25},
     "one sample a triangle": {"most_splits": 1},
     "literal": {"method": "literal"},
     "literal, resolution 10": {"method": "literal", "resolution": 10.0},
@@ -217,9 +224,37 @@ def ablation(scenes: int) -> None:
         print(f"| {label} | {mean['clean'][0]:.3f} | {texts[0]} | {texts[1]} |", flush=True)
 
 
+def coarse() -> None:
+    """Borders on meshes that are coarse, refined or not, against the truth of the fine mesh."""
+    scene = make_scene(100)
+    views = spoil(scene.views, MaskNoise(), 0)
+    # The wall faces -y, and each line along y meets it once: that maps faces to the fine mesh's.
+    origins = scene.mesh.centroids - [0.0, 5.0, 0.0]
+    along = np.tile([0.0, 1.0, 0.0], (len(origins), 1))
+    print(
+        "| edge | levels | triangles | noisy AP / AP50 / AP25 | clean AP |\n|---|---|---|---|---|"
+    )
+    for step in (0.024, 0.048):
+        start = make_scene(100, step=step, views=1).mesh
+        for levels in (0, 1, 2):
+            texts = []
+            for given in (views, list(scene.views)):
+                mesh, found = refine_borders(start, given, lift(start, given), levels=levels)
+                hit, _ = Bvh(mesh.vertices, mesh.faces).first_hit(origins, along)
+                fine = Instances(
+                    np.where(hit >= 0, found.face_instance[hit], 0).astype(np.int32),
+                    np.zeros(len(hit), dtype=np.float32),
+                    found.records,
+                )
+                a = score(fine, scene.mesh, scene.face_instance, scene.face_views)
+                texts.append(f"{a.ap:.3f} / {a.ap50:.3f} / {a.ap25:.3f}")
+            clean = texts[1].split()[0]
+            print(f"| {step} m | {levels} | {len(mesh.faces)} | {texts[0]} | {clean} |", flush=True)
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
-    parser.add_argument("what", choices=("speed", "scaling", "accuracy", "ablation"))
+    parser.add_argument("what", choices=("speed", "scaling", "accuracy", "ablation", "coarse"))
     parser.add_argument("data", type=Path, nargs="?", help="folder that holds gym-a")
     parser.add_argument("--scenes", type=int, default=3, help="ablation: number of scenes")
     args = parser.parse_args(arguments)
@@ -231,6 +266,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         accuracy(args.data)
     elif args.what == "scaling":
         scaling()
+    elif args.what == "coarse":
+        coarse()
     else:
         ablation(args.scenes)
 

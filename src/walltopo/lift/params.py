@@ -89,6 +89,13 @@ class LiftParams:
         low=0.0,
         high=1.0,
     )
+    least_score: float = setting(
+        0.0,
+        "robust: an instance is dropped if its score (support x mask score x agreement) is lower; "
+        "the library's default is 0, a scan's 0.2",
+        low=0.0,
+        high=1.0,
+    )
     border_band: float = setting(
         4.0,
         "robust: how far from a mask's border its evidence is soft",
@@ -98,8 +105,8 @@ class LiftParams:
     )
     border_smoothness: float = setting(
         0.0,
-        "robust: graph cut over mesh edges: a border this many mean edge lengths costs as much as "
-        "its area of even log-odds; 0 = off",
+        "robust: shorten borders by a graph cut that weighs this x mean edge length x border "
+        "against log-odds x area; 0 = off",
         low=0.0,
         high=100.0,
     )

@@ -5,10 +5,10 @@ The energy of an instance is the sum, over its faces, of area x log-odds against
 of faces around the voted border, a minimum cut finds the best.
 
 Rules: only faces of the band change, and only between the instance and no instance. A face of
-another instance is never taken, and a border between two instances costs nothing, so that neither
-shrinks from it; nor does the end of the mesh. A face is gained only where a mask of the instance, or its soft border, lies on
-it; one that two instances gain goes to the larger share of evidence (then the lower number). An
-instance that would lose its last face stays as it was.
+another instance is never taken; a border between two instances costs nothing, so that neither
+shrinks from it, nor does the end of the mesh. A face is gained only where a mask of the instance,
+or its soft border, lies on it; one that two instances gain goes to the larger share of evidence
+(then the lower number). An instance that would lose its last face stays as it was.
 """
 
 from __future__ import annotations
