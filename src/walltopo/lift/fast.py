@@ -51,10 +51,14 @@ def literal_graph(evidence: Evidence) -> tuple[Ints, Ints, Floats]:
 def literal_clusters(evidence: Evidence, params: LiftParams, partition: Partition) -> Ints:
     """(P,) cluster of each projection, class by class, numbered by first member."""
     first, second, weight = literal_graph(evidence)
-    clusters = np.zeros(len(evidence.label), dtype=np.int64)
+    count = len(evidence.label)
+    # A mask on no triangle is a cluster of its own, and is kept from Louvain: vertices without
+    # edges change the order in which it visits the others, and so which optimum it settles in.
+    clusters = np.arange(count, 2 * count, dtype=np.int64)
+    sizes = np.bincount(evidence.projection[evidence.projection >= 0], minlength=count)
     used = 0
     for label in np.unique(evidence.label):
-        members = np.flatnonzero(evidence.label == label)
+        members = np.flatnonzero((evidence.label == label) & (sizes > 0))
         number = np.full(len(evidence.label), -1, dtype=np.int32)
         number[members] = np.arange(len(members), dtype=np.int32)
         mine = evidence.label[first] == label
