@@ -54,9 +54,10 @@ def run_worker(job: dict[str, Any], progress: Progress) -> dict[str, Any]:
     ------
     StageError : COLMAP failed or ended; carries the last lines of its log.
     """
-    environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
+    # COLMAP has threads of its own; BLAS on several would also make the last bits differ.
+    environment = {**os.environ, "PYTHONUNBUFFERED": "1", "OPENBLAS_NUM_THREADS": "1"}
     if job["threads"] > 0:
-        environment["OMP_NUM_THREADS"] = environment["OPENBLAS_NUM_THREADS"] = str(job["threads"])
+        environment["OMP_NUM_THREADS"] = str(job["threads"])
     child = subprocess.Popen(
         [sys.executable, "-m", "walltopo.reconstruct.worker"],
         stdin=subprocess.PIPE,

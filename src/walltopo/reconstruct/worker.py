@@ -183,14 +183,14 @@ def _map(database: Path, job: dict[str, Any]) -> None:
 
     task = job["map"]
     options = pycolmap.IncrementalPipelineOptions()
-    options.num_threads = job["threads"]
+    # Sums over several threads differ in the last bits, and mapping amplifies them: it stays on
+    # one, so that a resumed scan ends with the same model.
+    options.num_threads = 1
     options.random_seed = job["seed"]
-    options.mapper.num_threads = job["threads"]
+    options.mapper.num_threads = 1
     options.mapper.random_seed = job["seed"]
     options.min_num_matches = job["min_matches"]
     options.min_model_size = 3
-    # Sums over several threads differ in the last bits, and mapping amplifies them: bundle
-    # adjustment stays on one, so that a resumed scan ends with the same model.
     options.ba_min_num_residuals_for_cpu_multi_threading = 2**31 - 1
     options.image_names = task["only"]
     if task["reference"]:
