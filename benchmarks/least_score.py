@@ -1,7 +1,7 @@
-"""Which instances of a scan are real, by their score: how a scan's `lift.least_score` was chosen.
+"""Which instances of a scan are real, by their score: how `classify.least_score` was chosen.
 
     walltopo synth gym --preset modern --seed 3 --photos 24 --size 1280x960
-    walltopo scan gym/photos -o scan --to lift --set lift.least_score=0
+    walltopo scan gym/photos -o scan --to lift
     python -m benchmarks.least_score scan gym/truth
 
 prints, for several least scores, how many instances are left, how many of them meet a true one

@@ -35,9 +35,7 @@ class Settings:
     dense: DenseSettings = field(default_factory=DenseSettings)
     texture: TextureSettings = field(default_factory=TextureSettings)
     detect: DetectSettings = field(default_factory=DetectSettings)
-    # A hold that a setter sees must be surer than what a researcher may want to rank: chosen on
-    # two generated gyms, where no true hold scores less (benchmarks/least_score.py).
-    lift: LiftParams = field(default_factory=lambda: LiftParams(least_score=0.2))
+    lift: LiftParams = field(default_factory=LiftParams)
     classify: ClassifySettings = field(default_factory=ClassifySettings)
     routes: RoutesSettings = field(default_factory=RoutesSettings)
     export: ExportSettings = field(default_factory=ExportSettings)

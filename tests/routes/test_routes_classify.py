@@ -192,3 +192,31 @@ def test_shape_does_not_depend_on_where_the_wall_stands() -> None:
     np.testing.assert_allclose(there[1].normal, here[1].normal @ turn.T, atol=1e-9)
     assert there[1].size_m == pytest.approx(here[1].size_m)
     assert there[1].protrusion_m == pytest.approx(0.06, abs=0.02)
+
+
+def test_a_doubtful_instance_is_listed_and_not_a_hold_unless_a_setter_keeps_it(
+    scan: ScanFolder,
+) -> None:
+    records = read_json(scan.instance_records)
+    records["instances"][3]["score"] = 0.1
+    write_json(scan.instance_records, records)
+    metrics = run(scan, ClassifySettings(), Silent())
+    data = read_json(scan.attributes)
+    assert [row["id"] for row in data["instances"]] == [1, 2, 3, 5, 6]
+    (row,) = data["left_out"]
+    assert (row["id"], row["score"]) == (4, 0.1)
+    assert row["photos"]
+    assert metrics["left_out"] == 1
+    cutouts = read_json(scan.cutouts / "index.json")["cutouts"]
+    assert sum(entry["id"] == 4 for entry in cutouts) == 1
+
+    edit = {"id": 4, "at": row["position"], "kept": True}
+    write_json(scan.hold_edits, {"version": 1, "holds": [edit]})
+    run(scan, ClassifySettings(), Silent())
+    data = read_json(scan.attributes)
+    assert 4 in [row["id"] for row in data["instances"]]
+    assert data["left_out"] == []
+
+    scan.hold_edits.unlink()
+    run(scan, ClassifySettings(least_score=0.1), Silent())
+    assert read_json(scan.attributes)["left_out"] == []

@@ -10,7 +10,8 @@ holds. Whoever applies an edit looks for the place first and falls back to the i
      "holds": [{"id": 7, "at": [x, y, z], "colour": "red", "type": "jug", "deleted": true}],
      "strokes": [{"hold": 7, "at": [x, y, z], "radius_m": 0.03}]}
 
-A hold entry has any of `colour`, `type`, `class`, `deleted`. A stroke is a ball: the triangles
+A hold entry has any of `colour`, `type`, `class`, `deleted`, and `kept` (a doubtful instance is a
+hold after all). A stroke is a ball: the triangles
 whose centroid lies in it go to the hold (0: to the wall), in the order of the list.
 
 `routes.edits.toml`, applied from top to bottom within each kind, in this order of kinds::
@@ -95,6 +96,7 @@ _HOLDS: dict[str, tuple[dict[str, Check], dict[str, Check]]] = {
             "type": _text,
             "class": lambda value: value in ("hold", "volume"),
             "deleted": lambda value: isinstance(value, bool),
+            "kept": lambda value: isinstance(value, bool),
         },
     ),
     "strokes": (

@@ -91,8 +91,7 @@ class LiftParams:
     )
     least_score: float = setting(
         0.0,
-        "robust: an instance is dropped if its score (support x mask score x agreement) is lower; "
-        "the library's default is 0, a scan's 0.2",
+        "robust: an instance is dropped if its score (support x mask score x agreement) is lower",
         low=0.0,
         high=1.0,
     )

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import InputError, Mesh, Progress, View
+from walltopo.core import Mesh, Progress, View
+from walltopo.routes.admit import confirmed, doubtful, left_out_rows, read_instances
 from walltopo.routes.colour import Coloured, assign_colours, find_palette, paint_over_views
 from walltopo.routes.cutouts import best_views, write_cutouts
 from walltopo.routes.edits import apply_hold_edits
@@ -29,30 +30,6 @@ __all__ = ["gather", "run", "with_types"]
 Floats = NDArray[np.float64]
 UNKNOWN = "unknown"
 PATCHES = 60  # wall patches along the longest side of the wall
-
-
-def read_instances(scan: ScanFolder, faces: int) -> tuple[NDArray[np.int32], dict[int, str]]:
-    """Labels of the faces and the class ("hold", "volume") of each instance id.
-
-    Raises
-    ------
-    InputError : the files are missing or do not belong to this mesh.
-    """
-    if not scan.instances.is_file():
-        raise InputError(f"{scan.instances}: no such file", "Run the lift stage first.")
-    with np.load(scan.instances) as data:
-        face_instance = np.asarray(data["face_instance"], dtype=np.int32)
-    if len(face_instance) != faces:
-        raise InputError(
-            f"{scan.instances}: labels of {len(face_instance)} faces, but {scan.mesh} has {faces}",
-            "Run the lift stage again.",
-        )
-    records = read_json(scan.instance_records)
-    try:
-        kinds = {int(entry["id"]): str(entry["class"]) for entry in records["instances"]}
-    except (KeyError, TypeError, ValueError) as error:
-        raise InputError(f"{scan.instance_records}: broken entry ({error!r})") from error
-    return face_instance, kinds
 
 
 def gather(
@@ -188,7 +165,7 @@ def run(scan: ScanFolder, settings: ClassifySettings, progress: Progress) -> dic
     Returns
     -------
     Metrics: holds, volumes, colours, holds with a type, holds to review, holds that no photo
-    shows, cutouts.
+    shows, instances left out as doubtful, cutouts.
     """
     from walltopo.formats.colmap import read_views
     from walltopo.formats.edits import read_hold_edits
@@ -198,9 +175,10 @@ def run(scan: ScanFolder, settings: ClassifySettings, progress: Progress) -> dic
     if settings.palette:
         palette = read_palette(Path(settings.palette), settings.lightness_weight)
     mesh = read_mesh(scan.mesh)
-    face_instance, kinds = read_instances(scan, len(mesh.faces))
+    lifted = read_instances(scan, len(mesh.faces))
+    kinds = lifted.kinds
     edits = read_hold_edits(scan.hold_edits)
-    face_instance = _painted(mesh, face_instance, kinds, edits["strokes"], progress)
+    face_instance = _painted(mesh, lifted.face_instance, kinds, edits["strokes"], progress)
     views = read_views(scan.sparse)
     seen, light = gather(views, scan.photos, mesh, face_instance, settings, progress)
     shapes = measure_shapes(mesh, face_instance, sorted(kinds))
@@ -209,19 +187,28 @@ def run(scan: ScanFolder, settings: ClassifySettings, progress: Progress) -> dic
     paints = paint_over_views(seen, light, positions, settings.max_views)
     scale = {"spread": settings.colour_spread, "lightness_weight": settings.lightness_weight}
     volumes = {number for number, kind in kinds.items() if kind == "volume"}
-    entries = palette or find_palette(paints, volumes, **scale)
+    doubted = doubtful(lifted, settings.least_score)
+    sure = {number: paint for number, paint in paints.items() if number not in doubted}
+    entries = palette or find_palette(sure, volumes, **scale)
     colours = assign_colours(paints, entries, **scale)
     names = [view.name for view in views]
-    holds = describe(kinds, shapes, colours, seen, names, entries, settings)
+    described = describe(kinds, shapes, colours, seen, names, entries, settings)
     metric = bool(read_json(scan.scale)["metric"]) if scan.scale.is_file() else True
-    unit = unit_of(holds, metric, settings.typical_hold)
+    unit = unit_of([h for h in described if h.id not in doubted], metric, settings.typical_hold)
+    left_out = [hold for hold in described if hold.id in doubted]
+    doubted -= confirmed(left_out, edits["holds"], unit)
+    left_out = [hold for hold in left_out if hold.id in doubted]
+    holds = [hold for hold in described if hold.id not in doubted]
     holds = with_types(holds, shapes, unit)
     holds, lost = apply_hold_edits(holds, edits["holds"], unit)
     for line in lost:
         progress.note(f"{scan.hold_edits.name}: {line}")
-    kept = {number: best_views(rows, settings.cutouts) for number, rows in seen.items()}
+    rows, cutouts = left_out_rows(left_out, lifted.scores, seen)
+    for number, looks in seen.items():
+        if number not in doubted:
+            cutouts[number] = best_views(looks, settings.cutouts)
     progress.step("writing cutouts")
-    write_cutouts(scan.cutouts, kept, names)
+    write_cutouts(scan.cutouts, cutouts, names)
     unseen = [hold.id for hold in holds if not hold.photos]
     if unseen:
         progress.note(f"{len(unseen)} instances are seen in no photo: {unseen[:8]}")
@@ -231,6 +218,7 @@ def run(scan: ScanFolder, settings: ClassifySettings, progress: Progress) -> dic
             "version": 1,
             "palette": [{"name": entry.name, "rgb": list(entry.rgb)} for entry in entries],
             "instances": [hold.to_json() for hold in holds],
+            "left_out": rows,
         },
     )
     return {
@@ -240,5 +228,6 @@ def run(scan: ScanFolder, settings: ClassifySettings, progress: Progress) -> dic
         "typed": sum(hold.kind == "hold" and hold.type != UNKNOWN for hold in holds),
         "review": sum(hold.review for hold in holds),
         "unseen": len(unseen),
-        "cutouts": sum(len(rows) for rows in kept.values()),
+        "left_out": len(rows),
+        "cutouts": sum(len(looks) for looks in cutouts.values()),
     }

@@ -13,6 +13,13 @@ __all__ = ["ClassifySettings", "RoutesSettings"]
 class ClassifySettings:
     """How colour, type and geometry of each hold are found (section `classify`)."""
 
+    # Chosen on two generated gyms, where no true hold scores less (benchmarks/least_score.py).
+    least_score: float = setting(
+        0.2,
+        "Instances with a lower score (few views confirm them) are no holds but listed as doubtful",
+        low=0.0,
+        high=1.0,
+    )
     long_side: int = setting(
         1600, "Photos are read at most this long", unit="px", low=200, high=8000
     )

@@ -23,6 +23,8 @@ class Facts:
     unregistered : photo name to the reason ("" where none is known).
     stages : stage name to its entry in `scan.json`.
     scale : `scale.json`.
+    cutouts : instance id to the file of its best cutout.
+    left_out : instances that were too doubtful to be holds, the surest first.
     """
 
     photos: list[dict[str, Any]]
@@ -32,6 +34,7 @@ class Facts:
     stages: dict[str, dict[str, Any]]
     scale: dict[str, Any]
     cutouts: dict[int, str] = field(default_factory=dict[int, str])
+    left_out: list[dict[str, Any]] = field(default_factory=list[dict[str, Any]])
 
     def metric(self, stage: str, key: str) -> Any:
         """One figure of a stage, or None."""
@@ -81,4 +84,5 @@ def read_facts(scan: ScanFolder) -> Facts:
         stages=stages,
         scale=_optional(scan.scale, {}),
         cutouts=_cutouts(scan),
+        left_out=_optional(scan.attributes, {}).get("left_out", []),
     )

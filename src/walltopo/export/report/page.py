@@ -83,6 +83,7 @@ def _page(
         sections.measure_section(facts),
         sections.route_section(wall),
         sections.review_section(wall, facts, scan.cutouts, settings.thumbnails),
+        sections.left_out_section(facts, scan.cutouts, settings.thumbnails),
         sections.step_section(wall, facts, sizes),
     ]
     return (

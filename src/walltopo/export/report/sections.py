@@ -14,6 +14,7 @@ from walltopo.export.wall import Wall
 __all__ = [
     "attention",
     "figures_of_merit",
+    "left_out_section",
     "measure_section",
     "photo_section",
     "review_section",
@@ -21,7 +22,6 @@ __all__ = [
     "step_section",
 ]
 
-UNSURE = 0.5
 MOST_CUTOUTS = 60
 MOST_THUMBNAILS = 60
 
@@ -43,7 +43,7 @@ def picture_url(path: Path, longest: int) -> str | None:
 
 def _unsure(wall: Wall) -> list[dict[str, Any]]:
     """Holds that someone should look at, the least certain first."""
-    doubtful = [hold for hold in wall.holds if hold["review"] or hold["score"] < UNSURE]
+    doubtful = [hold for hold in wall.holds if hold["review"]]
     return sorted(doubtful, key=lambda hold: (float(hold["score"]), int(hold["id"])))
 
 
@@ -209,6 +209,18 @@ def route_section(wall: Wall) -> str:
     return section("Routes", table(head, rows, right=(1, 2, 3, 4)))
 
 
+def _tile(facts: Facts, folder: Path | None, number: int, words: str) -> str:
+    """A small card with the best cutout of an instance, its id and some words (HTML)."""
+    file = facts.cutouts.get(number) if folder else None
+    url = picture_url(folder / file, 128) if folder and file else None
+    image = f'<img src="{url}" alt="">' if url else '<span class="blank"></span>'
+    return f"<li>{image}<b>{number}</b><span>{words}</span></li>"
+
+
+def _tiles(tiles: list[str]) -> str:
+    return f'<ul class="tiles small">{"".join(tiles)}</ul>'
+
+
 def review_section(wall: Wall, facts: Facts, cutouts: Path, pictures: bool) -> str:
     """Uncertain holds with their pictures."""
     unsure = _unsure(wall)
@@ -216,16 +228,31 @@ def review_section(wall: Wall, facts: Facts, cutouts: Path, pictures: bool) -> s
         return ""
     tiles = []
     for hold in unsure[:MOST_CUTOUTS]:
-        file = facts.cutouts.get(int(hold["id"])) if pictures else None
-        url = picture_url(cutouts / file, 128) if file else None
-        image = f'<img src="{url}" alt="">' if url else '<span class="blank"></span>'
-        words = f"{hold['colour'] or ''} {hold['type'] or hold['class']}".strip()
-        tiles.append(
-            f"<li>{image}<b>{int(hold['id'])}</b><span>{_dot(hold['colour_rgb'])}{text(words)}, "
-            f"{100 * float(hold['score']):.0f} % certain</span></li>"
-        )
+        what = f"{hold['colour'] or ''} {hold['type'] or hold['class']}".strip()
+        sure = f"{100 * float(hold['score']):.0f} % certain"
+        words = f"{_dot(hold['colour_rgb'])}{text(what)}, {sure}"
+        tiles.append(_tile(facts, cutouts if pictures else None, int(hold["id"]), words))
     more = len(unsure) - MOST_CUTOUTS
     rest = f"<p>{more} more are marked <code>review</code> in holds.json.</p>" if more > 0 else ""
     intro = "<p>The least certain first. Wrong ones can be corrected in the editor.</p>"
-    body = f'{intro}<ul class="tiles small">{"".join(tiles)}</ul>{rest}'
-    return section("Holds to review", body)
+    return section("Holds to review", intro + _tiles(tiles) + rest)
+
+
+def left_out_section(facts: Facts, cutouts: Path, pictures: bool) -> str:
+    """Instances that were too doubtful to be shown as holds, the surest first."""
+    if not facts.left_out:
+        return ""
+    tiles = []
+    for row in facts.left_out[:MOST_CUTOUTS]:
+        x, y, z = (float(v) for v in row["position"])
+        sure = f"{text(row['class'])}, {100 * float(row['score']):.0f} % certain"
+        words = f"{sure}<br>{x:.2f}, {y:.2f}, {z:.2f}"
+        tiles.append(_tile(facts, cutouts if pictures else None, int(row["id"]), words))
+    more = len(facts.left_out) - MOST_CUTOUTS
+    rest = f"<p>{more} more are in attributes.json.</p>" if more > 0 else ""
+    intro = (
+        f"<p>{len(facts.left_out)} instances that few photos confirm are not shown as holds "
+        "(<code>classify.least_score</code>). To keep one, add its id and place to "
+        '<code>holds.edits.json</code>: <code>{"id": 7, "at": [x, y, z], "kept": true}</code>.</p>'
+    )
+    return section("Left out as doubtful", intro + _tiles(tiles) + rest)

@@ -1,0 +1,93 @@
+"""Which instances a scan shows as holds, and which it only lists as doubtful.
+
+The lift keeps every instance with its score, because who ranks them (a metric, a researcher)
+wants all. A setter wants holds: an instance that hardly any view confirms is left out here and
+listed for review instead. What lies on a printed plate is no hold either.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import InputError
+from walltopo.routes.cutouts import best_views
+from walltopo.routes.edits import find_hold
+from walltopo.routes.records import Hold
+from walltopo.routes.samples import HoldView
+from walltopo.workspace import ScanFolder, read_json
+
+__all__ = ["Lifted", "confirmed", "doubtful", "left_out_rows", "read_instances"]
+
+CUTOUTS_OF_DOUBTFUL = 1
+
+
+@dataclass(frozen=True, eq=False)
+class Lifted:
+    """What the lift wrote.
+
+    Parameters
+    ----------
+    face_instance : (F,) int32, instance id of each triangle, 0 = none.
+    kinds : instance id to its class, "hold" or "volume".
+    scores : instance id to its score in [0, 1].
+    """
+
+    face_instance: NDArray[np.int32]
+    kinds: dict[int, str]
+    scores: dict[int, float]
+
+
+def read_instances(scan: ScanFolder, faces: int) -> Lifted:
+    """The instances of a scan whose mesh has so many triangles.
+
+    Raises
+    ------
+    InputError : the files are missing or do not belong to this mesh.
+    """
+    if not scan.instances.is_file():
+        raise InputError(f"{scan.instances}: no such file", "Run the lift stage first.")
+    with np.load(scan.instances) as data:
+        face_instance = np.asarray(data["face_instance"], dtype=np.int32)
+    if len(face_instance) != faces:
+        raise InputError(
+            f"{scan.instances}: labels of {len(face_instance)} faces, but {scan.mesh} has {faces}",
+            "Run the lift stage again.",
+        )
+    records = read_json(scan.instance_records)
+    try:
+        rows = records["instances"]
+        kinds = {int(entry["id"]): str(entry["class"]) for entry in rows}
+        scores = {int(entry["id"]): float(entry["score"]) for entry in rows}
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(f"{scan.instance_records}: broken entry ({error!r})") from error
+    return Lifted(face_instance, kinds, scores)
+
+
+def doubtful(lifted: Lifted, least_score: float) -> set[int]:
+    """Ids of the instances whose score is lower than `least_score`."""
+    return {number for number, score in lifted.scores.items() if score < least_score}
+
+
+def confirmed(holds: Sequence[Hold], edits: Sequence[Mapping[str, Any]], unit: float) -> set[int]:
+    """Ids of doubtful holds that a setter keeps (`"kept": true` in `holds.edits.json`)."""
+    found = (find_hold(holds, e["at"], e["id"], unit) for e in edits if e.get("kept", False))
+    return {hold.id for hold in found if hold is not None}
+
+
+def left_out_rows(
+    holds: Sequence[Hold], scores: Mapping[int, float], seen: Mapping[int, Sequence[HoldView]]
+) -> tuple[list[dict[str, Any]], dict[int, list[HoldView]]]:
+    """The list `left_out` of `attributes.json`, the surest first, and the cutouts to keep of it."""
+    ranked = sorted(holds, key=lambda hold: (-scores[hold.id], hold.id))
+    keys = ("id", "class", "position", "size_m", "photos")
+    rows = []
+    for hold in ranked:
+        entry = hold.to_json()
+        rows.append({key: entry[key] for key in keys} | {"score": round(scores[hold.id], 4)})
+    cutouts = {h.id: best_views(seen.get(h.id, ()), CUTOUTS_OF_DOUBTFUL) for h in ranked}
+    return rows, cutouts
