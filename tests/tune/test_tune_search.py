@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import argparse
-import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from walltopo.cli import tune as commands
-from walltopo.core import Camera, InputError, Mesh, SettingsError, View
+from walltopo.core import InputError, SettingsError
 from walltopo.settings import load_settings
 from walltopo.tune.problem import Range
 from walltopo.tune.report import merge_settings, write_report, write_slices
@@ -136,71 +133,8 @@ def test_settings_file_keeps_other_sections(tmp_path: Path) -> None:
     assert 'best \\"x\\"' in path.read_text()
 
 
-def grid(n: int) -> Mesh:
-    """A 2 m square wall in the plane y = 0."""
-    x, z = np.meshgrid(np.linspace(0, 2, n + 1), np.linspace(0, 2, n + 1))
-    vertices = np.stack([x.ravel(), np.zeros(x.size), z.ravel()], axis=1)
-    corner = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
-    a, b, c, d = corner, corner + 1, corner + n + 2, corner + n + 1
-    faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
-    return Mesh(vertices, faces.astype(np.int32))
-
-
-def boxes(mesh: Mesh) -> NDArray[np.int32]:
-    """Eight square holds: two columns of four, 1.2 m apart."""
-    x, _, z = mesh.centroids.T
-    face_instance = np.zeros(len(mesh.faces), dtype=np.int32)
-    for k in range(8):
-        cx, cz = 0.4 + 1.2 * (k // 4), 0.3 + 0.45 * (k % 4)
-        face_instance[(abs(x - cx) < 0.08) & (abs(z - cz) < 0.08)] = k + 1
-    return face_instance
-
-
-def make_gym(folder: Path) -> None:
-    """Truth, cameras and masks of a tiny wall, as a generator would write them."""
-    from walltopo.datasets.project import masks_of_view
-    from walltopo.formats.coco import write_coco_masks
-
-    mesh = grid(40)
-    face_instance = boxes(mesh)
-    folder.mkdir(parents=True)
-    views = np.full(len(mesh.faces), 4, np.int32)
-    np.savez(
-        folder / "gt.npz", vertices=mesh.vertices, faces=mesh.faces, face_instance=face_instance,
-        face_views=views,
-    )  # fmt: skip
-    rows = [
-        {
-            "id": k + 1, "class": "hold", "kind": "jug", "colour": "red", "route": k // 4,
-            "position": [0.4 + 1.2 * (k // 4), 0.0, 0.3 + 0.45 * (k % 4)], "normal": [0, -1, 0],
-        }
-        for k in range(8)
-    ]  # fmt: skip
-    (folder / "scene.json").write_text(json.dumps({"instances": rows}))
-    camera = Camera("PINHOLE", 160, 160, (120.0, 120.0, 80.0, 80.0))
-    rotation = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
-    masks, sizes, lines = {}, {}, []
-    for k in range(4):
-        centre = np.array([0.7 + 0.2 * k, -1.8, 1.0])
-        view = View(f"{k}.jpg", camera, np.column_stack([rotation, -rotation @ centre]))
-        labels = dict.fromkeys(range(1, 9), 1)
-        masks[view.name] = [m for _, m in masks_of_view(mesh, face_instance, labels, view)]
-        sizes[view.name] = (160, 160)
-        shift = -rotation @ centre
-        # A quarter turn about x: quaternion (cos 45, sin 45, 0, 0).
-        lines += [
-            f"{k + 1} 0.70710678118 0.70710678118 0 0 {shift[0]} {shift[1]} {shift[2]} 1 {k}.jpg",
-            "",
-        ]
-    write_coco_masks(folder / "masks.json", masks, sizes, {1: "hold", 2: "volume"})
-    (folder / "cameras").mkdir()
-    (folder / "cameras/cameras.txt").write_text("1 PINHOLE 160 160 120 120 80 80\n")
-    (folder / "cameras/images.txt").write_text("\n".join(lines) + "\n")
-    (folder / "cameras/points3D.txt").write_text("")
-
-
 @pytest.fixture
-def two_gyms(tmp_path: Path) -> Path:
+def two_gyms(tmp_path: Path, make_gym: Callable[[Path], None]) -> Path:
     make_gym(tmp_path / "t")
     make_gym(tmp_path / "u")
     return walls_file(
@@ -225,25 +159,3 @@ def test_tune_command(tmp_path: Path, two_gyms: Path, what: str) -> None:
     assert "On walls that were not tuned on" in report
     assert "| b |" in report
     assert (out / "slices.png").is_file()
-
-
-@pytest.mark.parametrize(("distance", "power"), [(8.0, 0.0), (2.0, 0.5), (2.1, -0.8)])
-def test_seen_once_gives_what_a_fresh_look_gives(
-    tmp_path: Path, distance: float, power: float
-) -> None:
-    from walltopo.core import Silent
-    from walltopo.lift.blocks import blocks_of
-    from walltopo.lift.evidence import Sampling, gather_evidence
-    from walltopo.lift.fast import by_score
-    from walltopo.tune.lift_problem import load_lift_wall
-    from walltopo.tune.seen import SeenOnce
-    from walltopo.tune.walls import Wall
-
-    make_gym(tmp_path / "t")
-    wall = load_lift_wall(Wall("a", "train", tmp_path / "t"))
-    sampling = Sampling(distance, power)
-    fresh = gather_evidence(blocks_of(wall.mesh), wall.views, by_score, sampling, Silent())
-    cached = SeenOnce(wall.mesh, wall.views, 20.0).evidence(distance, power)
-    for name in ("faces", "starts", "projection", "view", "first_mask", "label"):
-        assert (getattr(fresh, name) == getattr(cached, name)).all(), name
-    assert cached.ease == pytest.approx(fresh.ease, abs=1e-4)

@@ -48,9 +48,17 @@ def literal_graph(evidence: Evidence) -> tuple[Ints, Ints, Floats]:
     return p, q, shared / union * mean[p] * mean[q]
 
 
-def literal_clusters(evidence: Evidence, params: LiftParams, partition: Partition) -> Ints:
-    """(P,) cluster of each projection, class by class, numbered by first member."""
-    first, second, weight = literal_graph(evidence)
+def literal_clusters(
+    evidence: Evidence,
+    params: LiftParams,
+    partition: Partition,
+    graph: tuple[Ints, Ints, Floats] | None = None,
+) -> Ints:
+    """(P,) cluster of each projection, class by class, numbered by first member.
+
+    `graph` is that of `literal_graph`, where it is known already.
+    """
+    first, second, weight = literal_graph(evidence) if graph is None else graph
     count = len(evidence.label)
     # A mask on no triangle is a cluster of its own, and is kept from Louvain: vertices without
     # edges change the order in which it visits the others, and so which optimum it settles in.

@@ -20,7 +20,7 @@ from walltopo.lift.smooth import smooth_borders
 from walltopo.lift.tidy import tidy_order
 from walltopo.lift.vote import Claims, claims_of, vote
 
-__all__ = ["find_fused", "lift_robust", "robust_evidence"]
+__all__ = ["find_fused", "lift_robust", "robust_evidence", "robust_instances"]
 
 Ints = NDArray[np.int32]
 Floats = NDArray[np.float64]
@@ -120,7 +120,18 @@ def lift_robust(
     """
     evidence = robust_evidence(mesh, views, params, progress)
     progress.step("compare masks")
-    pairs = compare_projections(evidence)
+    return robust_instances(mesh, evidence, compare_projections(evidence), params, progress)
+
+
+def robust_instances(
+    mesh: Mesh, evidence: Evidence, pairs: Covisible, params: LiftParams, progress: Progress
+) -> Instances:
+    """All that follows the look at the scene: what tuning repeats for other settings.
+
+    Parameters
+    ----------
+    evidence, pairs : of `robust_evidence` and `compare_projections`.
+    """
     usable = pairs.area > 0
     if params.drop_fused:
         usable &= ~find_fused(evidence, pairs)

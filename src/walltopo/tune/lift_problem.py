@@ -6,10 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from walltopo.core import InputError, Instances, Mesh, Silent, View
+from walltopo.core import InputError, Instances, Mesh, View
 from walltopo.evaluate.align import align_views
 from walltopo.evaluate.carry import Carried, carry_truth, overlap_with_missing
 from walltopo.evaluate.instances import summarise_instances
@@ -20,28 +17,27 @@ from walltopo.formats.coco import read_coco_masks
 from walltopo.formats.colmap import read_views
 from walltopo.formats.ply import read_mesh
 from walltopo.lift import LiftParams
+from walltopo.tune.lifted import Lifted
 from walltopo.tune.problem import Range
 from walltopo.tune.walls import Wall
 from walltopo.workspace import ScanFolder
 
 __all__ = ["LiftProblem", "LiftWall", "load_lift_wall"]
 
-Floats = NDArray[np.float64]
-
-# The published ranges; for the robust method, whose clusters have no resolution, its own.
+# The published ranges; for the robust method, which knows neither easing nor (with its own
+# objective) resolution, those of its own settings that matter.
 _PUBLISHED = (
     Range("visibility_distance", 2.0, 20.0, 8.0),
     Range("easing_power", -1.0, 1.0, 0.0),
     Range("threshold", 0.0, 1.0, 0.5),
     Range("resolution", 0.0, 100.0, 1.0, curve=3.0),
 )
-_ROBUST = ("visibility_distance", "easing_power", "threshold", "cohesion", "least_support")
-_ROBUST_RANGES = {
+_ROBUST = {
     "visibility_distance": (2.0, 20.0),
-    "easing_power": (-1.0, 1.0),
     "threshold": (0.05, 0.95),
     "cohesion": (0.05, 0.9),
     "least_support": (0.0, 0.6),
+    "border_band": (0.0, 12.0),
 }
 FIGURES = ("ap", "ap50", "ap25", "coco_ap")
 
@@ -91,8 +87,7 @@ def load_lift_wall(wall: Wall, within: float = 0.02) -> LiftWall:
 class LiftProblem:
     """Instance AP (mean of the classes) as a function of the lift's settings.
 
-    For the literal method the visibility of each wall is found once, at the largest distance:
-    weights by distance follow from it, and neither threshold nor resolution changes it.
+    Who sees what is found once per wall; a trial costs what its settings changed (see `Lifted`).
 
     Parameters
     ----------
@@ -104,45 +99,38 @@ class LiftProblem:
     def __init__(self, walls: Sequence[LiftWall], method: str, figure: str = "ap") -> None:
         if figure not in FIGURES:
             raise InputError(f"figure {figure!r}; expected one of {', '.join(FIGURES)}")
-        self._walls, self._method, self.figure = walls, method, figure
-        self._cached: dict[str, Any] = {}
-        self.section = "lift"
+        self.section, self.figure = "lift", figure
         self.fixed: Mapping[str, Any] = {"method": method}
         defaults = LiftParams()
         self.ranges: Sequence[Range] = _PUBLISHED
         if method == "robust":
             self.ranges = tuple(
-                Range(name, *_ROBUST_RANGES[name], getattr(defaults, name)) for name in _ROBUST
+                Range(name, *bounds, getattr(defaults, name)) for name, bounds in _ROBUST.items()
             )
+        highest = {r.name: r.high for r in self.ranges}
+        far, wide = highest["visibility_distance"], highest.get("border_band", 0.0)
+        self._names = _names_of(walls)
+        self.walls = tuple(walls)
+        self.lifted = tuple(Lifted(wall.mesh, wall.views, far, wide) for wall in walls)
+
+    def params(self, wall: LiftWall, values: Mapping[str, float]) -> LiftParams:
+        """The lift's settings with these values, for one wall."""
+        changed = {**self.fixed, **values, "normalised": wall.normalised}
+        return replace(LiftParams(), **dict[str, Any](changed))
 
     def evaluate(self, values: Mapping[str, float]) -> dict[str, float]:
         """The figure on each wall."""
-        params = replace(LiftParams(), method=self._method, **dict[str, Any](values))
         result: dict[str, float] = {}
-        for wall in self._walls:
-            instances = self._lift(wall, replace(params, normalised=wall.normalised))
-            metrics = summarise_instances([wall.overlap(instances)])
-            result[wall.name] = float(getattr(metrics.mean, self.figure))
+        for name, wall, lifted in zip(self._names, self.walls, self.lifted, strict=True):
+            metrics = summarise_instances([wall.overlap(lifted(self.params(wall, values)))])
+            result[name] = float(getattr(metrics.mean, self.figure))
         return result
 
-    def _lift(self, wall: LiftWall, params: LiftParams) -> Instances:
-        from walltopo.lift.methods import run_method
 
-        if self._method != "literal" or params.normalised:
-            return run_method(wall.mesh, wall.views, params, Silent())
-        return self._literal(wall, params)
-
-    def _literal(self, wall: LiftWall, params: LiftParams) -> Instances:
-        from walltopo.lift.cluster import louvain
-        from walltopo.lift.fast import literal_clusters
-        from walltopo.lift.merge import literal_instances, literal_labels
-        from walltopo.tune.seen import SeenOnce
-
-        if wall.name not in self._cached:
-            farthest = next(r.high for r in self.ranges if r.name == "visibility_distance")
-            self._cached[wall.name] = SeenOnce(wall.mesh, wall.views, farthest)
-        seen: SeenOnce = self._cached[wall.name]
-        evidence = seen.evidence(params.visibility_distance, params.easing_power)
-        cluster = literal_clusters(evidence, params, louvain)
-        kept, shares = literal_labels(evidence, cluster, params.threshold)
-        return literal_instances(evidence, cluster, kept, shares, len(wall.mesh.faces))
+def _names_of(walls: Sequence[LiftWall]) -> list[str]:
+    """Names of the walls; several scans of one wall are numbered."""
+    names = [wall.name for wall in walls]
+    return [
+        name if names.count(name) == 1 else f"{name} #{names[:k].count(name) + 1}"
+        for k, name in enumerate(names)
+    ]

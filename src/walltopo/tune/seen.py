@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,29 +11,42 @@ from walltopo.core import Mesh, Silent, View
 from walltopo.lift.blocks import blocks_of
 from walltopo.lift.easing import ease
 from walltopo.lift.evidence import Evidence, Sampling, gather_evidence
-from walltopo.lift.fast import by_score
 
 __all__ = ["SeenOnce"]
 
 
 class SeenOnce:
-    """Who sees what, found once at the largest distance.
+    """Who sees what, found once at the largest distance and with the widest soft border.
 
     With linear easing (power 0) the weight of an entry is 1 - distance / farthest, so the distance
     of every entry can be read back from it, and each trial only filters and weighs again.
 
     Parameters
     ----------
-    farthest : the largest visibility distance that will be asked for, metres.
+    drawing : order in which a view's masks are drawn, see `gather_evidence`.
+    sampling : with the largest visibility distance and band that will be asked for.
     """
 
-    def __init__(self, mesh: Mesh, views: Sequence[View], farthest: float) -> None:
-        sampling = Sampling(farthest, 0.0)
-        self._all = gather_evidence(blocks_of(mesh), views, by_score, sampling, Silent())
+    def __init__(
+        self,
+        mesh: Mesh,
+        views: Sequence[View],
+        drawing: Callable[[View], list[int]],
+        sampling: Sampling,
+    ) -> None:
+        linear = replace(sampling, easing_power=0.0)
+        self._all = gather_evidence(blocks_of(mesh), views, drawing, linear, Silent())
+        farthest = sampling.visibility_distance
         self._distance = farthest * (1.0 - self._all.ease.astype(np.float64))
 
-    def evidence(self, visibility_distance: float, easing_power: float) -> Evidence:
-        """What `gather_evidence` gives for these settings, up to rounding."""
+    def evidence(
+        self, visibility_distance: float, easing_power: float, band: float = 0.0
+    ) -> Evidence:
+        """What `gather_evidence` gives for these settings, up to rounding.
+
+        With a band narrower than the one looked at, entries beyond it keep the number of the mask
+        that they are near to; at the full width of the band that number has no weight.
+        """
         near = self._distance < visibility_distance
         counts = np.concatenate([[0], np.cumsum(near)])
         starts = counts[self._all.starts]
@@ -53,6 +66,6 @@ class SeenOnce:
             view=self._all.view[pick],
             share=self._all.share[pick],
             ease=weight[entries].astype(np.float32),
-            border=self._all.border[pick],
+            border=np.minimum(self._all.border[pick], np.float32(band)),
             detail=self._all.detail[pick],
         )
