@@ -71,6 +71,9 @@ def test_the_scan_is_metric_upright_and_on_the_floor(reference: ScanFolder, gym_
     record = read_json(reference.scale)
     assert record["floor_known"]
     assert [plate["ids"] for plate in record["plates"]] == [[0, 1, 2, 3]]
+    # The world's origin lies below the middle of this plate, 4 mm of board, x along its top edge.
+    sheet = [[-0.21, 0.21, 0.004], [0.21, 0.21, 0.004], [0.21, -0.21, 0.004], [-0.21, -0.21, 0.004]]
+    assert np.allclose(record["plates"][0]["corners"], sheet, atol=0.002)
 
 
 def test_a_second_run_reuses_features_and_is_the_same(reference: ScanFolder) -> None:

@@ -92,6 +92,16 @@ def test_noise_of_a_fifth_of_a_pixel_stays_within_the_targets(way: str) -> None:
     assert abs(world.translation[2]) < 0.005
 
 
+def test_each_plate_is_told_with_its_place_in_the_world() -> None:
+    places = [on_floor(plate, at) for plate, at in zip(PLATES[:2], PLACES, strict=False)]
+    views, seen = shoot(list(zip(PLATES[:2], places, strict=True)))
+    measure, reports, _ = measure_from_plates(views, seen, PLATES, UP)
+    assert measure is not None
+    for report, plate, place in zip(reports, PLATES[:2], places, strict=True):
+        there = MODEL_FROM_WORLD.apply(place.apply(plate.outline))
+        assert np.allclose(report.outline, there, atol=1e-5)
+
+
 def test_a_false_detection_does_not_matter() -> None:
     views, seen = shoot([(PLATES[0], on_floor(PLATES[0], PLACES[0]))], photos=6)
     # Marker 2 at a wrong spot of one photo.

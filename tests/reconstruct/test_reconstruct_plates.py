@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError
 from walltopo.reconstruct.markers import detect_markers
-from walltopo.reconstruct.plate_pdf import PAPERS, Rectangle, Text, draw_plate, to_pdf
+from walltopo.reconstruct.plate_pdf import PAPERS, Text, draw_plate, to_pdf
 from walltopo.reconstruct.plates import BUILT_IN, Plate, built_in_plates, read_plates
 
 
@@ -19,16 +19,18 @@ def first(name: str) -> Plate:
     return next(plate for plate in built_in_plates() if plate.name == name)
 
 
-def rasterise(shapes: list[Rectangle | Text], paper: tuple[float, float]) -> NDArray[np.uint8]:
-    """The rectangles at 6 pixels a millimetre."""
+def rasterise(pdf: bytes, paper: tuple[float, float]) -> NDArray[np.uint8]:
+    """The rectangles that the page's content stream fills, at 6 pixels a millimetre."""
     scale = 6000
+    points = scale * 0.0254 / 72  # pixels per PDF unit
     height, width = round(paper[1] * scale), round(paper[0] * scale)
     image = np.full((height, width), 255, np.uint8)
-    for shape in shapes:
-        if isinstance(shape, Rectangle):
-            x0, x1 = round(shape.x * scale), round((shape.x + shape.width) * scale)
-            y0, y1 = round(shape.y * scale), round((shape.y + shape.height) * scale)
-            image[height - y1 : height - y0, x0:x1] = round(255 * shape.grey)
+    content = pdf[pdf.index(b"stream\n") + 7 : pdf.index(b"\nendstream")]
+    for found in re.finditer(rb"^(\S+) g (\S+) (\S+) (\S+) (\S+) re f$", content, re.MULTILINE):
+        grey, x, y, across, up = (float(value) for value in found.groups())
+        x0, x1 = round(x * points), round((x + across) * points)
+        y0, y1 = round(y * points), round((y + up) * points)
+        image[height - y1 : height - y0, x0:x1] = round(255 * grey)
     return image
 
 
@@ -38,6 +40,7 @@ def test_the_board_is_as_described() -> None:
     assert np.allclose(plate.corners(0)[0], [-0.19, 0.19, 0])  # top left of the top left marker
     assert np.allclose(plate.corners(2)[2], [0.19, -0.19, 0])  # bottom right of the bottom right
     assert np.allclose(plate.corners(1)[0] - plate.corners(0)[0], [0.23, 0, 0])
+    assert np.allclose(plate.outline[[0, 2]], [[-0.21, 0.21, 0], [0.21, -0.21, 0]])
 
 
 def test_no_two_built_in_plates_share_an_id() -> None:
@@ -79,9 +82,9 @@ def test_a_wrong_file_is_told_apart(tmp_path: Path, text: str, told: str) -> Non
 
 
 @pytest.mark.parametrize("name", ["a4", "a3"])
-def test_the_drawn_sheet_has_its_markers_where_the_geometry_says(name: str) -> None:
+def test_the_printed_sheet_has_its_markers_where_the_geometry_says(name: str) -> None:
     plate, paper = first(name), PAPERS[name]
-    image = rasterise(draw_plate(plate, paper), paper)
+    image = rasterise(to_pdf(draw_plate(plate, paper), paper, name), paper)
     found = detect_markers(image, "sheet", [plate.dictionary])
     assert sorted(d.marker for d in found) == sorted(plate.ids)
     for detection in found:

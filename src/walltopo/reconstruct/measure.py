@@ -32,7 +32,11 @@ _UNEVEN = 0.03  # m; a plate further from the common floor plane than this is re
 
 @dataclass(frozen=True)
 class PlateReport:
-    """What became of one plate; goes into `scale.json`."""
+    """What became of one plate; goes into `scale.json`.
+
+    `outline` is its sheet's top left, top right, bottom right and bottom left corner in the model
+    frame, () where it could not be placed.
+    """
 
     ids: tuple[int, ...]
     label: str
@@ -43,6 +47,7 @@ class PlateReport:
     error_px: float = 0.0
     photos: tuple[str, ...] = ()
     problem: str = ""
+    outline: tuple[tuple[float, float, float], ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -288,6 +293,7 @@ def _reports(outcome: _Outcome, good: Sequence[PlateFit]) -> tuple[PlateReport, 
             fit.error_px,
             fit.photos,
             outcome.problems.get(label, ""),
+            tuple((x, y, z) for x, y, z in fit.outline_model.tolist()),
         )
         for label, fit in fitted.items()
     ]

@@ -76,6 +76,11 @@ class PlateFit:
         """Metres per model unit."""
         return self.plate_from_model.scale
 
+    @property
+    def outline_model(self) -> Floats:
+        """(4, 3) corners of the sheet in the model frame, clockwise from the top left."""
+        return self.plate_from_model.inverse().apply(self.plate.outline)
+
 
 def fit_from_corners(plate: Plate, sightings: Sequence[Sighting]) -> PlateFit | None:
     """Triangulate each corner, then RANSAC and least squares to the plate's shape.

@@ -85,6 +85,12 @@ class Plate:
         """How messages call it: its lowest and highest id."""
         return f"{self.name} {min(self.ids)}-{max(self.ids)}"
 
+    @property
+    def outline(self) -> NDArray[np.float64]:
+        """(4, 3) corners of the sheet: top left, top right, bottom right, bottom left."""
+        x, y = self.size[0] / 2, self.size[1] / 2
+        return np.array([(-x, y, 0.0), (x, y, 0.0), (x, -y, 0.0), (-x, -y, 0.0)])
+
     def corners(self, marker: int) -> NDArray[np.float64]:
         """(4, 3) corners of one marker: top left, top right, bottom right, bottom left."""
         place = self.ids.index(marker)

@@ -67,13 +67,7 @@ def _decide(
     """World from model, and what goes into `scale.json`."""
     aligned = scan.work / "aligned.json"
     if aligned.is_file():
-        # Registered into a finished scan: its frame is the world, whatever a new plate says.
-        reference = read_json(aligned)
-        record = _record("reference", 1.0, **reference["frame"])
-        record["notes"].append(f"in the frame of the reference {reference['reference']}")
-        if reference["frame"]["metric"] and settings.method == "auto":
-            record["notes"] += _against_reference(scan, views, settings, progress)
-        return Similarity(1.0, np.eye(3), np.zeros(3)), record
+        return _by_reference(scan, read_json(aligned), views, settings, progress)
     up = up_from_cameras(views)
     notes: list[str] = []
     plates: tuple[PlateReport, ...] = ()
@@ -98,8 +92,9 @@ def _decide(
     guess = typical_unit(views, points)
     record = _record("none", guess, metric=False, up_known=False, floor_known=False)
     record["notes"] = notes
-    record["plates"] = [_plate_record(plate) for plate in plates]
-    return upright_frame(views, points, guess, up), record
+    world = upright_frame(views, points, guess, up)
+    record["plates"] = [_plate_record(plate, world) for plate in plates]
+    return world, record
 
 
 def _notes_on_turned(views: Sequence[View]) -> list[str]:
@@ -113,24 +108,44 @@ def _notes_on_turned(views: Sequence[View]) -> list[str]:
     ]
 
 
+def _by_reference(
+    scan: ScanFolder,
+    aligned: dict[str, Any],
+    views: Sequence[View],
+    settings: ScaleSettings,
+    progress: Progress,
+) -> tuple[Similarity, dict[str, Any]]:
+    """Registered into a finished scan: its frame is the world, whatever a new plate says."""
+    world = Similarity(1.0, np.eye(3), np.zeros(3))
+    record = _record("reference", 1.0, **aligned["frame"])
+    record["notes"].append(f"in the frame of the reference {aligned['reference']}")
+    if aligned["frame"]["metric"] and settings.method == "auto":
+        told, plates = _against_reference(scan, views, settings, progress)
+        record["notes"] += told
+        record["plates"] = [{**_plate_record(plate, world), "used": False} for plate in plates]
+    return world, record
+
+
 def _against_reference(
     scan: ScanFolder, views: Sequence[View], settings: ScaleSettings, progress: Progress
-) -> list[str]:
-    """What a plate in the new photos says about the reference's scale, where it differs."""
+) -> tuple[list[str], tuple[PlateReport, ...]]:
+    """What plates in the new photos say about the reference's scale, where it differs; and the
+    plates, which have no part in the frame."""
+    up = up_from_cameras(views)
     try:
-        measure, _, notes = _by_measure(scan, views, up_from_cameras(views), settings, progress)
+        measure, plates, notes = _by_measure(scan, views, up, settings, progress)
     except StageError as error:
-        return [error.message]
+        return [error.message], ()
     if measure is None:
         # No plate is needed here, so that one which cannot be used is not worth a line.
-        return []
+        return [], ()
     off = measure.world_from_model.scale - 1
     if abs(off) > settings.max_disagreement:
         notes.append(
             f"the measure in the new photos makes this frame {100 * off:+.1f} % larger than the "
             "reference says; the reference's scale is kept"
         )
-    return notes
+    return notes, plates
 
 
 def _by_distance(
@@ -178,7 +193,7 @@ def _with_measure(
     record = _record(
         "measure", scale, metric=True, up_known=measure.floor_known, floor_known=measure.floor_known
     )
-    record["plates"] = [_plate_record(plate) for plate in measure.plates]
+    record["plates"] = [_plate_record(plate, world) for plate in measure.plates]
     record["notes"] = list(measure.notes)
     return world, record
 
@@ -227,7 +242,9 @@ def _record(method: str, scale: float, **flags: bool) -> dict[str, Any]:
     return {"version": 1, "method": method, "scale": scale, **flags, "plates": [], "notes": []}
 
 
-def _plate_record(plate: PlateReport) -> dict[str, Any]:
+def _plate_record(plate: PlateReport, world: Similarity) -> dict[str, Any]:
+    """A plate's entry in `scale.json`; its corners in the world frame."""
+    outline = world.apply(np.array(plate.outline).reshape(-1, 3))
     return {
         "ids": list(plate.ids),
         "label": plate.label,
@@ -238,6 +255,7 @@ def _plate_record(plate: PlateReport) -> dict[str, Any]:
         "error_px": round(plate.error_px, 3),
         "photos": list(plate.photos),
         "problem": plate.problem,
+        "corners": np.round(outline, 6).tolist(),
     }
 
 
