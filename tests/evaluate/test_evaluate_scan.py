@@ -16,8 +16,10 @@ from walltopo.core import InputError, Mesh
 from walltopo.evaluate.carry import carry_truth, overlap_with_missing
 from walltopo.evaluate.errors_mesh import Outcome, coloured_mesh, outcome_of_faces
 from walltopo.evaluate.instances import summarise_instances
-from walltopo.evaluate.overlap import Labelled
+from walltopo.evaluate.operating import at_score, operating_point
+from walltopo.evaluate.overlap import Labelled, overlap_of_faces
 from walltopo.evaluate.routes import match_pairs, route_metrics
+from walltopo.evaluate.scan import evaluate_scan
 from walltopo.evaluate.semantics import class_of_faces, confusion, semantic_metrics
 from walltopo.evaluate.truth import TrueInstance, Truth, read_truth
 
@@ -251,6 +253,70 @@ def test_scan_command_end_to_end(tmp_path: Path, truth: Truth) -> None:
         assert fit["routes"]["ari"] == 1.0
     assert (tmp_path / "scan/evaluation/errors.glb").stat().st_size > 1000
     assert (tmp_path / "scan/evaluation/errors.ply").is_file()
+
+
+def test_a_doubtful_instance_is_ranked_but_not_shown(tmp_path: Path) -> None:
+    from walltopo.workspace import ScanFolder, read_json, write_json
+
+    mesh, scan = grid(60), ScanFolder(tmp_path / "scan")
+    write_scan(scan.root, mesh, angle=0.0)
+    with np.load(scan.instances) as data:
+        face_instance = data["face_instance"].copy()
+    # A false instance of low score on bare wall, in the lift's files but not among the holds.
+    free = np.flatnonzero(face_instance == 0)[:200]
+    face_instance[free] = 99
+    np.savez(scan.instances, face_instance=face_instance, face_score=np.ones(len(mesh.faces), "f4"))
+    records = read_json(scan.instance_records)
+    records["instances"].append({"id": 99, "label": 1, "score": 0.1})
+    write_json(scan.instance_records, records)
+
+    placed = Truth(
+        Mesh(mesh.vertices + [2.0, 1.0, 0.0], mesh.faces),
+        labels_on(mesh),
+        np.ones(len(mesh.faces), np.int32),
+        TRUE,
+    )
+
+    def measured() -> dict[str, Any]:
+        return evaluate_scan(scan, placed, similarity=False).figures
+
+    before = measured()
+    assert before["shown"]["precision"] == pytest.approx(3 / 4)
+    write_json(scan.attributes, {"instances": [{"id": k} for k in TRUE]})
+    after = measured()
+    assert after["instances"] == before["instances"]
+    assert after["instances"]["agnostic"]["predicted"] == 4
+    assert (after["shown"]["shown"], after["shown"]["hits"], after["shown"]["recall"]) == (
+        3,
+        3,
+        1.0,
+    )
+    assert after["shown"]["precision"] == 1.0
+    assert after["semantics"]["miou"] == pytest.approx(1.0)
+    assert after["semantics_all"] == before["semantics"]
+    assert after["semantics_all"]["miou"] < 0.99
+
+
+def test_operating_point_by_hand() -> None:
+    truth = Labelled(np.array([1, 1, 2, 2, 3, 0], np.int32), {1: 1, 2: 1, 3: 2})
+    found = Labelled(
+        np.array([5, 5, 6, 7, 8, 9], np.int32),
+        {5: 1, 6: 1, 7: 1, 8: 1, 9: 1},
+        {5: 0.9, 6: 0.8, 7: 0.7, 8: 0.3, 9: 0.2},
+    )
+    everything = operating_point([overlap_of_faces(found, truth, np.ones(6))])
+    # 5 meets 1; 6 and 7 have half of 2 each, which is not more than half; 8 meets 3 in the
+    # wrong class; 9 is false.
+    assert (everything.shown, everything.truth) == (5, 3)
+    assert (everything.hits, everything.hits_of_class) == (2, 1)
+    kept = at_score(found, 0.3)
+    assert kept.face_instance.tolist() == [5, 5, 6, 7, 8, 0]
+    surer = operating_point([overlap_of_faces(kept, truth, np.ones(6))])
+    assert surer.as_dict()["precision"] == pytest.approx(2 / 4)
+    assert surer.as_dict()["f1"] == pytest.approx(4 / 7)
+    nothing = operating_point([overlap_of_faces(at_score(found, 1.0), truth, np.ones(6))])
+    assert nothing.as_dict()["precision"] is None
+    assert nothing.recall == 0.0
 
 
 @pytest.mark.data

@@ -38,9 +38,15 @@ _ROWS = (
     ("mesh", "completeness_10mm", "truth within 10 mm of mesh", ""),
     ("mesh", "holds_present", "holds over 5 cm present", ""),
     ("mesh", "holds_over_5cm", "  of", ""),
-    ("semantics", "miou", "semantic mIoU (wall, hold, volume)", ""),
-    ("semantics", "miou_objects", "semantic mIoU without wall", ""),
-    ("semantics_on_true_mesh", "miou", "semantic mIoU on the true mesh", ""),
+    ("shown", "shown", "instances shown", ""),
+    ("shown", "truth", "  true", ""),
+    ("shown", "hits", "  met at IoU .5", ""),
+    ("shown", "precision", "precision of what is shown", ""),
+    ("shown", "recall", "recall of what is shown", ""),
+    ("semantics", "miou", "semantic mIoU of what is shown", ""),
+    ("semantics", "miou_objects", "  without wall", ""),
+    ("semantics_on_true_mesh", "miou", "  on the true mesh", ""),
+    ("semantics_all", "miou", "semantic mIoU of all instances", ""),
     ("attributes", "colour_accuracy", "colours right", ""),
     ("attributes", "type_accuracy", "types right (of the known)", ""),
     ("routes", "ari", "routes, ARI", ""),
@@ -62,8 +68,10 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         "scan",
         help="a scan folder against ground truth",
         description="Compare a scan with ground truth (gt.npz and scene.json): cameras, mesh, "
-        "instances, semantics, colours and routes. Writes evaluation.json and a mesh that shows "
-        "hits, misses, false ones and border errors in four colours (errors.glb, errors.ply).",
+        "instances, semantics, colours and routes. The APs rank every instance that the lift "
+        "found; all else is of the instances that the scan shows as holds, without the doubtful. "
+        "Writes evaluation.json and a mesh that shows hits, misses, false ones and border errors "
+        "in four colours (errors.glb, errors.ply).",
         epilog=_SCAN_EPILOG,
         formatter_class=raw,
     )
@@ -157,8 +165,8 @@ def scan_table(fits: list[dict[str, Any]]) -> Any:
             rows = [f.get(section, {}).get(part) for f in fits]
             if any(rows):
                 cells = [" / ".join(_text((r or {}).get(key), "") for key, _ in _AP) for r in rows]
-                table.add_row(f"instances{where}, {name}", *cells)
-    table.caption = "instances: " + " / ".join(label for _, label in _AP)
+                table.add_row(f"AP of all instances{where}, {name}", *cells)
+    table.caption = "AP, ranked by score: " + " / ".join(label for _, label in _AP)
     return table
 
 

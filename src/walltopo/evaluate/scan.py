@@ -20,6 +20,7 @@ from walltopo.evaluate.carry import (
 from walltopo.evaluate.errors_mesh import coloured_mesh, outcome_of_faces
 from walltopo.evaluate.instances import summarise_instances
 from walltopo.evaluate.mesh import REACH_M, mesh_metrics
+from walltopo.evaluate.operating import only, operating_point
 from walltopo.evaluate.overlap import Labelled, overlap_of_faces
 from walltopo.evaluate.routes import attribute_metrics, match_pairs, route_metrics
 from walltopo.evaluate.semantics import class_of_faces, confusion, semantic_metrics
@@ -39,9 +40,15 @@ class ScanEvaluation:
 
     Parameters
     ----------
-    figures : JSON-able, by section: poses, mesh, instances, semantics, attributes, routes.
+    figures : JSON-able, by section: poses, mesh, instances, shown, semantics, attributes, routes.
         Sections whose stage has not run are absent.
     errors : the scan's mesh in the truth's frame, coloured by outcome; None without instances.
+
+    Notes
+    -----
+    `instances` ranks every instance that the lift found, as an AP wants. All other sections and
+    the coloured mesh are of the instances that the scan shows as holds: without the doubtful ones
+    that it only lists. `semantics_all` is the mIoU of every instance.
     """
 
     figures: dict[str, Any]
@@ -129,35 +136,63 @@ def evaluate_scan(
             f"{len(mesh.faces)}",
             "Run the lift again on this mesh.",
         )
-    pairs = _instance_figures(figures, mesh, predicted, carried, truth, within)
+    shown = _shown(scan, predicted)
+    _rank_figures(figures, mesh, predicted, carried, truth, within)
+    pairs = _shown_figures(figures, mesh, shown, carried, truth, within)
     _route_figures(figures, scan, pairs, truth)
     outcomes = outcome_of_faces(
-        predicted.face_instance, carried.labelled.face_instance, pairs, carried.ignored
+        shown.face_instance, carried.labelled.face_instance, pairs, carried.ignored
     )
     return ScanEvaluation(figures, coloured_mesh(mesh, outcomes))
 
 
-def _instance_figures(
+def _shown(scan: ScanFolder, predicted: Labelled) -> Labelled:
+    """The instances that the scan shows as holds; all of them where it has not classified."""
+    if not scan.attributes.is_file():
+        return predicted
+    rows = read_json(scan.attributes)["instances"]
+    return only(predicted, {int(row["id"]) for row in rows})
+
+
+def _rank_figures(
     figures: dict[str, Any],
     mesh: Mesh,
     predicted: Labelled,
     carried: Carried,
     truth: Truth,
     within: float,
-) -> Mapping[int, int]:
+) -> None:
     overlap = overlap_with_missing(predicted, carried, mesh.areas, truth)
     figures["instances"] = summarise_instances([overlap]).as_dict()
     on_truth = carry_prediction(mesh, predicted, truth, within)
     exact = overlap_of_faces(on_truth, truth.labelled, truth.mesh.areas, truth.ignored)
     figures["instances_on_true_mesh"] = summarise_instances([exact]).as_dict()
-    # Semantics on the scan's mesh, without the floor far from the wall that no truth covers.
-    counted = np.where(carried.ignored, 0.0, mesh.areas)
-    table = confusion(class_of_faces(predicted), class_of_faces(carried.labelled), counted, CLASSES)
-    figures["semantics"] = semantic_metrics([table]).as_dict()
+    figures["semantics_all"] = _semantics(predicted, carried, mesh)
+
+
+def _shown_figures(
+    figures: dict[str, Any],
+    mesh: Mesh,
+    shown: Labelled,
+    carried: Carried,
+    truth: Truth,
+    within: float,
+) -> Mapping[int, int]:
+    overlap = overlap_with_missing(shown, carried, mesh.areas, truth)
+    figures["shown"] = operating_point([overlap]).as_dict()
+    figures["semantics"] = _semantics(shown, carried, mesh)
+    on_truth = carry_prediction(mesh, shown, truth, within)
     seen = np.where(truth.ignored, 0.0, truth.mesh.areas)
     table = confusion(class_of_faces(on_truth), class_of_faces(truth.labelled), seen, CLASSES)
     figures["semantics_on_true_mesh"] = semantic_metrics([table]).as_dict()
     return match_pairs(overlap)
+
+
+def _semantics(labelled: Labelled, carried: Carried, mesh: Mesh) -> dict[str, Any]:
+    """mIoU on the scan's mesh, without what lies on surface that no photo saw."""
+    counted = np.where(carried.ignored, 0.0, mesh.areas)
+    table = confusion(class_of_faces(labelled), class_of_faces(carried.labelled), counted, CLASSES)
+    return semantic_metrics([table]).as_dict()
 
 
 def _route_figures(

@@ -121,7 +121,7 @@ class Surface:
         """
         face = np.full(len(points), -1, dtype=np.int64)
         distance = np.full(len(points), np.inf)
-        if len(self._owner):
+        if len(self._owner) and len(points):
             # A sample can be farther than its triangle; exact distances are cut off below.
             _, found = self._tree.query(points, k=_CANDIDATES, workers=-1)
             for column in found.reshape(len(points), -1).T:

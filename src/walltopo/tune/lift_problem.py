@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from walltopo.core import InputError, Instances, Mesh, View
+from walltopo.core import InputError, Mesh, View
 from walltopo.evaluate.align import align_views
 from walltopo.evaluate.carry import Carried, carry_truth, overlap_with_missing
 from walltopo.evaluate.instances import summarise_instances
@@ -53,11 +53,9 @@ class LiftWall:
     carried: Carried
     normalised: bool = False
 
-    def overlap(self, instances: Instances) -> Overlap:
+    def overlap(self, found: Labelled) -> Overlap:
         """A lift's result against the truth."""
-        return overlap_with_missing(
-            Labelled.of(instances), self.carried, self.mesh.areas, self.truth
-        )
+        return overlap_with_missing(found, self.carried, self.mesh.areas, self.truth)
 
 
 def load_lift_wall(wall: Wall, within: float = 0.02) -> LiftWall:
@@ -122,7 +120,8 @@ class LiftProblem:
         """The figure on each wall."""
         result: dict[str, float] = {}
         for name, wall, lifted in zip(self._names, self.walls, self.lifted, strict=True):
-            metrics = summarise_instances([wall.overlap(lifted(self.params(wall, values)))])
+            found = Labelled.of(lifted(self.params(wall, values)))
+            metrics = summarise_instances([wall.overlap(found)])
             result[name] = float(getattr(metrics.mean, self.figure))
         return result
 
