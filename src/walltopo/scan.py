@@ -7,6 +7,7 @@ rerun that produces the same file does not trigger the stages after it.
 
 from __future__ import annotations
 
+import dataclasses
 import fcntl
 import hashlib
 import importlib
@@ -51,7 +52,7 @@ STAGES = (
     Stage(
         "scale",
         "walltopo.reconstruct.scale",
-        ("photos", "photo_list", "sparse_raw"),
+        ("photos", "photo_list", "sparse_raw", "aligned"),
         ("sparse", "scale"),
     ),
     Stage("dense", "walltopo.reconstruct.dense.stage", ("photos", "sparse", "scale"), ("mesh",)),
@@ -254,8 +255,7 @@ class _Runner:
         section = self.settings.as_dict()[stage.name]
         parts: list[Any] = [stage.name, stage.version, section]
         # A setting that names a file (a model, a palette, a reference) counts by its content.
-        named = (Path(v) for v in section.values() if isinstance(v, str) and v)
-        parts += [self._hash(path) for path in named if path.exists()]
+        parts += [self._hash(path) for path in _named_paths(getattr(self.settings, stage.name))]
         if stage.name == "ingest":
             if not any(path.exists() for path in self.sources) and self.folder.photos.exists():
                 # The photos were moved away after they were ingested; the copies serve.
@@ -274,6 +274,17 @@ class _Runner:
     def _forget(self, stage: Stage) -> None:
         for name in stage.writes:
             self._hashes.pop(getattr(self.folder, name), None)
+
+
+def _named_paths(section: Any) -> Iterator[Path]:
+    """Existing files and folders that the settings of a stage name and whose content counts."""
+    for item in dataclasses.fields(section):
+        value = getattr(section, item.name)
+        for part in item.metadata["content"] if value else ():
+            path = Path(value) / part
+            # A folder that happens to be called like a built-in choice is not what was meant.
+            if path.is_file() or (part != "." and path.exists()):
+                yield path
 
 
 def _chosen(from_stage: str | None, to_stage: str | None) -> Sequence[Stage]:

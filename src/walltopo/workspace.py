@@ -119,6 +119,11 @@ class ScanFolder:
         return self.root / "work" / "sparse"
 
     @property
+    def aligned(self) -> Path:
+        """`work/aligned.json`: the reference that the photos were aligned to; absent without."""
+        return self.root / "work" / "aligned.json"
+
+    @property
     def sparse(self) -> Path:
         """The COLMAP model in the world frame."""
         return self.root / "sparse"

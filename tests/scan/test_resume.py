@@ -196,3 +196,23 @@ def test_a_damaged_manifest_is_told(
     (out / "scan.json").write_text(content)
     with pytest.raises(InputError, match=message):
         run_scan(photo, out)
+
+
+def test_a_reference_counts_by_what_is_used_of_it_and_a_choice_is_no_path(
+    pipeline: Pipeline, photo: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    reference = tmp_path / "reference"
+    (reference / "sparse").mkdir(parents=True)
+    (reference / "report.html").write_text("old")
+    settings = Settings()
+    settings = replace(settings, sparse=replace(settings.sparse, reference=str(reference)))
+    run_scan(photo, tmp_path / "scan", settings)
+    pipeline.ran.clear()
+    (reference / "report.html").write_text("new")
+    Path(settings.sparse.features).mkdir()  # a folder named like the choice
+    run_scan(photo, tmp_path / "scan", settings)
+    assert pipeline.ran == []
+    (reference / "sparse" / "cameras.bin").write_text("moved")
+    run_scan(photo, tmp_path / "scan", settings)
+    assert pipeline.ran == ["sparse"]

@@ -19,6 +19,7 @@ def setting(
     low: float | None = None,
     high: float | None = None,
     choices: tuple[str, ...] = (),
+    content: tuple[str, ...] = (),
 ) -> Any:
     """Declare one field of a settings dataclass.
 
@@ -29,9 +30,11 @@ def setting(
     unit : unit of the value, empty for pure numbers.
     low, high : inclusive bounds.
     choices : the allowed words.
+    content : for a value that may name a file or folder: what of it counts as input of the stage
+        ("." the path itself, else names within the folder). A scan then notices new content.
     """
     metadata = {"help": help, "unit": unit, "low": low, "high": high, "choices": choices}
-    return dataclasses.field(default=default, metadata=metadata)
+    return dataclasses.field(default=default, metadata=metadata | {"content": content})
 
 
 def check_settings(settings: Any, section: str) -> None:

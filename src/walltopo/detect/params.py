@@ -14,9 +14,13 @@ class DetectSettings:
     """Which detector sees the holds, and how."""
 
     model: str = setting(
-        "onnx", "detector: onnx (shipped), yolo11-seg, yolo11-sam, rtdetr-sam, or a model file"
+        "onnx",
+        "detector: onnx (shipped), yolo11-seg, yolo11-sam, rtdetr-sam, or a model file",
+        content=(".",),
     )
-    weights: str = setting("", "weights of the Ultralytics families, trained on holds (.pt)")
+    weights: str = setting(
+        "", "weights of the Ultralytics families, trained on holds (.pt)", content=(".",)
+    )
     sam: str = setting(
         "mobile-sam",
         "which Segment Anything draws the masks of the -sam families",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import threading
 import unicodedata
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -89,12 +90,7 @@ def _decode_all(
 ) -> Iterator[_Photo | _Skipped]:
     """Candidates in the order of the sources; decoding runs on several threads."""
     names = _Names()
-    seen: dict[str, str] = {}
-    jobs: list[tuple[Path, str | None]] = []
-    for file in files:
-        content = hash_path(file)
-        jobs.append((file, seen.get(content)))
-        seen.setdefault(content, file.name)
+    jobs = _with_twins(files)
     progress.step("read photos", len(files))
     with ThreadPoolExecutor(max_workers=4) as pool:
 
@@ -117,6 +113,19 @@ def _decode_all(
         for results in pool.map(decode, jobs):
             progress.advance()
             yield from results
+
+
+def _with_twins(files: Sequence[Path]) -> list[tuple[Path, str | None]]:
+    """Each file with the name of an earlier one of the same content, or None."""
+    sizes = Counter(file.stat().st_size for file in files)
+    seen: dict[str, str] = {}
+    jobs: list[tuple[Path, str | None]] = []
+    for file in files:
+        # Files of different sizes differ: hardly any needs to be read twice.
+        content = hash_path(file) if sizes[file.stat().st_size] > 1 else str(file)
+        jobs.append((file, seen.get(content)))
+        seen.setdefault(content, file.name)
+    return jobs
 
 
 def _from_video(

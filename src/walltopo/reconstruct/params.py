@@ -38,7 +38,11 @@ class SparseSettings:
     )
     threads: int = setting(0, "CPU threads; 0 = all", unit="threads", low=0, high=512)
     seed: int = setting(0, "seed of every random step", low=0, high=2**31 - 1)
-    reference: str = setting("", "folder of a finished scan that the new photos are aligned to")
+    reference: str = setting(
+        "",
+        "folder of a finished scan that the new photos are aligned to",
+        content=("photos", "sparse", "scale.json"),
+    )
     align: str = setting(
         "constrained",
         "how they are aligned: constrained registers them against the fixed reference cameras; "
@@ -63,7 +67,9 @@ class ScaleSettings:
         "the other words insist on one way and fail without it",
         choices=("auto", "measure", "distance", "none"),
     )
-    plates: str = setting("", "TOML file of the plates' geometry; empty = the plates of walltopo")
+    plates: str = setting(
+        "", "TOML file of the plates' geometry; empty = the plates of walltopo", content=(".",)
+    )
     ignore_plates: str = setting(
         "", "plates to leave out, by their lowest marker id, comma-separated (such as 0,4)"
     )
@@ -71,7 +77,7 @@ class ScaleSettings:
         "", "a known distance as A-B=1.23 (metres): two photos, or two points of scale.points"
     )
     points: str = setting(
-        "", "TOML file of named points given by their pixels in two or more photos"
+        "", "TOML file of named points given by their pixels in two or more photos", content=(".",)
     )
     way: str = setting(
         "auto",

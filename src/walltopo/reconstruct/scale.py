@@ -65,7 +65,7 @@ def _decide(
     progress: Progress,
 ) -> tuple[Similarity, dict[str, Any]]:
     """World from model, and what goes into `scale.json`."""
-    aligned = scan.work / "aligned.json"
+    aligned = scan.aligned
     if aligned.is_file():
         return _by_reference(scan, read_json(aligned), views, settings, progress)
     up = up_from_cameras(views)

@@ -41,7 +41,9 @@ class ClassifySettings:
         0.7, "Weight of lightness against hue and chroma when colours are grouped", low=0, high=2
     )
     palette: str = setting(
-        "", "A palette.toml with names and reference colours; empty: found by clustering"
+        "",
+        "A palette.toml with names and reference colours; empty: found by clustering",
+        content=(".",),
     )
     review_below: float = setting(
         0.5, "Holds with a lower confidence are listed for a look", low=0, high=1
