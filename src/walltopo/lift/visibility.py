@@ -83,8 +83,8 @@ def _splits(longest: Any, z: Any, lens: Any, sample_px: Any, most_splits: Any) -
 
 
 @njit(nogil=True, error_model="numpy", cache=True, inline="always")
-def _sample(k: Any, s: Any) -> Any:
-    """Weights of the second and third corner at the k-th of s*s sub-triangles' centroids."""
+def _sample(corners: Any, k: Any, s: Any) -> Any:
+    """x/z, y/z and z of the k-th of s*s sub-triangles' centroids; only z where z <= 0."""
     # Row i of the subdivision holds 2 (s - i) - 1 sub-triangles, upright and inverted in turn.
     i = 0
     while k >= 2 * (s - i) - 1:
@@ -92,7 +92,13 @@ def _sample(k: Any, s: Any) -> Any:
         i += 1
     j = k // 2
     shift = 1.0 / 3.0 if k % 2 == 0 else 2.0 / 3.0
-    return (i + shift) / s, (j + shift) / s
+    wb, wc = (i + shift) / s, (j + shift) / s
+    wa = 1.0 - wb - wc
+    ax, ay, az, bx, by, bz, cx, cy, cz = corners
+    z = wa * az + wb * bz + wc * cz
+    if z <= 0:
+        return 0.0, 0.0, z
+    return (wa * ax + wb * bx + wc * cx) / z, (wa * ay + wb * by + wc * cy) / z, z
 
 
 @njit(nogil=True, error_model="numpy", cache=True)
@@ -130,14 +136,10 @@ def mark_candidates(
                 if row >= 0 and labels[row, col] >= 0:
                     mark[f] = True
                 continue
-            ax, ay, az, bx, by, bz, cx, cy, cz = _corners(vertices, faces, f, pose)
+            corners = _corners(vertices, faces, f, pose)
             for k in range(s * s):
-                wb, wc = _sample(k, s)
-                wa = 1.0 - wb - wc
-                z = wa * az + wb * bz + wc * cz
+                u, v, z = _sample(corners, k, s)
                 if z > 0:
-                    u = (wa * ax + wb * bx + wc * cx) / z
-                    v = (wa * ay + wb * by + wc * cy) / z
                     row, col = _pixel(u, v, lens, reach, size, labels)
                     if row >= 0 and labels[row, col] >= 0:
                         mark[f] = True
@@ -190,14 +192,10 @@ def place_samples(
                         border[count] = distance[row, col]
                     count += 1
                 continue
-            ax, ay, az, bx, by, bz, cx, cy, cz = _corners(vertices, faces, f, pose)
+            corners = _corners(vertices, faces, f, pose)
             for k in range(s * s):
-                wb, wc = _sample(k, s)
-                wa = 1.0 - wb - wc
-                z = wa * az + wb * bz + wc * cz
+                u, v, z = _sample(corners, k, s)
                 if z > 0:
-                    u = (wa * ax + wb * bx + wc * cx) / z
-                    v = (wa * ay + wb * by + wc * cy) / z
                     row, col = _pixel(u, v, lens, reach, size, labels)
                     if row >= 0:
                         if count < len(owner):
