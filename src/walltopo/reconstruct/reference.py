@@ -84,7 +84,7 @@ def run_update(
         folder.mkdir()
         model.write(folder)
     write_json(
-        scan.work / "aligned.json",
+        scan.aligned,
         {
             "version": 1,
             "reference": str(reference.scan.root),
@@ -179,6 +179,20 @@ def _update_job(
     return job
 
 
+def _mapped(scan: ScanFolder, job: dict[str, Any], progress: Progress, **given: Any) -> Any | None:
+    """The mapper's best model from the job's features and matches; None where it made none."""
+    task = {
+        "output": str(scan.work / "mapping"),
+        "reference": "",
+        "constant_cameras": [],
+        "held_images": [],
+        "only": [],
+        **given,
+    }
+    result = run_worker({**job, "pairing": None, "map": task}, progress)
+    return open_model(Path(result["best"])) if result["best"] else None
+
+
 def _constrained(
     scan: ScanFolder,
     photos: Sequence[dict[str, Any]],
@@ -192,18 +206,10 @@ def _constrained(
     shutil.rmtree(start, ignore_errors=True)
     start.mkdir(parents=True)
     known.write(start)
-    task = {
-        "output": str(scan.work / "mapping"),
-        "reference": str(start),
-        "constant_cameras": sorted(known.cameras),
-        "held_images": sorted(known.images),
-        "only": [],
-        "expected": len(photos),
-    }
-    result = run_worker({**job, "pairing": None, "map": task}, progress)
-    if not result["best"]:
+    held = {"constant_cameras": sorted(known.cameras), "held_images": sorted(known.images)}
+    model = _mapped(scan, job, progress, reference=str(start), expected=len(photos), **held)
+    if model is None:
         raise StageError(_not_this_wall(0, len(photos), reference))
-    model = open_model(Path(result["best"]))
     moved = _moved(known, model)
     if moved > _MOVED:
         raise StageError(
@@ -248,18 +254,10 @@ def _rigid(
     import pycolmap
 
     count = len(photos)
-    task = {
-        "output": str(scan.work / "mapping"),
-        "reference": "",
-        "constant_cameras": [],
-        "held_images": [],
-        "only": [entry["name"] for entry in job["images"][:count]],
-        "expected": count,
-    }
-    result = run_worker({**job, "pairing": None, "map": task}, progress)
-    if not result["best"]:
+    names = [entry["name"] for entry in job["images"][:count]]
+    alone = _mapped(scan, job, progress, only=names, expected=count)
+    if alone is None:
         raise StageError(f"none of the {count} new photos could be put together")
-    alone = open_model(Path(result["best"]))
     known = _reference_for_mapper(reference, job)
     source, target = _shared_points(alone, known, job)
     centres = np.array([image.projection_center() for image in known.images.values()])

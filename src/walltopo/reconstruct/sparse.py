@@ -66,7 +66,7 @@ def run(scan: ScanFolder, settings: SparseSettings, progress: Progress) -> dict[
     with atomic_path(scan.sparse_raw) as folder:
         shutil.copytree(model_path, folder)
     # A model of an earlier aligned run must not be taken for this one's frame.
-    (scan.work / "aligned.json").unlink(missing_ok=True)
+    scan.aligned.unlink(missing_ok=True)
     for name, reason in reasons.items():
         progress.note(f"{name} not registered: {reason}")
     return {**describe_model(open_model(scan.sparse_raw), len(photos)), "unregistered": reasons}

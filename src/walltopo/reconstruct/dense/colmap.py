@@ -8,6 +8,7 @@ from walltopo.core import EnvironmentLacksError, Mesh, Progress, StageError
 from walltopo.formats.ply import read_mesh
 from walltopo.reconstruct.dense.even import finish
 from walltopo.reconstruct.dense.params import DenseSettings
+from walltopo.reconstruct.dense.undistorted import undistorted_workspace
 
 __all__ = ["colmap_mesh", "has_cuda"]
 
@@ -49,9 +50,7 @@ def colmap_mesh(
         )
     import pycolmap
 
-    progress.step("undistorting photos")
-    undistort = pycolmap.UndistortCameraOptions(max_image_size=settings.max_size)
-    pycolmap.undistort_images(work, sparse, photos, undistort_options=undistort)
+    undistorted_workspace(sparse, photos, work, settings.max_size, progress)
     progress.step("PatchMatch stereo")
     pycolmap.patch_match_stereo(work, options=pycolmap.PatchMatchOptions())
     progress.step("fusing depth maps")

@@ -19,6 +19,7 @@ from walltopo.core import EnvironmentLacksError, Mesh, Progress, StageError
 from walltopo.formats.ply import read_mesh
 from walltopo.reconstruct.dense.even import finish
 from walltopo.reconstruct.dense.params import DenseSettings
+from walltopo.reconstruct.dense.undistorted import undistorted_workspace
 
 __all__ = ["PROGRAMS", "commands", "find_programs", "openmvs_mesh", "parse_progress", "run_program"]
 
@@ -147,11 +148,7 @@ def openmvs_mesh(
     StageError : a program failed or wrote no mesh.
     """
     programs = find_programs(settings.openmvs_bin)
-    import pycolmap
-
-    progress.step("undistorting photos")
-    options = pycolmap.UndistortCameraOptions(max_image_size=settings.max_size)
-    pycolmap.undistort_images(work, sparse, photos, undistort_options=options)
+    undistorted_workspace(sparse, photos, work, settings.max_size, progress)
     for command in commands(programs, work, settings.max_size):
         run_program(command, work, progress)
     result = work / "scene_refined.ply"
