@@ -2,7 +2,7 @@
 
 import { h, icon } from "./dom";
 import type { Hold, Route, Tables } from "./types";
-import { capital, holdName, holdSwatch, metres, routeName, steepness, swatch } from "./words";
+import { capital, holdName, holdSwatch, metres, routeFacts, routeName, steepness, swatch } from "./words";
 
 export interface CardActions {
   previous(): void;
@@ -20,25 +20,32 @@ function button(label: string, shape: Parameters<typeof icon>[0], act: () => voi
   return h("button", { class: "tool", "aria-label": label, title: label, onClick: act }, icon(shape));
 }
 
+/** Swatch, name and what is said below it. */
+function top(colour: string, name: string, text: string, close: HTMLElement): HTMLElement {
+  return h(
+    "div",
+    { class: "top" },
+    h("span", { class: "swatch", style: `background:${colour}` }),
+    h("div", { class: "title" }, h("h3", {}, name), h("p", { class: "sub" }, text)),
+    close,
+  );
+}
+
+function actions(act: CardActions): HTMLElement {
+  const label = "View as a climber";
+  return h(
+    "div",
+    { class: "actions" },
+    button("Previous route", "previous", () => act.previous()),
+    h("button", { class: "pill main", onClick: () => act.climber() }, icon("climber"), label),
+    button("Next route", "next", () => act.next()),
+  );
+}
+
 export function routeCard(route: Route, tables: Tables, act: CardActions): HTMLElement[] {
-  const length = metres(route.length_m, tables.metric);
-  const text = `${route.holds.length} holds · ${length} · ${steepness(route.steepness_deg)}`;
-  return [
-    h(
-      "div",
-      { class: "top" },
-      h("span", { class: "swatch", style: `background:${swatch(route, tables)}` }),
-      h("div", { class: "title" }, h("h3", {}, routeName(route)), h("p", { class: "sub" }, text)),
-      button("Previous route", "previous", () => act.previous()),
-      button("Next route", "next", () => act.next()),
-      button("Show all routes", "close", () => act.close()),
-    ),
-    h(
-      "div",
-      { class: "actions" },
-      h("button", { class: "pill main", onClick: () => act.climber() }, icon("climber"), "View as a climber"),
-    ),
-  ];
+  const close = button("Show all routes", "close", () => act.close());
+  const text = routeFacts(route, tables.metric);
+  return [top(swatch(route, tables), routeName(route), text, close), actions(act)];
 }
 
 export function holdCard(hold: Hold, tables: Tables, act: CardActions): HTMLElement[] {
@@ -51,28 +58,16 @@ export function holdCard(hold: Hold, tables: Tables, act: CardActions): HTMLElem
       : hold.role === "downclimb"
         ? "for climbing down"
         : "on no route";
-  const sure = hold.score > 0 ? `${Math.round(hold.score * 100)} %` : "–";
-  return [
-    h(
-      "div",
-      { class: "top" },
-      h("span", { class: "swatch", style: `background:${holdSwatch(hold)}` }),
-      h(
-        "div",
-        { class: "title" },
-        h("h3", {}, holdName(hold)),
-        h("p", { class: "sub" }, `Hold ${hold.id} · ${where}`),
-      ),
-      route && button("Previous route", "previous", () => act.previous()),
-      route && button("Next route", "next", () => act.next()),
-      button("Close", "close", () => act.close()),
-    ),
+  const close = button(route ? "Back to the route" : "Close", "close", () => act.close());
+  const parts = [
+    top(holdSwatch(hold), holdName(hold), `Hold ${hold.id} · ${where}`, close),
     facts([
       ["Colour", capital(hold.colour ?? "–")],
       ["Type", kind],
       ["Size", metres(hold.size_m, tables.metric)],
       ["Steepness", capital(steepness(hold.steepness_deg))],
-      ["Certainty", sure],
     ]),
   ];
+  if (route) parts.push(actions(act));
+  return parts;
 }

@@ -16,6 +16,8 @@ export interface EditorHost {
   chosen(): { route: Route | null; hold: Hold | null };
   show(tables: Tables): void;
   select(route: number | null, hold: number | null): void;
+  /** Bring a hold into the middle. */
+  look(hold: Hold): void;
   repaint(): void;
   say(text: string): void;
 }
@@ -35,6 +37,7 @@ export class Editor {
   private tables: Tables;
   private readonly bar = h("div", { class: "edit", role: "toolbar", "aria-label": "Edit" });
   private readonly buttons = new Map<string, HTMLButtonElement>();
+  private readonly gone = new AbortController();
 
   constructor(
     private readonly host: EditorHost,
@@ -56,6 +59,16 @@ export class Editor {
     } catch (error) {
       this.host.say(`Edits cannot be read: ${(error as Error).message}. Saving will not work.`);
     }
+  }
+
+  /** CSS pixels that the bar takes at the top. */
+  get height(): number {
+    return this.bar.offsetHeight;
+  }
+
+  dispose(): void {
+    this.gone.abort();
+    this.bar.remove();
   }
 
   /** True when the tap was the editor's. */
@@ -98,6 +111,7 @@ export class Editor {
         { class: "pill", onClick: () => this.editHold(hold, { deleted: true }) },
         "Not a hold",
       ),
+      h("p", {}, `Certainty ${Math.round(hold.score * 100)} %`),
     );
   }
 
@@ -207,6 +221,21 @@ export class Editor {
     this.refreshBar();
   }
 
+  /** Holds that the scan was not sure of and that nobody has corrected, in the order of their ids. */
+  private doubtful(): Hold[] {
+    const seen = new Set(this.edits.holds.holds.map((edit) => edit.id));
+    return [...this.tables.holds.values()].filter((hold) => hold.review && !seen.has(hold.id));
+  }
+
+  private checkNext(): void {
+    const all = this.doubtful();
+    const now = this.host.chosen().hold?.id ?? 0;
+    const hold = all.find(({ id }) => id > now) ?? all[0];
+    if (!hold) return;
+    this.host.select(hold.route, hold.id);
+    this.host.look(hold);
+  }
+
   private makeRoute(): void {
     const holds = [...this.marked];
     const at = holds.map((id) => this.tables.holds.get(id)!.position);
@@ -239,6 +268,7 @@ export class Editor {
 
   private listen(): void {
     const { canvas, stage } = this.host;
+    const { signal } = this.gone;
     let undo: (() => void)[] = [];
     let before = "";
     let last: Vector3 | null = null;
@@ -263,17 +293,19 @@ export class Editor {
     canvas.addEventListener("pointermove", (event) => {
       if (before) paintAt(event);
     });
-    window.addEventListener("pointerup", () => {
+    const up = (): void => {
       if (!before) return;
       const steps = undo.reverse();
       this.past.push({ edits: before, undo: () => steps.forEach((step) => step()) });
       before = "";
       stage.controls.enabled = true;
       this.refreshBar();
-    });
-    window.addEventListener("beforeunload", (event) => {
+    };
+    window.addEventListener("pointerup", up, { signal });
+    const leaving = (event: Event): void => {
       if (JSON.stringify(this.edits) !== this.saved) event.preventDefault();
-    });
+    };
+    window.addEventListener("beforeunload", leaving, { signal });
   }
 
   // Bar -------------------------------------------------------------------------------------
@@ -285,6 +317,7 @@ export class Editor {
       this.bar.append(button);
       return button;
     };
+    add("check", "Check", () => this.checkNext());
     add("undo", "Undo", () => this.undo()).prepend(icon("undo"));
     add("mark", "Mark holds", () => this.setMode("mark"));
     add("make", "Make a route", () => this.makeRoute());
@@ -302,6 +335,10 @@ export class Editor {
 
   private refreshBar(): void {
     const is = (key: string): HTMLButtonElement => this.buttons.get(key)!;
+    const doubtful = this.doubtful().length;
+    is("check").hidden = doubtful === 0;
+    is("check").textContent = `Check ${doubtful}`;
+    is("check").title = "The next hold that the scan was not sure of";
     is("undo").disabled = this.past.length === 0;
     is("save").disabled = JSON.stringify(this.edits) === this.saved;
     is("make").hidden = this.marked.size === 0;

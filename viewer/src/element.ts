@@ -1,6 +1,6 @@
 /** `<wall-topo src="wall.glb">`: the viewer as one element. Documented in docs/viewer.md. */
 
-import { Box3, Vector3 } from "three";
+import { Vector3 } from "three";
 import { holdCard, routeCard } from "./card";
 import type { CardActions } from "./card";
 import { h, icon } from "./dom";
@@ -11,44 +11,48 @@ import { Editor } from "./editor";
 import { Overlay } from "./overlay";
 import { Panel } from "./panel";
 import { Stage } from "./stage";
+import type { Insets } from "./stage";
 import { Outline } from "./state";
 import style from "./style.css?inline";
 import { listenForTaps } from "./tap";
 import type { Hold, Route, Tables } from "./types";
-import { holdName, metres, routeName } from "./words";
+import { Views } from "./views";
+import { holdName, routeName } from "./words";
 
+const LOW = 470; // CSS pixels: a phone on its side
+const NARROW = 760; // CSS pixels: no room for a list beside the wall
+const EDGE = 16; // CSS pixels kept free around what is looked at
+const FLAG = 34; // CSS pixels that the words "Start" and "Top" take
 const EMPTY: Tables = { title: "", metric: true, holds: new Map(), routes: new Map() };
 
 export class WallTopo extends HTMLElement {
   static readonly observedAttributes = ["src", "theme"];
 
-  protected stage: Stage | null = null;
-  protected tables: Tables = EMPTY;
-  protected readonly panel = new Panel();
-  protected overlay!: Overlay;
-  protected readonly view = h("div", { class: "view" });
+  private stage: Stage | null = null;
+  private views: Views | null = null;
+  private tables: Tables = EMPTY;
+  private panel = new Panel();
+  private overlay!: Overlay;
+  private readonly shell = h("div", { class: "shell" });
+  private readonly view = h("div", { class: "view" });
+  private readonly bar = h("div", { class: "tools", role: "toolbar", "aria-label": "View" });
   private readonly root: ShadowRoot;
-  private readonly canvas = h("canvas", {
-    tabindex: 0,
-    role: "img",
-    "aria-label":
-      "The wall in 3D. Arrow keys turn, plus and minus zoom, brackets step through the routes.",
-  });
+  private canvas = h("canvas");
   private readonly card = h("section", { class: "card", hidden: true, "aria-label": "Chosen" });
   private readonly toast = h("div", { class: "toast", role: "status" });
   private readonly message = h("div", { class: "message" });
+  private readonly thread = h("div", { class: "thread", hidden: true }, h("i"));
   private readonly tools = new Map<string, HTMLButtonElement>();
   private route: number | null = null;
   private hold: number | null = null;
   private measuring = false;
   private editor: Editor | null = null;
   private loading: AbortController | null = null;
-  private resizer: ResizeObserver | null = null;
+  private gone = new AbortController();
+  private wished: "low" | "half" | "full" = "half";
   private toastTimer = 0;
   private linkTimer = 0;
   private readonly dark = matchMedia("(prefers-color-scheme: dark)");
-  private readonly onScheme = (): void => this.applyTheme();
-  private readonly onHash = (): void => this.applyPlace(true);
 
   constructor() {
     super();
@@ -59,26 +63,36 @@ export class WallTopo extends HTMLElement {
   }
 
   connectedCallback(): void {
+    this.gone = new AbortController();
+    // A canvas whose context was given back cannot draw again: each life has its own.
+    this.canvas = h("canvas", {
+      tabindex: 0,
+      role: "img",
+      "aria-label":
+        "The wall in 3D. Arrow keys turn, plus and minus zoom, brackets step through the routes.",
+    });
     try {
       this.stage = new Stage(this.canvas);
     } catch {
-      this.build();
+      this.build(null);
       this.fail("This browser cannot draw in 3D (WebGL 2 is missing or switched off).");
       return;
     }
-    this.build();
+    this.build(this.stage);
     this.wire(this.stage);
     this.applyTheme();
     void this.load();
   }
 
   disconnectedCallback(): void {
+    this.gone.abort();
     this.loading?.abort();
-    this.resizer?.disconnect();
-    this.dark.removeEventListener("change", this.onScheme);
-    window.removeEventListener("hashchange", this.onHash);
+    clearTimeout(this.linkTimer);
+    this.editor?.dispose();
+    this.editor = null;
     this.stage?.dispose();
     this.stage = null;
+    this.views = null;
   }
 
   attributeChangedCallback(name: string, before: string | null, after: string | null): void {
@@ -113,7 +127,7 @@ export class WallTopo extends HTMLElement {
   selectRoute(id: number | null, options: { move?: boolean } = {}): void {
     this.choose(id !== null && this.tables.routes.has(id) ? id : null, null);
     const route = this.route === null ? null : this.tables.routes.get(this.route)!;
-    if (options.move && route) this.lookAt(route);
+    if (options.move && route) this.views?.route(route, this.tables);
   }
 
   /** Choose a hold and light up its route. */
@@ -124,25 +138,12 @@ export class WallTopo extends HTMLElement {
 
   /** The whole wall, from the front. */
   home(): void {
-    this.stage?.home(true);
+    this.views?.wall(true);
   }
 
   /** From where a climber stands, looking at the chosen route (or the whole wall). */
   climberView(): void {
-    const stage = this.stage;
-    if (!stage?.front) return;
-    const route = this.route === null ? undefined : this.tables.routes.get(this.route);
-    const { floor, box, direction } = stage.front;
-    const places = this.placesOf(route?.holds ?? []);
-    const start = this.placesOf(route?.start ?? route?.holds.slice(0, 1) ?? []);
-    const unit = this.tables.metric ? 1 : Math.max(box.max.z - box.min.z, 1e-6) / 4;
-    const all = places.isEmpty() ? box : places;
-    const at = (start.isEmpty() ? box : start).getCenter(new Vector3());
-    const middle = all.getCenter(new Vector3());
-    const eye = at.clone().addScaledVector(direction, 3.2 * unit);
-    eye.z = floor + 1.65 * unit;
-    middle.z = Math.max(eye.z - 0.2 * unit, middle.z);
-    stage.moveTo(eye, middle, true);
+    this.views?.climber(this.tables.routes.get(this.route ?? -1), this.tables);
   }
 
   /** The picture as a PNG blob. */
@@ -153,8 +154,17 @@ export class WallTopo extends HTMLElement {
   /** The address of this page with route, hold and camera in it. */
   link(): string {
     const url = new URL(location.href);
-    url.hash = writePlace({ route: this.route, hold: this.hold, camera: this.cameraNow() });
+    url.hash = writePlace({ route: this.route, hold: this.hold, camera: this.cameraToShare() });
     return url.href;
+  }
+
+  /** Eye and target, six numbers in the scan's frame; null before a wall stands. */
+  get camera(): number[] | null {
+    if (!this.stage?.front) return null;
+    const { controls } = this.stage;
+    const eye = controls.getPosition(new Vector3());
+    const target = controls.getTarget(new Vector3());
+    return [...eye.toArray(), ...target.toArray()];
   }
 
   /** Where a hold or point is drawn, in CSS pixels of the element's canvas. */
@@ -176,19 +186,16 @@ export class WallTopo extends HTMLElement {
     this.loading?.abort();
     const { signal } = (this.loading = new AbortController());
     this.removeAttribute("data-ready");
-    const bar = h("i");
-    this.message.replaceChildren(h("div", { class: "bar" }, bar), h("p", {}, "Loading the wall …"));
-    this.message.hidden = false;
+    const progress = this.waiting();
     try {
-      const bytes = await fetchBytes(source, (share) => {
-        bar.style.width = `${Math.round(share * 100)}%`;
-      }, signal);
+      const bytes = await fetchBytes(source, progress, signal);
+      progress(1);
       const wall = await parseWall(bytes, this.getAttribute("heading") ?? "Wall");
       if (signal.aborted || !this.stage) return;
       this.tables = wall.tables;
       if (this.hasAttribute("heading")) this.tables.title = this.getAttribute("heading")!;
       this.stage.show(wall, false);
-      this.loaded();
+      this.loaded(this.stage);
     } catch (error) {
       if (!signal.aborted) this.fail(`The wall could not be loaded: ${reasonOf(error)}.`);
       return;
@@ -196,14 +203,35 @@ export class WallTopo extends HTMLElement {
     await this.refine(signal);
   }
 
-  private loaded(): void {
+  /** What is shown until the wall stands; gives what moves its bar. */
+  private waiting(): (share: number) => void {
+    const bar = h("i");
+    const text = h("p", {}, "Loading the wall …");
+    const box = h("div", { class: "bar", role: "progressbar", "aria-label": "Loading" }, bar);
+    const title = this.getAttribute("heading");
+    this.message.replaceChildren(...(title ? [h("strong", {}, title)] : []), box, text);
+    this.message.hidden = false;
+    return (share) => {
+      const percent = Math.round(share * 100);
+      bar.style.width = `${percent}%`;
+      bar.style.animation = "none";
+      box.setAttribute("aria-valuenow", String(percent));
+      text.textContent = share < 1 ? `Loading the wall … ${percent} %` : "Setting it up …";
+    };
+  }
+
+  private loaded(stage: Stage): void {
     this.panel.fill(this.tables);
-    this.choose(null, null);
+    this.panel.sheet.set(this.tables.routes.size ? "half" : "low");
     this.message.hidden = true;
-    this.stage!.home(false);
+    this.layout();
+    this.choose(null, null);
+    this.views!.wall(false);
     this.applyPlace(false);
     if (this.hasAttribute("edit")) this.startEditor();
+    stage.drawNow();
     this.setAttribute("data-ready", "first");
+    setTimeout(() => this.stage?.preparePicking(), 100);
     this.emit("wall-load", { routes: this.tables.routes.size, holds: this.tables.holds.size });
   }
 
@@ -225,11 +253,14 @@ export class WallTopo extends HTMLElement {
         this.choose(route !== null && tables.routes.has(route) ? route : null, hold);
       },
       select: (route: number | null, hold: number | null) => this.choose(route, hold),
+      look: (hold: Hold) => this.views?.closer(new Vector3(...hold.position)),
       repaint: () => this.repaint(),
       say: (text: string) => this.say(text),
     };
+    this.editor?.dispose();
     this.editor = new Editor(host, this.tables, address);
     void this.editor.start();
+    this.views?.refit(false);
   }
 
   /** The finer tier, once the first one stands. It is a bonus: if it fails, say so and go on. */
@@ -237,17 +268,25 @@ export class WallTopo extends HTMLElement {
     const source = this.getAttribute("detail");
     if (!source) return;
     try {
-      const wall = await parseWall(await fetchBytes(source, () => {}, signal), "");
+      this.thread.hidden = false;
+      const line = this.thread.querySelector("i")!;
+      const progress = (share: number): void => void (line.style.width = `${share * 100}%`);
+      const wall = await parseWall(await fetchBytes(source, progress, signal), "");
       if (signal.aborted || !this.stage) return;
       this.stage.show(wall, true);
+      this.stage.drawNow();
       this.setAttribute("data-ready", "detail");
     } catch (error) {
       if (!signal.aborted) this.say(`The finer model did not load: ${reasonOf(error)}`);
+    } finally {
+      if (!signal.aborted) this.thread.hidden = true;
     }
   }
 
   private fail(text: string): void {
-    this.message.replaceChildren(h("strong", {}, "Sorry"), h("p", { role: "alert" }, text));
+    const again = h("button", { class: "pill", onClick: () => location.reload() }, "Try again");
+    const retry = this.stage ? [again] : [];
+    this.message.replaceChildren(h("strong", {}, "Sorry"), h("p", { role: "alert" }, text), ...retry);
     this.message.hidden = false;
     this.setAttribute("data-ready", "error");
     this.emit("wall-error", { message: text });
@@ -255,13 +294,14 @@ export class WallTopo extends HTMLElement {
 
   // Choosing --------------------------------------------------------------------------------
 
-  protected choose(route: number | null, hold: number | null): void {
+  private choose(route: number | null, hold: number | null): void {
     const changed = route !== this.route || hold !== this.hold;
     this.route = route;
     this.hold = hold;
     this.repaint();
-    this.panel.activate(route);
     this.showCard();
+    this.panel.activate(route);
+    this.follow();
     if (!changed) return;
     this.saveLink();
     if (hold !== null) this.emit("hold-select", { hold: this.tables.holds.get(hold) });
@@ -271,7 +311,16 @@ export class WallTopo extends HTMLElement {
     this.announce([what, name].filter(Boolean).join(", ") || "All routes");
   }
 
-  protected repaint(): void {
+  /** While nobody has moved the camera it shows what is chosen; beside the list there is room for all. */
+  private follow(): void {
+    const subject = this.views?.subject;
+    const route = this.tables.routes.get(this.route ?? -1);
+    if (!route && subject === "route") this.views!.wall(true);
+    const tall = this.shell.classList.contains("tall");
+    if (route && subject && (tall || subject === "route")) this.views!.route(route, this.tables);
+  }
+
+  private repaint(): void {
     const route = this.route === null ? undefined : this.tables.routes.get(this.route);
     const outlines = new Map<number, number>();
     for (const id of route?.holds ?? []) outlines.set(id, Outline.route);
@@ -298,8 +347,16 @@ export class WallTopo extends HTMLElement {
         ? routeCard(route, this.tables, act)
         : [];
     if (this.editor) parts.push(...this.editor.controls(route ?? null, hold ?? null));
+    const before = this.card.hidden;
     this.card.replaceChildren(...parts);
     this.card.hidden = parts.length === 0;
+    this.shell.style.setProperty("--card", `${this.card.offsetHeight}px`);
+    if (before === this.card.hidden) return;
+    this.shell.classList.toggle("chosen", !this.card.hidden);
+    // On a phone the card takes the list's place, and gives it back.
+    const { sheet } = this.panel;
+    if (before) this.wished = sheet.height;
+    sheet.set(before ? "low" : this.wished);
   }
 
   private step(by: number): void {
@@ -310,44 +367,15 @@ export class WallTopo extends HTMLElement {
     this.selectRoute(shown[next]!.id, { move: true });
   }
 
-  private placesOf(ids: number[]): Box3 {
-    const box = new Box3();
-    for (const id of ids) {
-      const hold = this.tables.holds.get(id);
-      if (hold) box.expandByPoint(new Vector3(...hold.position));
-    }
-    return box;
-  }
-
-  private lookAt(route: Route): void {
-    const stage = this.stage;
-    const box = this.placesOf(route.holds);
-    if (!stage?.front || box.isEmpty()) return;
-    const way = new Vector3();
-    for (const id of route.holds) {
-      const normal = this.tables.holds.get(id)?.normal;
-      if (normal) way.add(new Vector3(...normal).setZ(0));
-    }
-    const direction = way.length() > 1e-6 ? way.normalize().add(stage.front.direction) : stage.front.direction;
-    const room = Math.max(0.12 * box.getSize(new Vector3()).length(), 1e-3);
-    const places = route.holds.flatMap((id) => {
-      const place = this.tables.holds.get(id)?.position;
-      return place ? [-room, room].map((d) => new Vector3(...place).addScalar(d)) : [];
-    });
-    const covered = this.card.hidden ? 0 : (this.card.offsetHeight + 10) / this.view.clientHeight;
-    stage.frame(places, direction, true, { margin: 1.3, covered: Math.min(0.5, covered) });
-  }
-
   // Page ------------------------------------------------------------------------------------
 
-  protected build(): void {
-    if (this.stage) this.overlay = new Overlay(this.stage);
-    const bar = h("div", { class: "tools", role: "toolbar", "aria-label": "View" });
+  private build(stage: Stage | null): void {
+    this.bar.replaceChildren();
     const add = (key: string, label: string, shape: Shape, act: () => void): void => {
       const button = h("button", { class: "tool", "aria-label": label, title: label }, icon(shape));
       button.addEventListener("click", act);
       this.tools.set(key, button);
-      bar.append(button);
+      this.bar.append(button);
     };
     add("home", "Whole wall (H)", "home", () => this.home());
     add("climber", "View as a climber (C)", "climber", () => this.climberView());
@@ -355,33 +383,81 @@ export class WallTopo extends HTMLElement {
     add("share", "Copy a link to this view", "share", () => void this.share());
     add("picture", "Save a picture", "camera", () => void this.savePicture());
     this.tools.get("measure")!.setAttribute("aria-pressed", "false");
-    this.view.replaceChildren(this.canvas, bar, this.card, this.toast, this.message);
-    if (this.stage) this.canvas.after(this.overlay.root);
-    const shell = h("div", { class: "shell" }, this.panel.root, this.view);
-    this.root.querySelector(".shell")?.remove();
-    this.root.append(shell);
+    this.panel = new Panel();
+    this.view.replaceChildren(this.canvas, this.bar, this.thread, this.toast);
+    if (stage) {
+      this.overlay = new Overlay(stage);
+      this.canvas.after(this.overlay.root);
+    }
+    this.shell.replaceChildren(this.panel.root, this.view, this.card, this.message);
+    this.root.append(this.shell);
     this.panel.onRoute = (id) => this.selectRoute(id, { move: true });
+    this.panel.sheet.onHeight = () => this.layout(true);
+  }
+
+  /** Which of the three arrangements fits: list beside the wall, on a low screen, or below it. */
+  private layout(animate = false): void {
+    const { clientWidth: width, clientHeight: height } = this;
+    const tall = width < NARROW && (height > width || width < 560);
+    this.shell.classList.toggle("tall", tall);
+    this.shell.classList.toggle("short", !tall && height < LOW);
+    const share = this.stage?.front?.aspect;
+    if (tall && share) {
+      // As much of the screen as the wall fills when it is as wide as the screen; the list the rest.
+      const wall = (width - 2 * EDGE) / share + this.insets().top + 2 * EDGE;
+      this.shell.style.setProperty("--wall", `${Math.min(0.6, Math.max(0.36, wall / height)) * 100}cqh`);
+    }
+    this.stage?.resize(this.view.clientWidth, this.view.clientHeight);
+    this.views?.refit(animate);
+    this.stage?.drawNow();
+  }
+
+  /** What of the canvas is covered by buttons and the card, with some room around. */
+  private insets(): Insets {
+    const tall = this.shell.classList.contains("tall");
+    const flags = this.route === null ? 0 : FLAG;
+    const insets = { top: EDGE + flags, right: EDGE, bottom: EDGE + flags, left: EDGE };
+    if (tall) insets.top += this.bar.offsetHeight;
+    else insets.right += this.bar.offsetWidth + 8;
+    insets.top += this.editor?.height ?? 0;
+    if (!this.card.hidden && !this.shell.classList.contains("short")) {
+      insets.bottom += this.card.offsetHeight;
+    }
+    return insets;
   }
 
   private wire(stage: Stage): void {
+    const { signal } = this.gone;
+    this.views = new Views(stage, () => this.insets());
     stage.onFrame = () => this.overlay.update();
     stage.onLost = (lost) => this.say(lost ? "The graphics were interrupted …" : "Restored.");
-    stage.controls.addEventListener("rest", () => this.saveLink());
-    this.resizer = new ResizeObserver(() => {
-      stage.resize(this.view.clientWidth, this.view.clientHeight);
-    });
-    this.resizer.observe(this.view);
-    stage.resize(this.view.clientWidth, this.view.clientHeight);
-    listenForTaps(this.canvas, {
-      tap: (x, y) => this.tapped(x, y),
-      double: (x, y) => this.focusOn(x, y),
-    });
+    for (const type of ["rest", "sleep"] as const) {
+      stage.controls.addEventListener(type, () => this.saveLink());
+    }
+    const resizer = new ResizeObserver(() => this.layout());
+    resizer.observe(this);
+    signal.addEventListener("abort", () => resizer.disconnect());
+    this.layout();
+    const taps = {
+      tap: (x: number, y: number) => this.tapped(x, y),
+      double: (x: number, y: number) => this.focusOn(x, y),
+    };
+    listenForTaps(this.canvas, taps, signal);
     this.canvas.addEventListener("keydown", (event) => this.key(event));
-    this.dark.addEventListener("change", this.onScheme);
-    if (this.hasAttribute("links")) window.addEventListener("hashchange", this.onHash);
+    this.canvas.addEventListener("pointermove", (event) => this.hover(event));
+    this.dark.addEventListener("change", () => this.applyTheme(), { signal });
+    const place = (): void => this.applyPlace(true);
+    if (this.hasAttribute("links")) window.addEventListener("hashchange", place, { signal });
   }
 
-  protected tapped(x: number, y: number): void {
+  /** With a mouse, the pointer tells what can be chosen. */
+  private hover({ pointerType, buttons, offsetX, offsetY }: PointerEvent): void {
+    if (pointerType !== "mouse" || buttons !== 0 || !this.stage?.front) return;
+    const hold = this.stage.pick(offsetX, offsetY)?.hold ?? 0;
+    this.canvas.classList.toggle("on-hold", this.tables.holds.has(hold));
+  }
+
+  private tapped(x: number, y: number): void {
     const hit = this.stage!.pick(x, y);
     if (this.measuring) {
       if (!hit) return;
@@ -397,13 +473,8 @@ export class WallTopo extends HTMLElement {
   }
 
   private focusOn(x: number, y: number): void {
-    const stage = this.stage!;
-    const hit = stage.pick(x, y);
-    if (!hit || this.measuring || !stage.front) return;
-    const near = stage.front.box.getSize(new Vector3()).length() * 0.14;
-    const way = stage.camera.position.clone().sub(hit.point);
-    const distance = Math.min(way.length() * 0.5, Math.max(near, way.length() * 0.25));
-    stage.moveTo(hit.point.clone().addScaledVector(way.normalize(), distance), hit.point, true);
+    const hit = this.stage!.pick(x, y);
+    if (hit && !this.measuring) this.views!.closer(hit.point);
   }
 
   private key(event: KeyboardEvent): void {
@@ -427,7 +498,9 @@ export class WallTopo extends HTMLElement {
     const act = acts[event.key];
     if (!act) return;
     event.preventDefault();
+    if (/^Arrow|[-+=]/.test(event.key)) this.views!.let();
     act();
+    this.stage!.redraw();
   }
 
   private toggleMeasure(): void {
@@ -466,12 +539,11 @@ export class WallTopo extends HTMLElement {
     this.stage?.backdrop(dark ? "#15171b" : "#eef0f3");
   }
 
-  private cameraNow(): number[] | null {
-    if (!this.stage) return null;
-    const { controls } = this.stage;
-    const eye = controls.getPosition(new Vector3());
-    const target = controls.getTarget(new Vector3());
-    return [...eye.toArray(), ...target.toArray()];
+  /** Null where the page finds the view by itself: on another screen it is another camera. */
+  private cameraToShare(): number[] | null {
+    const subject = this.views?.subject ?? null;
+    const itself = subject === "wall" || (subject === "route" && this.hold === null);
+    return itself ? null : this.camera;
   }
 
   private applyPlace(animate: boolean): void {
@@ -479,21 +551,19 @@ export class WallTopo extends HTMLElement {
     const place = readPlace(location.hash);
     if (place.hold !== null && this.tables.holds.has(place.hold)) this.selectHold(place.hold);
     else if (place.route !== null) this.selectRoute(place.route, { move: place.camera === null });
-    if (!place.camera) return;
-    const [a, b, c, d, e, f] = place.camera as [number, number, number, number, number, number];
-    this.stage.moveTo(new Vector3(a, b, c), new Vector3(d, e, f), animate);
+    if (place.camera) this.views?.exactly(place.camera, animate);
   }
 
   private saveLink(): void {
     if (!this.hasAttribute("links") || !this.hasAttribute("data-ready")) return;
     clearTimeout(this.linkTimer);
     this.linkTimer = window.setTimeout(() => {
-      const hash = writePlace({ route: this.route, hold: this.hold, camera: this.cameraNow() });
+      const hash = writePlace({ route: this.route, hold: this.hold, camera: this.cameraToShare() });
       history.replaceState(null, "", hash || location.pathname + location.search);
     }, 300);
   }
 
-  protected say(text: string): void {
+  private say(text: string): void {
     this.toast.textContent = text;
     this.toast.classList.add("on");
     clearTimeout(this.toastTimer);
@@ -506,11 +576,7 @@ export class WallTopo extends HTMLElement {
     this.toast.textContent = text;
   }
 
-  protected emit(name: string, detail: unknown): void {
+  private emit(name: string, detail: unknown): void {
     this.dispatchEvent(new CustomEvent(name, { detail, bubbles: true, composed: true }));
-  }
-
-  protected length(value: number): string {
-    return metres(value, this.tables.metric);
   }
 }

@@ -16,6 +16,8 @@ export interface Front {
   box: Box3;
   /** Places that the picture of the whole wall must show. */
   places: Vector3[];
+  /** Width by height of those places as seen from the front. */
+  aspect: number;
 }
 
 /** Area-weighted mean of the steep triangles' horizontal normals, from every n-th triangle. */
@@ -72,7 +74,17 @@ export function frontOf(wall: Wall): Front {
     box.min.z = Math.max(box.min.z, wall.box.min.z);
     box.max.min(wall.box.max);
   }
-  return { direction, rise, swing, floor: wall.box.min.z, box, places: placesOf(wall, box, thinned) };
+  const places = placesOf(wall, box, thinned);
+  const floor = wall.box.min.z;
+  return { direction, rise, swing, floor, box, places, aspect: aspectOf(places, direction) };
+}
+
+function aspectOf(places: Vector3[], direction: Vector3): number {
+  const right = new Vector3(0, 0, 1).cross(direction);
+  const box = new Box3();
+  for (const place of places) box.expandByPoint(new Vector3(place.dot(right), 0, place.z));
+  const size = box.getSize(new Vector3());
+  return Math.min(20, Math.max(0.05, size.x / Math.max(size.z, 1e-9)));
 }
 
 /** What a picture of the whole wall must show: the holds with room around, down to the mat. */

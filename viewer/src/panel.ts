@@ -1,8 +1,9 @@
 /** The list of routes with its filters. */
 
-import { h, icon } from "./dom";
+import { h } from "./dom";
+import { Sheet } from "./sheet";
 import type { Route, Tables } from "./types";
-import { capital, metres, routeName, steepness, swatch } from "./words";
+import { capital, plural, routeFacts, routeName, swatch } from "./words";
 
 const STEEPNESS: [string, string, (degrees: number) => boolean][] = [
   ["", "Any steepness", () => true],
@@ -16,6 +17,10 @@ export class Panel {
   readonly root = h("aside", { class: "side", "aria-label": "Routes" });
   /** Called with a route's id, or null to show all. */
   onRoute: (id: number | null) => void = () => {};
+  /** On a phone the list is a sheet. */
+  readonly sheet: Sheet;
+  private readonly title = h("h2");
+  private readonly summary = h("p");
   private tables: Tables | null = null;
   private readonly colours = new Set<string>();
   private steep = "";
@@ -24,6 +29,10 @@ export class Panel {
   private active: number | null = null;
 
   constructor() {
+    const handle = h("button", { class: "handle" });
+    const head = h("div", { class: "head" }, handle, h("div", {}, this.title, this.summary));
+    this.root.append(head, this.list);
+    this.sheet = new Sheet(this.root, head, handle);
     this.list.addEventListener("keydown", (event) => this.arrows(event));
   }
 
@@ -41,23 +50,11 @@ export class Panel {
     this.tables = tables;
     const holds = [...tables.holds.values()].filter((hold) => hold.class !== "volume").length;
     const count = tables.routes.size;
-    const summary = `${count} ${count === 1 ? "route" : "routes"} · ${holds} holds`;
-    const more = h(
-      "button",
-      { class: "tool more", "aria-label": "Whole list and filters", "aria-expanded": "false" },
-      icon("list"),
-    );
-    more.addEventListener("click", () => {
-      const open = this.root.classList.toggle("open");
-      more.setAttribute("aria-expanded", String(open));
-    });
-    const head = h(
-      "div",
-      { class: "head" },
-      h("div", {}, h("h2", {}, tables.title), h("p", {}, summary)),
-      more,
-    );
-    this.root.replaceChildren(head, this.filters(tables), this.list);
+    this.title.textContent = tables.title;
+    this.summary.textContent = `${plural(count, "route")} · ${plural(holds, "hold")}`;
+    this.root.querySelector(".filters")?.remove();
+    if (count > 0) this.list.before(this.filters(tables));
+    this.root.classList.toggle("bare", count === 0);
     this.refresh();
   }
 
@@ -65,8 +62,16 @@ export class Panel {
     this.active = id;
     for (const [key, button] of this.buttons) {
       button.setAttribute("aria-pressed", String(key === id));
-      if (key === id) button.scrollIntoView({ block: "nearest", inline: "center" });
+      if (key === id) this.reveal(button);
     }
+  }
+
+  /** Scrolls the list alone: `scrollIntoView` would scroll the page around an embedded wall too. */
+  private reveal(button: HTMLElement): void {
+    const [row, list] = [button.getBoundingClientRect(), this.list.getBoundingClientRect()];
+    const left = row.left + row.width / 2 - (list.left + list.width / 2);
+    const top = Math.min(0, row.top - list.top) + Math.max(0, row.bottom - list.bottom);
+    this.list.scrollBy({ left, top });
   }
 
   private filters(tables: Tables): HTMLElement {
@@ -76,7 +81,7 @@ export class Panel {
     for (const [colour, route] of seen) {
       const chip = h(
         "button",
-        { class: "chip", "aria-pressed": "false", "data-colour": colour },
+        { class: "chip", "aria-pressed": String(this.colours.has(colour)), "data-colour": colour },
         h("span", { class: "swatch", style: `background:${swatch(route, tables)}` }),
         capital(colour || "no colour"),
       );
@@ -94,7 +99,8 @@ export class Panel {
       this.steep = choose.value;
       this.refresh();
     });
-    if (tables.routes.size) box.append(choose);
+    choose.value = this.steep;
+    box.append(choose);
     return box;
   }
 
@@ -102,14 +108,12 @@ export class Panel {
     const tables = this.tables!;
     this.buttons.clear();
     const rows = this.shown().map((route) => {
-      const length = metres(route.length_m, tables.metric);
-      const meta = `${route.holds.length} holds · ${length} · ${steepness(route.steepness_deg)}`;
       const button = h(
         "button",
         { class: "route", "data-route": route.id, "aria-pressed": String(route.id === this.active) },
         h("span", { class: "swatch", style: `background:${swatch(route, tables)}` }),
         h("span", { class: "name" }, routeName(route)),
-        h("span", { class: "meta" }, meta),
+        h("span", { class: "meta" }, routeFacts(route, tables.metric)),
       );
       button.addEventListener("click", () => {
         this.onRoute(route.id === this.active ? null : route.id);
@@ -117,8 +121,12 @@ export class Panel {
       this.buttons.set(route.id, button);
       return h("li", {}, button);
     });
-    const none = tables.routes.size ? "No route fits the filters." : "This model has no routes.";
+    const none = tables.routes.size ? "No route fits the filters." : this.nothing(tables);
     this.list.replaceChildren(...(rows.length ? rows : [h("li", { class: "empty" }, none)]));
+  }
+
+  private nothing(tables: Tables): string {
+    return tables.holds.size ? "No routes were found among the holds." : "No holds were found on this wall.";
   }
 
   private arrows(event: KeyboardEvent): void {

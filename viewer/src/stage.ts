@@ -2,6 +2,7 @@
 
 import CameraControls from "camera-controls";
 import {
+  Box2,
   Box3,
   Color,
   Matrix4,
@@ -22,7 +23,7 @@ import {
   WebGLRenderTarget,
   WebGLRenderer,
 } from "three";
-import type { Material, ShaderMaterial } from "three";
+import type { BufferGeometry, Material, ShaderMaterial, Texture } from "three";
 import { MeshBVH } from "three-mesh-bvh";
 import { frontOf } from "./front";
 import type { Front } from "./front";
@@ -60,6 +61,52 @@ interface Picker {
   index: ArrayLike<number>;
 }
 
+/** CSS pixels at each side of the canvas that something else covers. */
+export interface Insets {
+  top: number;
+  right: number;
+  bottom: number;
+  left: number;
+}
+
+/**
+ * Where a camera looks so that places fill the free part of the canvas. Places and the found target
+ * are along right, up and towards the camera; `tan` is that of half the vertical field of view.
+ */
+function fit(
+  places: Vector3[],
+  insets: Insets,
+  lens: { width: number; height: number; tan: number; least: number },
+): { x: number; y: number; z: number; distance: number } {
+  const free = new Box2(
+    new Vector2((2 * insets.left) / lens.width - 1, (2 * insets.bottom) / lens.height - 1),
+    new Vector2(1 - (2 * insets.right) / lens.width, 1 - (2 * insets.top) / lens.height),
+  );
+  const room = free.getSize(new Vector2()).max(new Vector2(0.1, 0.1));
+  const aim = free.getCenter(new Vector2());
+  const box = new Box3().setFromPoints(places);
+  const { x, y, z } = box.getCenter(new Vector3());
+  const found = { x, y, z, distance: box.getSize(new Vector3()).length() + lens.least };
+  const wide = (lens.tan * lens.width) / lens.height;
+  const drawn = new Box2();
+  // Perspective makes the exact answer an equation; a few steps from near it settle it.
+  for (let step = 0; step < 8; step++) {
+    drawn.makeEmpty();
+    for (const place of places) {
+      const ahead = Math.max(1e-6, found.distance - (place.z - found.z));
+      const across = (place.x - found.x) / (ahead * wide);
+      drawn.expandByPoint(new Vector2(across, (place.y - found.y) / (ahead * lens.tan)));
+    }
+    const size = drawn.getSize(new Vector2());
+    const middle = drawn.getCenter(new Vector2());
+    const grow = Math.max(size.x / room.x, size.y / room.y, 1e-3);
+    found.distance = Math.max(lens.least, found.distance * grow);
+    found.x += (middle.x - aim.x) * wide * found.distance;
+    found.y += (middle.y - aim.y) * lens.tan * found.distance;
+  }
+  return found;
+}
+
 const LIFT = 0.2; // metres that the camera keeps above the mat
 
 export class Stage {
@@ -81,12 +128,16 @@ export class Stage {
   private readonly look: WallLook;
   private readonly ray = new Raycaster();
   private meshes: { mesh: Mesh; drawn: Material; masked: Material }[] = [];
-  private pickers: Picker[] = [];
+  private surface: BufferGeometry[] = [];
+  private pickers: Picker[] | null = null;
   private outlined = false;
   private fadeGoal = 0;
   private dirty = true;
+  /** The frame that is asked for; 0 while nothing moves: then no frame is asked for at all. */
   private request = 0;
   private last = 0;
+  private size = "";
+  private readonly gone = new AbortController();
   private readonly calm: boolean;
 
   constructor(readonly canvas: HTMLCanvasElement) {
@@ -110,35 +161,34 @@ export class Stage {
     const quad = new Mesh(new PlaneGeometry(2, 2), this.ink);
     quad.frustumCulled = false;
     this.overlay.add(quad);
-    canvas.addEventListener("webglcontextlost", () => this.onLost(true));
-    canvas.addEventListener("webglcontextrestored", () => {
+    const { signal } = this.gone;
+    canvas.addEventListener("webglcontextlost", () => this.onLost(true), { signal });
+    const restored = (): void => {
       this.onLost(false);
       this.state.commit();
       this.renderer.setClearColor(this.look.uBackdrop.value, 1);
       this.redraw();
-    });
+    };
+    canvas.addEventListener("webglcontextrestored", restored, { signal });
     this.tick = this.tick.bind(this);
-    this.request = requestAnimationFrame(this.tick);
+    const wake = (): void => this.wake();
+    for (const type of ["controlstart", "control", "transitionstart"] as const) {
+      this.controls.addEventListener(type, wake);
+    }
+    this.redraw();
   }
 
   /** Show a wall; a later, finer tier keeps the camera, the state and the picking surface. */
   show(wall: Wall, refine: boolean): void {
-    for (const { mesh, drawn, masked } of this.meshes) {
-      this.scene.remove(mesh);
-      (drawn as ShaderMaterial).uniforms["uMap"]?.value?.dispose();
-      mesh.geometry.dispose();
-      drawn.dispose();
-      masked.dispose();
-    }
+    this.clear();
     if (!refine) {
       this.state.dispose();
-      this.state = new HoldState(Math.max(wall.most, ...wall.tables.holds.keys(), 0));
+      let most = wall.most;
+      for (const id of wall.tables.holds.keys()) if (id > most) most = id;
+      this.state = new HoldState(most);
       this.look.uState.value = this.state.texture;
-      this.pickers = wall.parts.map(({ geometry }) => ({
-        bvh: new MeshBVH(geometry, { targetLeafSize: 8 }),
-        features: geometry.getAttribute("feature").array,
-        index: geometry.getIndex()!.array,
-      }));
+      this.surface = wall.parts.map(({ geometry }) => geometry);
+      this.pickers = null;
     }
     const most = this.renderer.capabilities.getMaxAnisotropy();
     this.meshes = wall.parts.map((part) => {
@@ -154,6 +204,21 @@ export class Stage {
       this.limit(wall.box);
     }
     this.redraw();
+  }
+
+  /** Free what the GPU holds of the present tier. */
+  private clear(): void {
+    for (const { mesh, drawn, masked } of this.meshes) {
+      this.scene.remove(mesh);
+      const map = (drawn as ShaderMaterial).uniforms["uMap"]?.value as Texture | null;
+      map?.dispose();
+      // A decoded picture stays in memory until it is collected, unless it is closed.
+      if (typeof ImageBitmap !== "undefined" && map?.image instanceof ImageBitmap) map.image.close();
+      mesh.geometry.dispose();
+      drawn.dispose();
+      masked.dispose();
+    }
+    this.meshes = [];
   }
 
   /** Full colour only for `lit`; none: everything. Outlines as given, by hold id. */
@@ -176,11 +241,28 @@ export class Stage {
 
   redraw(): void {
     this.dirty = true;
+    this.wake();
   }
 
+  /** Draw what was asked for now rather than in the next frame. */
+  drawNow(): void {
+    this.keepAboveMat();
+    this.controls.update(0.001); // seconds; no time at all would divide by it
+    this.draw();
+  }
+
+  private wake(): void {
+    if (this.request !== 0 || this.gone.signal.aborted) return;
+    this.last = 0;
+    this.request = requestAnimationFrame(this.tick);
+  }
+
+  /** A resized canvas is blank until it is drawn: `drawNow` when the camera is where it should be. */
   resize(width: number, height: number): void {
-    if (width < 1 || height < 1) return;
     const dense = Math.min(devicePixelRatio || 1, 2);
+    const size = `${width} ${height} ${dense}`;
+    if (width < 1 || height < 1 || size === this.size) return;
+    this.size = size;
     this.renderer.setPixelRatio(dense);
     this.renderer.setSize(width, height, false);
     this.mask.setSize(Math.round(width * dense), Math.round(height * dense));
@@ -206,6 +288,19 @@ export class Stage {
     };
   }
 
+  /**
+   * The search trees of the first tier. They take longer to build than a frame to draw, so that
+   * comes first; whoever picks before they are built waits for them.
+   */
+  preparePicking(): Picker[] {
+    this.pickers ??= this.surface.map((geometry) => ({
+      bvh: new MeshBVH(geometry, { targetLeafSize: 8 }),
+      features: geometry.getAttribute("feature").array,
+      index: geometry.getIndex()!.array,
+    }));
+    return this.pickers;
+  }
+
   /** What lies under a point of the canvas, in CSS pixels from its top left. */
   pick(x: number, y: number): Hit | null {
     const { clientWidth, clientHeight } = this.canvas;
@@ -213,7 +308,7 @@ export class Stage {
     this.ray.setFromCamera(at, this.camera);
     let best: Hit | null = null;
     let nearest = Infinity;
-    this.pickers.forEach(({ bvh, features, index }, part) => {
+    this.preparePicking().forEach(({ bvh, features, index }, part) => {
       const hit = bvh.raycastFirst(this.ray.ray, 2);
       if (!hit || hit.distance >= nearest || hit.faceIndex == null) return;
       nearest = hit.distance;
@@ -236,40 +331,26 @@ export class Stage {
   }
 
   /**
-   * Look at places from `direction` (horizontal), so that all of them are in the picture;
-   * `covered` is the share of the picture's height that a card hides at the bottom.
+   * Look at places from `direction` (horizontal) so that all of them lie in the part of the canvas
+   * that nothing covers, as large as they fit.
    */
-  frame(
-    places: Vector3[],
-    direction: Vector3,
-    animate: boolean,
-    { margin = 1.12, covered = 0 } = {},
-  ): void {
+  frame(places: Vector3[], direction: Vector3, animate: boolean, insets: Insets): void {
     if (places.length === 0) return;
     const way = direction.clone().setZ(0).normalize();
     way.z = this.front?.rise ?? 0.12;
     way.normalize();
     const right = new Vector3(0, 0, 1).cross(way).normalize();
     const up = way.clone().cross(right);
-    // The middle of the picture's extent, not of the box: walls run at an angle to the axes.
-    const box = new Box3();
-    for (const p of places) box.expandByPoint(new Vector3(p.dot(right), p.dot(up), p.dot(way)));
-    const middle = box.getCenter(new Vector3());
+    const flat = places.map((p) => new Vector3(p.dot(right), p.dot(up), p.dot(way)));
+    const { clientWidth: width, clientHeight: height } = this.canvas;
     const tan = Math.tan((this.camera.fov * Math.PI) / 360);
-    let distance = 0;
-    for (const p of places) {
-      const ahead = p.dot(way) - middle.z;
-      const high = (Math.abs(p.dot(up) - middle.y) / (tan * (1 - covered))) * margin;
-      const wide = (Math.abs(p.dot(right) - middle.x) / (tan * this.camera.aspect)) * margin;
-      distance = Math.max(distance, ahead + high, ahead + wide);
-    }
+    const least = this.controls.minDistance * 2;
+    const found = fit(flat, insets, { width, height, tan, least });
     const target = new Vector3()
-      .addScaledVector(right, middle.x)
-      .addScaledVector(up, middle.y)
-      .addScaledVector(way, middle.z);
-    distance = Math.max(distance, this.controls.minDistance * 2);
-    target.addScaledVector(up, -covered * tan * distance);
-    this.moveTo(target.clone().addScaledVector(way, distance), target, animate);
+      .addScaledVector(right, found.x)
+      .addScaledVector(up, found.y)
+      .addScaledVector(way, found.z);
+    this.moveTo(target.clone().addScaledVector(way, found.distance), target, animate);
   }
 
   moveTo(eye: Vector3, target: Vector3, animate: boolean): void {
@@ -278,27 +359,31 @@ export class Stage {
     this.redraw();
   }
 
-  home(animate: boolean): void {
-    if (this.front) this.frame(this.front.places, this.front.direction, animate);
-  }
-
   /** The picture as PNG. */
   screenshot(): Promise<Blob | null> {
     this.draw();
     return new Promise((resolve) => this.canvas.toBlob(resolve, "image/png"));
   }
 
+  /** What the GPU holds, counted. */
+  get memory(): { geometries: number; textures: number } {
+    const { geometries, textures } = this.renderer.info.memory;
+    return { geometries, textures };
+  }
+
   dispose(): void {
+    this.gone.abort();
     cancelAnimationFrame(this.request);
+    this.request = 0;
     this.controls.dispose();
-    for (const { mesh, drawn, masked } of this.meshes) {
-      mesh.geometry.dispose();
-      drawn.dispose();
-      masked.dispose();
-    }
+    this.clear();
     this.mask.dispose();
+    this.ink.dispose();
     this.state.dispose();
     this.renderer.dispose();
+    this.renderer.forceContextLoss();
+    this.surface = [];
+    this.pickers = null;
   }
 
   /** Keep the camera in front of the wall, above the mat, and near it. */
@@ -327,8 +412,7 @@ export class Stage {
   }
 
   private tick(now: number): void {
-    this.request = requestAnimationFrame(this.tick);
-    const seconds = Math.min(0.1, (now - this.last) / 1000);
+    const seconds = this.last === 0 ? 1 / 60 : Math.min(0.1, (now - this.last) / 1000);
     this.last = now;
     this.keepAboveMat();
     const moved = this.controls.update(seconds);
@@ -337,8 +421,9 @@ export class Stage {
       fade.value = Math.min(1, fade.value + seconds * 5);
       this.dirty = true;
     }
-    if (!moved && !this.dirty) return;
-    this.draw();
+    const busy = moved || this.dirty;
+    if (busy) this.draw();
+    this.request = busy ? requestAnimationFrame(this.tick) : 0;
   }
 
   private draw(): void {

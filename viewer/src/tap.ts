@@ -9,16 +9,17 @@ export interface TapHandlers {
   double(x: number, y: number): void;
 }
 
-export function listenForTaps(element: HTMLElement, on: TapHandlers): void {
+/** Until `signal` says that the element is gone. */
+export function listenForTaps(element: HTMLElement, on: TapHandlers, signal: AbortSignal): void {
   let down: { id: number; x: number; y: number; time: number } | null = null;
   let before: { x: number; y: number; time: number } | null = null;
   element.addEventListener("pointerdown", (event) => {
     const { pointerId: id, clientX: x, clientY: y, timeStamp: time } = event;
     // A second finger makes it a pinch.
     down = down === null && event.button === 0 ? { id, x, y, time } : null;
-  });
-  element.addEventListener("pointercancel", () => (down = null));
-  window.addEventListener("pointerup", (event) => {
+  }, { signal });
+  element.addEventListener("pointercancel", () => (down = null), { signal });
+  const up = (event: PointerEvent): void => {
     const from = down;
     down = null;
     if (!from || from.id !== event.pointerId) return;
@@ -33,5 +34,6 @@ export function listenForTaps(element: HTMLElement, on: TapHandlers): void {
     before = again ? null : { x, y, time: event.timeStamp };
     if (again) on.double(x, y);
     else on.tap(x, y);
-  });
+  };
+  window.addEventListener("pointerup", up, { signal });
 }

@@ -20,6 +20,19 @@ export function steepness(value: number | null | undefined): string {
   return whole > 0 ? `${whole}° overhang` : `${-whole}° slab`;
 }
 
+export function plural(count: number, word: string): string {
+  return `${count} ${word}${count === 1 ? "" : "s"}`;
+}
+
+/** "12 holds · 4.0 m · 17° overhang"; what is not known or says nothing is left out. */
+export function routeFacts(route: Route, metric: boolean): string {
+  const length = route.length_m ?? 0;
+  const facts = [plural(route.holds.length, "hold")];
+  if (length > 0) facts.push(metres(length, metric));
+  if (route.steepness_deg != null) facts.push(steepness(route.steepness_deg));
+  return facts.join(" · ");
+}
+
 export function routeName(route: Route): string {
   return route.name || `${capital(route.colour ?? "Route")} ${route.id}`;
 }

@@ -20,18 +20,25 @@ export function start() {
   return chromium.launch({ executablePath, headless: true, args: ARGUMENTS });
 }
 
-/** A page of its own with the viewer loaded; `log` fills with errors and foreign requests. */
+/**
+ * A page of its own with the viewer loaded; `log` fills with errors and foreign requests. Throws
+ * where the page ends up with an error although none is expected (`fails`), so that no check can
+ * pass on a page that does not work. `before` runs in the page before its own scripts.
+ */
 export async function open(browser, url, options = {}) {
   const { width = 1000, height = 700, dark = false, phone = false, wait = true, scale = 1 } = options;
+  const { fails = false, motion = false, before, prepare } = options;
   const context = await browser.newContext({
     viewport: { width, height },
     colorScheme: dark ? "dark" : "light",
     hasTouch: phone,
     isMobile: phone,
-    reducedMotion: "reduce",
+    reducedMotion: motion ? "no-preference" : "reduce",
     deviceScaleFactor: scale,
   });
   const page = await context.newPage();
+  if (before) await page.addInitScript(before);
+  if (prepare) await prepare(page);
   const log = { errors: [], foreign: [] };
   const own = new URL(url);
   page.on("pageerror", (error) => log.errors.push(error.message));
@@ -46,7 +53,14 @@ export async function open(browser, url, options = {}) {
     }
   });
   await page.goto(url);
-  if (wait) await ready(page);
+  if (wait) {
+    await ready(page);
+    const failed = (await page.getAttribute("wall-topo", "data-ready")) === "error";
+    if (failed !== fails) {
+      await context.close();
+      throw new Error(failed ? "the page shows an error" : "the page shows no error");
+    }
+  }
   return { page, log, close: () => context.close() };
 }
 
@@ -81,9 +95,9 @@ export function ask(page, action, argument) {
   );
 }
 
-/** Click the canvas where a hold is drawn. */
-export async function tapHold(page, id) {
-  const at = await ask(
+/** Where a hold is drawn, in CSS pixels of the page. */
+export function placeOf(page, id) {
+  return ask(
     page,
     (wall, hold) => {
       const box = wall.shadowRoot.querySelector("canvas").getBoundingClientRect();
@@ -92,6 +106,62 @@ export async function tapHold(page, id) {
     },
     id,
   );
+}
+
+/** Click the canvas where a hold is drawn. */
+export async function tapHold(page, id) {
+  const at = await placeOf(page, id);
   await page.mouse.click(at.x, at.y);
   await settle(page);
 }
+
+/** Let a move that is animated come to rest. */
+export async function arrive(page) {
+  await page.waitForTimeout(150);
+  let last = "";
+  for (let k = 0; k < 60; k++) {
+    const now = JSON.stringify(await ask(page, (wall) => wall.camera));
+    if (now === last) return settle(page);
+    last = now;
+    await page.waitForTimeout(120);
+  }
+  throw new Error("the camera does not come to rest");
+}
+
+/** Mean colour per cell of a coarse grid over the drawn picture, 0..255. */
+export function cells(page, columns = 24, rows = 16) {
+  return ask(
+    page,
+    async (wall, [w, h]) => {
+      const picture = await createImageBitmap(await wall.screenshot());
+      const canvas = Object.assign(document.createElement("canvas"), { width: w, height: h });
+      const pen = canvas.getContext("2d");
+      pen.imageSmoothingQuality = "high";
+      pen.drawImage(picture, 0, 0, w, h);
+      return [...pen.getImageData(0, 0, w, h).data];
+    },
+    [columns, rows],
+  );
+}
+
+/** How many different colours `cells` saw: a blank picture has one. */
+export const spread = (values) => {
+  const colours = new Set();
+  for (let k = 0; k < values.length; k += 4) colours.add(values.slice(k, k + 3).map((v) => v >> 5).join());
+  return colours.size;
+};
+
+/** What is chosen. */
+export const state = (page) => ask(page, (wall) => ({ route: wall.selectedRoute, hold: wall.selectedHold }));
+
+/** Text of an element inside the viewer. */
+export const text = (page, selector) =>
+  ask(page, (wall, query) => wall.shadowRoot.querySelector(query)?.textContent ?? null, selector);
+
+/** Holds that are not inside the part of the canvas that is seen. */
+export const outside = (page) =>
+  ask(page, (wall) => {
+    const { clientWidth, clientHeight } = wall.shadowRoot.querySelector("canvas");
+    const off = ({ x, y, ahead }) => !ahead || x < 0 || y < 0 || x > clientWidth || y > clientHeight;
+    return wall.holds.filter((hold) => off(wall.project(hold.id))).map((hold) => hold.id);
+  });

@@ -3,36 +3,11 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
-import { ask, open, ready, settle, tapHold } from "./browser.mjs";
+import { ask, cells, open, outside, ready, settle, spread, state, tapHold, text } from "./browser.mjs";
 
 const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
-const state = (page) => ask(page, (wall) => ({ route: wall.selectedRoute, hold: wall.selectedHold }));
-const text = (page, selector) =>
-  ask(page, (wall, query) => wall.shadowRoot.querySelector(query)?.textContent ?? null, selector);
-
-/** Mean colour per cell of a coarse grid over the drawn picture, 0..255. */
-function cells(page, columns = 24, rows = 16) {
-  return ask(
-    page,
-    async (wall, [w, h]) => {
-      const picture = await createImageBitmap(await wall.screenshot());
-      const canvas = Object.assign(document.createElement("canvas"), { width: w, height: h });
-      const pen = canvas.getContext("2d");
-      pen.imageSmoothingQuality = "high";
-      pen.drawImage(picture, 0, 0, w, h);
-      return [...pen.getImageData(0, 0, w, h).data];
-    },
-    [columns, rows],
-  );
-}
-
-const spread = (values) => {
-  const colours = new Set();
-  for (let k = 0; k < values.length; k += 4) colours.add(values.slice(k, k + 3).map((v) => v >> 5).join());
-  return colours.size;
-};
-
-function fine(log) {
+/** No errors, and nothing asked of another host. */
+export function fine(log) {
   assert.deepEqual(log.foreign, [], "the page asked another host");
   assert.deepEqual(log.errors, [], "the page reported errors");
 }
@@ -163,11 +138,13 @@ export const checks = {
 
   async "fits a phone and a large screen"(browser, { disk, shots }) {
     for (const [name, options] of Object.entries({
-      phone: { width: 390, height: 780, phone: true, dark: true },
-      landscape: { width: 740, height: 360, phone: true },
+      phone: { width: 390, height: 844, phone: true, dark: true },
+      landscape: { width: 844, height: 390, phone: true },
       large: { width: 1920, height: 1080, dark: true },
     })) {
       const { page, log, close } = await open(browser, disk, options);
+      assert.deepEqual(await outside(page), [], `${name}: holds outside the picture`);
+      await page.screenshot({ path: `${shots}/${name}-home.png` });
       await ask(page, (wall) => wall.selectRoute(wall.routes[1].id, { move: true }));
       await settle(page);
       await page.screenshot({ path: `${shots}/${name}.png` });
@@ -183,7 +160,7 @@ export const checks = {
     }
   },
 
-  async "taps and pinches on a phone"(browser, { disk }) {
+  async "taps on a phone"(browser, { disk }) {
     const { page, close } = await open(browser, disk, { width: 390, height: 780, phone: true });
     const at = await ask(page, (wall) => wall.project(8));
     await page.touchscreen.tap(at.x, at.y);
@@ -198,52 +175,46 @@ export const checks = {
     await ask(page, (wall) => wall.selectRoute(2));
     await settle(page);
     const before = await cells(page);
+    assert.ok(spread(before) >= 4, "the picture is blank");
     await ask(page, (wall) => {
+      wall.interrupted = [];
+      for (const type of ["webglcontextlost", "webglcontextrestored"]) {
+        wall.shadowRoot.querySelector("canvas").addEventListener(type, () => wall.interrupted.push(type));
+      }
       const gl = wall.shadowRoot.querySelector("canvas").getContext("webgl2");
       wall.lost = gl.getExtension("WEBGL_lose_context");
       wall.lost.loseContext();
     });
-    await page.waitForTimeout(300);
+    await page.waitForFunction(() => document.querySelector("wall-topo").interrupted.length === 1);
+    await page.waitForTimeout(100); // a context may not come back in the event that took it
     await ask(page, (wall) => wall.lost.restoreContext());
-    await page.waitForTimeout(700);
+    await page.waitForFunction(() => document.querySelector("wall-topo").interrupted.length === 2);
     await settle(page);
     const after = await cells(page);
+    const seen = await ask(page, (wall) => wall.interrupted);
+    assert.deepEqual(seen, ["webglcontextlost", "webglcontextrestored"]);
     const off = before.reduce((sum, v, k) => sum + Math.abs(v - after[k]), 0) / before.length;
     assert.ok(off < 3, `the picture differs by ${off} a channel after the context came back`);
     await close();
   },
 
-  async "a broken file gives a message"(browser, { broken }) {
+  async "a broken file gives a message"(browser, { broken, shots }) {
     for (const url of broken) {
-      const { page, close } = await open(browser, url);
-      assert.equal(await page.getAttribute("wall-topo", "data-ready"), "error");
+      const { page, close } = await open(browser, url, { fails: true });
       assert.match(await text(page, "[role=alert]"), /could not be loaded/);
+      assert.match(await text(page, ".message"), /Try again/);
+      await page.screenshot({ path: `${shots}/broken.png` });
       await close();
     }
   },
 
-  async "a model of a million triangles is drawn and picked"(browser, { large, shots }) {
-    const { page, log, close } = await open(browser, large);
-    assert.equal(await page.getAttribute("wall-topo", "data-ready"), "first");
-    assert.ok(spread(await cells(page)) >= 2, "the picture is blank");
-    const corners = [[0, 0, 0], [6, 0, 0], [6, 0, 4], [0, 0, 4]];
-    const drawn = await ask(page, (wall, all) => all.map((place) => wall.project(place)), corners);
-    const size = { x: 700, y: 700 }; // beside the list
-    for (const at of drawn) for (const axis of ["x", "y"]) assert.ok(at[axis] > 0 && at[axis] < size[axis]);
-    assert.equal(await ask(page, (wall) => wall.pickAt(350, 350)), 0);
-    await page.screenshot({ path: `${shots}/large.png` });
-    fine(log);
-    await close();
-  },
-
   async "a model beyond memory gives a message"(browser, { endless }) {
-    const { page, close } = await open(browser, endless);
-    assert.equal(await page.getAttribute("wall-topo", "data-ready"), "error");
+    const { page, close } = await open(browser, endless, { fails: true });
     assert.match(await text(page, "[role=alert]"), /larger than this browser has memory for/);
     await close();
   },
 
-  async "models without ids, without holds, with 2000 holds"(browser, { odd }) {
+  async "models without ids, without holds, with 2000 holds"(browser, { odd, shots }) {
     for (const [kind, url] of Object.entries(odd)) {
       const { page, log, close } = await open(browser, url);
       assert.notEqual(await page.getAttribute("wall-topo", "data-ready"), "error", kind);
@@ -253,7 +224,9 @@ export const checks = {
         await tapHold(page, 1234);
         assert.equal((await state(page)).hold, 1234);
       } else {
-        assert.match(await text(page, ".side"), /no routes/);
+        assert.match(await text(page, ".side"), /No holds were found/);
+        assert.ok(spread(await cells(page)) >= 2, `${kind}: the picture is blank`);
+        await page.screenshot({ path: `${shots}/${kind}.png` });
       }
       fine(log);
       await close();
@@ -303,7 +276,13 @@ export const checks = {
     const hash = new URL(await ask(page, (wall) => wall.link())).hash;
     const eye = new URLSearchParams(hash.slice(1)).get("cam").split(",").map(Number);
     assert.ok(Math.abs(eye[2] - 1.65) < 0.3, `eyes at ${eye[2]} m`);
-    assert.ok(eye[1] < -1 && eye[1] > -4, `${-eye[1]} m in front of the wall`);
+    assert.ok(eye[1] < -1 && eye[1] > -6, `${-eye[1]} m in front of the wall`);
+    const seen = await ask(page, (wall) => {
+      const low = wall.shadowRoot.querySelector(".card").getBoundingClientRect().top;
+      const route = wall.routes.find(({ id }) => id === 1);
+      return route.holds.map((id) => wall.project(id).y / low);
+    });
+    assert.ok(seen.every((share) => share > 0 && share < 1), `holds at ${seen} of the free height`);
     await page.screenshot({ path: `${shots}/climber.png` });
     await close();
   },
@@ -329,14 +308,21 @@ export const checks = {
   async "has no serious accessibility findings"(browser, { disk, report }) {
     for (const [url, options] of [
       [disk, {}],
-      [disk, { width: 390, height: 780, dark: true }],
+      [disk, { width: 390, height: 844, dark: true }],
+      [disk, { width: 844, height: 390 }],
       [report, {}],
       [report, { dark: true }],
     ]) {
       const { page, close } = await open(browser, url, { ...options, wait: url === disk });
-      if (url === disk) await ask(page, (wall) => wall.selectHold(5));
       await page.evaluate(AXE);
-      const found = await page.evaluate(() => axe.run(document, { iframes: false }));
+      const run = () => page.evaluate(() => axe.run(document, { iframes: false }));
+      const found = await run();
+      assert.ok(found.passes.length > 10, "axe saw nothing");
+      if (url === disk) {
+        await ask(page, (wall) => wall.selectHold(5));
+        await settle(page);
+        found.violations.push(...(await run()).violations);
+      }
       const grave = found.violations.filter(({ impact }) => ["serious", "critical"].includes(impact));
       const lines = grave.map(({ id, nodes }) => `${id}: ${nodes.map((n) => n.target).join(" ")}`);
       assert.deepEqual(lines, []);
@@ -353,51 +339,4 @@ export const checks = {
     fine(log);
     await close();
   },
-};
-
-checks["edits are made, undone and saved beside the scan"] = async (browser, { edit, shots }) => {
-  const { page, log, close } = await open(browser, edit, { width: 1200, height: 800 });
-  const wall = page.locator("wall-topo");
-  const route = (id) => ask(page, (el, hold) => el.holds.find((h) => h.id === hold)?.route, id);
-  await tapHold(page, 5);
-  const before = await route(5);
-  await wall.getByLabel("Route", { exact: true }).selectOption("1");
-  assert.equal(await route(5), 1);
-  await wall.getByRole("button", { name: "Undo" }).click();
-  assert.equal(await route(5), before);
-  await wall.getByLabel("Colour", { exact: true }).selectOption("green");
-  await wall.getByLabel("Type", { exact: true }).selectOption("crimp");
-  await page.screenshot({ path: `${shots}/edit.png` });
-  await wall.getByRole("button", { name: "Mark holds" }).click();
-  await tapHold(page, 2);
-  await tapHold(page, 6);
-  await wall.getByRole("button", { name: "Make a route of 2" }).click();
-  assert.equal(await route(2), 5);
-  assert.equal(await route(6), 5);
-  await wall.locator('[data-route="3"]').click();
-  await wall.getByLabel("Name").fill("<b>Heron</b>");
-  await page.keyboard.press("Tab");
-  await wall.getByLabel("Merge with").selectOption("4");
-  assert.equal(await ask(page, (el) => el.routes.length), 4);
-  await tapHold(page, 9);
-  await wall.getByRole("button", { name: "Not a hold" }).click();
-  assert.equal(await ask(page, (el) => el.holds.length), 11);
-  await tapHold(page, 7);
-  await wall.getByRole("button", { name: "Paint" }).click();
-  const at = await ask(page, (el) => {
-    const box = el.shadowRoot.querySelector("canvas").getBoundingClientRect();
-    const place = el.project([el.holds.find((h) => h.id === 7).position[0], 0, 1.25]);
-    return { x: box.left + place.x, y: box.top + place.y };
-  });
-  await page.mouse.move(at.x, at.y);
-  await page.mouse.down();
-  await page.mouse.move(at.x + 4, at.y);
-  await page.mouse.up();
-  await settle(page);
-  await wall.getByRole("button", { name: "Save", exact: true }).click();
-  await page.waitForFunction(() =>
-    document.querySelector("wall-topo").shadowRoot.querySelector(".toast").textContent.includes("Saved"),
-  );
-  fine(log);
-  await close();
 };

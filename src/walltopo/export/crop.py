@@ -2,48 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from walltopo.core import InputError, Mesh
+from walltopo.core import InputError
+from walltopo.export.keep import keep_faces
 from walltopo.export.report.canvas import front_direction
 from walltopo.export.wall import Wall
 
-__all__ = ["crop_route", "crop_section", "keep_faces"]
+__all__ = ["crop_route", "crop_section"]
 
 AROUND = 0.8  # metres of wall kept around a route's holds
-
-
-def keep_faces(wall: Wall, keep: NDArray[np.bool_], shown: Collection[int]) -> Wall:
-    """The wall with the faces of `keep` alone; of the holds, those in `shown` keep their id."""
-    if not keep.any():
-        raise InputError("nothing of the wall lies in the part that was asked for")
-    faces = wall.mesh.faces[keep]
-    used, index = np.unique(faces, return_inverse=True)
-    colours = wall.mesh.vertex_colours
-    mesh = Mesh(
-        wall.mesh.vertices[used],
-        index.reshape(-1, 3).astype(np.int32),
-        None if colours is None else colours[used],
-    )
-    labels = wall.face_instance[keep]
-    labels = np.where(np.isin(labels, list(shown)), labels, 0).astype(np.int32)
-    holds = [hold for hold in wall.holds if hold["id"] in shown]
-    routes = []
-    for route in wall.routes:
-        rest = [hold for hold in route["holds"] if hold in shown]
-        if rest:
-            lists: dict[str, list[int]] = {
-                key: [h for h in route[key] if h in shown]
-                for key in ("start", "top", "footholds")
-                if key in route
-            }
-            routes.append({**route, "holds": rest, **lists})
-    uv = None if wall.uv is None else wall.uv[keep]
-    return replace(wall, mesh=mesh, face_instance=labels, uv=uv, holds=holds, routes=routes)
 
 
 def crop_route(wall: Wall, route_id: int) -> Wall:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh
-from walltopo.export.crop import keep_faces
+from walltopo.export.keep import keep_faces
 from walltopo.export.wall import Wall
 from walltopo.workspace import atomic_path
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from walltopo.core import StageError
 from walltopo.export.atlas import Detailed, retexture
 from walltopo.export.gltf import Packing, write_glb
+from walltopo.export.loose import without_loose
 from walltopo.export.meshopt import available
 from walltopo.export.params import ExportSettings
 from walltopo.export.picture import encode_picture, read_picture
@@ -48,7 +49,8 @@ class Look:
 class TierBuilder:
     """Makes the tiers of one wall, the coarse from the fine, each at most once.
 
-    A textured wall that is to be simplified gets a new atlas, see `walltopo.export.atlas`.
+    A textured wall that is to be simplified gets a new atlas, see `walltopo.export.atlas`. Loose
+    pieces of surface are in the archive alone, see `walltopo.export.loose`.
     """
 
     def __init__(self, wall: Wall, settings: ExportSettings) -> None:
@@ -57,15 +59,17 @@ class TierBuilder:
         self._looks: dict[str, Look] = {}
 
     @cached_property
-    def _full(self) -> Look:
-        wall = self.wall
+    def _shown(self) -> Wall:
+        return without_loose(self.wall)
+
+    def _full(self, wall: Wall) -> Look:
         picture = None if wall.texture is None else read_picture(wall.texture)
         return Look(split_at_borders(wall.mesh, wall.face_instance, wall.uv), picture)
 
     @cached_property
     def _plain(self) -> Surface:
         """The surface split at hold borders alone, so that simplification is free elsewhere."""
-        return split_at_borders(self.wall.mesh, self.wall.face_instance)
+        return split_at_borders(self._shown.mesh, self._shown.face_instance)
 
     def look(self, name: str) -> Look:
         """Surface and picture of a tier.
@@ -84,7 +88,10 @@ class TierBuilder:
 
     def _make(self, name: str) -> Look:
         triangles = getattr(self.settings, f"{name}_triangles")
-        finer = self.look("detail") if name == "first" else self._full
+        if name == "first":
+            finer = self.look("detail")
+        else:
+            finer = self._full(self.wall if name == "archive" else self._shown)
         if triangles <= 0 or len(finer.surface.triangles) <= triangles or not available():
             return Look(simplify(finer.surface, 0), finer.picture)
         if finer.picture is None:

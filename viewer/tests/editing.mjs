@@ -1,0 +1,55 @@
+// What must hold of the editor.
+
+import assert from "node:assert/strict";
+import { ask, open, settle, tapHold } from "./browser.mjs";
+import { fine } from "./checks.mjs";
+
+/** Corrections by hand. */
+export const editing = {
+  async "edits are made, undone and saved beside the scan"(browser, { edit, shots }) {
+    const { page, log, close } = await open(browser, edit, { width: 1200, height: 800 });
+    const wall = page.locator("wall-topo");
+    const route = (id) => ask(page, (el, hold) => el.holds.find((h) => h.id === hold)?.route, id);
+    await tapHold(page, 5);
+    const before = await route(5);
+    await wall.getByLabel("Route", { exact: true }).selectOption("1");
+    assert.equal(await route(5), 1);
+    await wall.getByRole("button", { name: "Undo" }).click();
+    assert.equal(await route(5), before);
+    await wall.getByLabel("Colour", { exact: true }).selectOption("green");
+    await wall.getByLabel("Type", { exact: true }).selectOption("crimp");
+    await page.screenshot({ path: `${shots}/edit.png` });
+    await wall.getByRole("button", { name: "Mark holds" }).click();
+    await tapHold(page, 2);
+    await tapHold(page, 6);
+    await wall.getByRole("button", { name: "Make a route of 2" }).click();
+    assert.equal(await route(2), 5);
+    assert.equal(await route(6), 5);
+    await wall.locator('[data-route="3"]').click();
+    await wall.getByLabel("Name").fill("<b>Heron</b>");
+    await page.keyboard.press("Tab");
+    await wall.getByLabel("Merge with").selectOption("4");
+    assert.equal(await ask(page, (el) => el.routes.length), 4);
+    await tapHold(page, 9);
+    await wall.getByRole("button", { name: "Not a hold" }).click();
+    assert.equal(await ask(page, (el) => el.holds.length), 11);
+    await tapHold(page, 7);
+    await wall.getByRole("button", { name: "Paint" }).click();
+    const at = await ask(page, (el) => {
+      const box = el.shadowRoot.querySelector("canvas").getBoundingClientRect();
+      const place = el.project([el.holds.find((h) => h.id === 7).position[0], 0, 1.25]);
+      return { x: box.left + place.x, y: box.top + place.y };
+    });
+    await page.mouse.move(at.x, at.y);
+    await page.mouse.down();
+    await page.mouse.move(at.x + 4, at.y);
+    await page.mouse.up();
+    await settle(page);
+    await wall.getByRole("button", { name: "Save", exact: true }).click();
+    await page.waitForFunction(() =>
+      document.querySelector("wall-topo").shadowRoot.querySelector(".toast").textContent.includes("Saved"),
+    );
+    fine(log);
+    await close();
+  },
+};
