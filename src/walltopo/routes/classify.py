@@ -18,6 +18,7 @@ from walltopo.routes.edits import apply_hold_edits
 from walltopo.routes.geometry import Shape, measure_shapes
 from walltopo.routes.hold_type import measures, shipped_model
 from walltopo.routes.light import SceneLight, solve_light
+from walltopo.routes.likeness import TINT_RADIUS
 from walltopo.routes.palette import Entry, read_palette
 from walltopo.routes.params import ClassifySettings
 from walltopo.routes.records import Hold
@@ -143,6 +144,16 @@ def with_types(holds: Sequence[Hold], shapes: Mapping[int, Shape], unit: float) 
     return typed
 
 
+def with_tints(holds: Sequence[Hold], light: SceneLight, unit: float) -> list[Hold]:
+    """Note the tint of the wall around each hold, for `routes.link = "paint"`."""
+    positions = np.array([hold.position for hold in holds]).reshape(-1, 3)
+    tints = light.tint_at(positions, TINT_RADIUS * unit).tolist()
+    return [
+        replace(hold, wall_tint=(red, green, blue))
+        for hold, (red, green, blue) in zip(holds, tints, strict=True)
+    ]
+
+
 def _painted(
     mesh: Mesh,
     face_instance: NDArray[np.int32],
@@ -199,7 +210,7 @@ def run(scan: ScanFolder, settings: ClassifySettings, progress: Progress) -> dic
     doubted -= confirmed(left_out, edits["holds"], unit)
     left_out = [hold for hold in left_out if hold.id in doubted]
     holds = [hold for hold in described if hold.id not in doubted]
-    holds = with_types(holds, shapes, unit)
+    holds = with_tints(with_types(holds, shapes, unit), light, unit)
     holds, lost = apply_hold_edits(holds, edits["holds"], unit)
     for line in lost:
         progress.note(f"{scan.hold_edits.name}: {line}")

@@ -13,7 +13,8 @@ from walltopo.core import Mesh, Progress, Silent
 from walltopo.routes.edits import RouteBook, apply_route_edits
 from walltopo.routes.geodesic import pair_lengths
 from walltopo.routes.grouping import Grouping, group_by_paint, group_holds
-from walltopo.routes.oklab import features, linear_from_srgb8
+from walltopo.routes.likeness import FLATTEN, balanced_paint
+from walltopo.routes.oklab import linear_from_srgb8
 from walltopo.routes.order import describe_route, memberships
 from walltopo.routes.params import RoutesSettings
 from walltopo.routes.proxy import build_proxy
@@ -34,36 +35,27 @@ def _group(mesh: Mesh, holds: Sequence[Hold], settings: RoutesSettings, unit: fl
     proxy = build_proxy(mesh.vertices, mesh.faces, points, settings.proxy_faces)
     threads = settings.threads or os.cpu_count() or 1
 
-    def lengths(pairs: Ints) -> Floats:
-        gap = settings.bridge_gap * unit
-        return pair_lengths(proxy, pairs, settings.flatten_ratio, gap, threads)
-
-    near, far = settings.min_hold_dist * unit, settings.max_hold_dist * unit
-    ratio, seed = settings.flatten_ratio, settings.seed
+    gap = settings.bridge_gap * unit
     if settings.link == "paint":
         rgb = np.array([hold.colour_rgb for hold in holds], dtype=np.uint8)
-        paint = features(linear_from_srgb8(rgb), settings.paint_lightness)
+        tint = np.array([hold.wall_tint for hold in holds])
         return group_by_paint(
             points,
-            paint,
-            lengths,
-            spread=settings.paint_spread,
-            near=near,
-            far=far,
-            ratio=ratio,
+            balanced_paint(linear_from_srgb8(rgb), tint),
+            lambda pairs: pair_lengths(proxy, pairs, FLATTEN, gap, threads),
+            unit=unit,
             resolution=settings.paint_resolution,
-            seed=seed,
+            seed=settings.seed,
         )
-    names = [hold.colour for hold in holds]
     return group_holds(
         points,
-        names,
-        lengths,
-        near=near,
-        far=far,
-        ratio=ratio,
+        [hold.colour for hold in holds],
+        lambda pairs: pair_lengths(proxy, pairs, settings.flatten_ratio, gap, threads),
+        near=settings.min_hold_dist * unit,
+        far=settings.max_hold_dist * unit,
+        ratio=settings.flatten_ratio,
         resolution=settings.resolution,
-        seed=seed,
+        seed=settings.seed,
     )
 
 

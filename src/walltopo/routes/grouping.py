@@ -16,15 +16,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from walltopo.routes.likeness import FLATTEN, REACH, cues_of, likeness
+
 __all__ = ["Grouping", "candidate_pairs", "group_by_paint", "group_holds", "louvain", "similarity"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 RESTARTS = 8  # Louvain runs with different node orders; the best modularity wins
-FAINT = 0.02  # likeness of paint below which two holds are not linked
 
 Lengths = Callable[[Ints], Floats]
+Kinship = Callable[[Ints], Floats]
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,39 +135,38 @@ def _in_order(groups: Ints) -> Ints:
     return rank[inverse]
 
 
+def _links(count: int, pairs: Ints, weights: Floats) -> Floats:
+    links = np.zeros((count, count))
+    links[pairs[:, 0], pairs[:, 1]] = links[pairs[:, 1], pairs[:, 0]] = weights
+    return links
+
+
 def group_by_paint(
     points: Floats,
     paint: Floats,
     lengths: Lengths,
     *,
-    spread: float,
-    near: float,
-    far: float,
-    ratio: float,
+    unit: float,
     resolution: float,
     seed: int = 0,
 ) -> Grouping:
     """Group holds into routes without naming their colours first.
 
-    One graph of all holds; the similarity by path length is multiplied by
-    exp(-(d / spread)²), d = distance of the two holds' paint. For scans whose light is too
-    uneven to name colours: neighbours on a route hang in the same light.
+    One graph of all holds, linked by `likeness.likeness`. For scans whose light is too uneven
+    to name colours.
 
     Parameters
     ----------
-    points : (n, 3) positions; paint : (n, 3) colour features (`oklab.features`).
-    lengths, near, far, ratio, seed : as in `group_holds`.
-    resolution : of Louvain, for all colours together: about that of one colour times the
-        number of colours that hang in reach of each other.
+    points : (n, 3) positions; paint : (n, 3) of `likeness.balanced_paint`.
+    lengths : as in `group_holds`, with `likeness.FLATTEN` as the ratio.
+    unit : scan units a metre.
+    resolution : of Louvain, for all colours together.
     """
-    pairs = candidate_pairs(points, [""] * len(points), ratio, far)
-    apart = np.linalg.norm(paint[pairs[:, 0]] - paint[pairs[:, 1]], axis=1)
-    alike = np.exp(-((apart / spread) ** 2))
-    pairs, alike = pairs[alike > FAINT], alike[alike > FAINT]
-    links = np.zeros((len(points), len(points)))
+    pairs = candidate_pairs(points, [""] * len(points), FLATTEN, REACH * unit)
+    weights = np.zeros(0)
     if len(pairs):
-        value = alike * similarity(lengths(pairs), near, far)
-        links[pairs[:, 0], pairs[:, 1]] = links[pairs[:, 1], pairs[:, 0]] = value
+        weights = likeness(cues_of(points / unit, paint, pairs, lengths(pairs) / unit))
+    links = _links(len(points), pairs, weights)
     return Grouping(louvain(links, resolution, seed), links)
 
 
@@ -178,6 +179,7 @@ def group_holds(
     far: float,
     ratio: float,
     resolution: float,
+    kinship: Kinship | None = None,
     seed: int = 0,
 ) -> Grouping:
     """Group holds into routes, each colour by itself.
@@ -189,14 +191,14 @@ def group_holds(
     lengths : called once with (P, 2) pairs of hold numbers, returns (P,) flattened path
         lengths (inf where there is no path).
     near, far, ratio, resolution : see `params.RoutesSettings`.
+    kinship : (P, 2) pairs to (P,) factors in (0, 1] on their similarity (`kinship`).
     """
-    n = len(points)
-    links = np.zeros((n, n))
     pairs = candidate_pairs(points, labels, ratio, far)
-    if len(pairs):
-        value = similarity(lengths(pairs), near, far)
-        links[pairs[:, 0], pairs[:, 1]] = links[pairs[:, 1], pairs[:, 0]] = value
-    group = np.full(n, -1, dtype=np.int64)
+    weights = similarity(lengths(pairs), near, far) if len(pairs) else np.zeros(0)
+    if kinship is not None:
+        weights = weights * kinship(pairs)
+    links = _links(len(points), pairs, weights)
+    group = np.full(len(points), -1, dtype=np.int64)
     count = 0
     # Colours in the order of their first hold: names do not matter.
     for label in dict.fromkeys(labels):

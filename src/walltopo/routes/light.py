@@ -36,12 +36,14 @@ class SceneLight:
     brightness : (n,) float64, log luminance of the wall around each patch over the scan's
         median, smoothed: how much light falls there.
     wall : median luminance of the wall, linear, under the scan's mean light; 0 if unknown.
+    colour : (n, 3) float64, log linear RGB of each patch under the scan's mean light.
     """
 
     gain: Floats
     points: Floats
     brightness: Floats
     wall: float = 0.0
+    colour: Floats | None = None
 
     def at(self, positions: Floats) -> Floats:
         """(n,) log brightness of the light at (n, 3) positions; 0 where nothing is known."""
@@ -51,6 +53,19 @@ class SceneLight:
 
         _, nearest = cKDTree(self.points).query(positions)
         return self.brightness[nearest]
+
+    def tint_at(self, positions: Floats, radius: float) -> Floats:
+        """(n, 3) relative colour of the wall around (n, 3) positions; 1 where nothing is known.
+
+        The mean over the patches, by a Gaussian of `radius`; its own mean over RGB (of logs)
+        is 1. Where the wall is of one paint, differences between places are the light's.
+        """
+        if self.colour is None or len(self.points) == 0:
+            return np.ones((len(positions), 3))
+        away = ((positions[:, None] - self.points[None]) ** 2).sum(axis=2) / (2 * radius**2)
+        weight = np.exp(-(away - away.min(axis=1, keepdims=True)))
+        logs = weight @ self.colour / weight.sum(axis=1, keepdims=True)
+        return np.asarray(np.exp(logs - logs.mean(axis=1, keepdims=True)))
 
 
 def _solve(
@@ -103,7 +118,7 @@ def solve_light(
     luminance = np.log(np.exp(own) @ np.array([0.2126, 0.7152, 0.0722]))
     brightness = _smooth(patch_centres[rows], luminance, patch_size)
     wall = float(np.exp(np.median(luminance)))
-    return SceneLight(gain, patch_centres[rows], brightness, wall)
+    return SceneLight(gain, patch_centres[rows], brightness, wall, own)
 
 
 def _smooth(points: Floats, luminance: Floats, patch_size: float) -> Floats:

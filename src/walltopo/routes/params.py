@@ -83,14 +83,8 @@ class RoutesSettings:
         "whose light is too uneven to name colours (see docs/routes.md)",
         choices=("colour", "paint"),
     )
-    paint_spread: float = setting(
-        0.1, "With link = paint: how far the paint of linked holds may differ", low=0.01, high=1
-    )
-    paint_lightness: float = setting(
-        0.4, "With link = paint: weight of lightness against hue and chroma", low=0, high=2
-    )
     paint_resolution: float = setting(
-        3.0, "With link = paint: resolution of Louvain over all colours", low=0, high=100
+        2.5, "With link = paint: resolution of Louvain over all colours", low=0, high=100
     )
     min_holds: int = setting(2, "Groups with fewer holds are left without a route", low=1, high=50)
     proxy_faces: int = setting(

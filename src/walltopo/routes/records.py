@@ -49,6 +49,8 @@ class Hold:
     photos : names of the photos that show it, best first.
     role : one of `HAND_ROLES`.
     review : someone should have a look.
+    maker : who made it, as a classifier tells; "" where none does.
+    wall_tint : relative colour of the wall around it, RGB, mean 1 (`light.SceneLight.tint_at`).
     """
 
     id: int
@@ -66,6 +68,8 @@ class Hold:
     photos: tuple[str, ...] = ()
     role: str = "hold"
     review: bool = False
+    maker: str = ""
+    wall_tint: tuple[float, float, float] = (1.0, 1.0, 1.0)
 
     def __post_init__(self) -> None:
         if self.role not in HAND_ROLES:
@@ -93,6 +97,8 @@ class Hold:
             "photos": list(self.photos),
             "role": self.role,
             "review": self.review,
+            "maker": self.maker,
+            "wall_tint": _rounded(self.wall_tint, 4),
         }
 
     @classmethod
@@ -115,6 +121,8 @@ class Hold:
             photos=tuple(str(name) for name in entry["photos"]),
             role=str(entry["role"]),
             review=bool(entry["review"]),
+            maker=str(entry.get("maker", "")),
+            wall_tint=_triple(entry.get("wall_tint", (1.0, 1.0, 1.0))),
         )
 
 
