@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 from walltopo.core import Camera, Mesh, Silent, StageError, View
 from walltopo.raycast import render_ids
 from walltopo.reconstruct.dense.check import check_mesh
-from walltopo.reconstruct.dense.neighbours import choose_neighbours
+from walltopo.reconstruct.dense.consistency import confirmed
+from walltopo.reconstruct.dense.depth import DepthMap
+from walltopo.reconstruct.dense.neighbours import _cover, choose_neighbours
 from walltopo.reconstruct.dense.params import DenseSettings
 from walltopo.reconstruct.dense.preview import preview_mesh
 from walltopo.reconstruct.dense.rectify import opencv_matrix, rectify
@@ -249,8 +251,34 @@ def test_undistorted_photos_follow_the_pinhole() -> None:
 def test_depths_need_agreement() -> None:
     one = np.full((2, 2), 2.0, dtype=np.float32)
     other = np.array([[2.01, 5.0], [np.nan, 2.0]], dtype=np.float32)
-    depth, weight = agreeing_depth([one, other], [0.3, 0.3], 300.0, 2)
+    depth, weight, support = agreeing_depth([one, other], [0.3, 0.3], 300.0, 2)
     assert depth[0, 0] == pytest.approx(2.005, abs=1e-3)
     assert depth[0, 1] == 0.0
     assert depth[1, 0] == pytest.approx(2.0)
     assert (weight > 0).tolist() == (depth > 0).tolist()
+    assert support.tolist() == [[2, 0], [1, 2]]
+
+
+def test_a_partner_is_chosen_for_what_the_others_leave() -> None:
+    # The third row sees only two points, but no other row sees them; the second repeats the first.
+    worth = np.array([[1, 1, 1, 1, 0, 0], [0.9, 0.9, 0.9, 0.9, 0, 0], [0, 0, 0, 0, 1, 1]], float)
+    assert _cover(worth, np.eye(3), 2) == [0, 2]
+    assert _cover(worth, np.eye(3), 5) == [0, 2, 1]
+    assert _cover(np.zeros((3, 6)), np.eye(3), 2) == []
+
+
+def test_depths_of_one_pair_need_another_photo_and_those_of_two_need_no_contradiction() -> None:
+    here = look_at(np.array([0.0, 0.0, -2.0]), np.zeros(3), CAMERA.pinhole())
+    shape = (here.camera.height, here.camera.width)
+    flat = np.full(shape, 2.0, dtype=np.float32)
+    weight = np.full(shape, 1.0, dtype=np.float32)
+    pairs = np.ones(shape, dtype=np.uint8)
+    pairs[:, 100:200] = 2
+    other = flat.copy()
+    other[:80], other[80:160] = 0.0, 3.0  # silent above, seeing through in the middle
+    maps = [DepthMap(flat, weight, pairs, here), DepthMap(other, weight, pairs, here)]
+    kept = confirmed(0, maps, [1], 0.01, 2).depth > 0
+    assert kept[:80].all(axis=0).tolist() == (pairs[0] == 2).tolist()
+    assert not kept[80:160].any()
+    assert kept[160:].all()
+    assert (confirmed(0, maps, [1], 0.01, 0).depth > 0)[:80].all()

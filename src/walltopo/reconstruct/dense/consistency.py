@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
 from walltopo.core import View
+from walltopo.reconstruct.dense.depth import DepthMap
 
 __all__ = ["confirmed"]
 
@@ -68,46 +70,38 @@ def _intrinsics(view: View) -> Floats:
 
 
 def confirmed(
-    index: int,
-    maps: Sequence[tuple[Depth, Depth, View]],
-    partners: Sequence[int],
-    sigma: float,
-    least: int,
-) -> Depth:
-    """A depth map without the pixels that the other maps do not confirm.
+    index: int, maps: Sequence[DepthMap], partners: Sequence[int], sigma: float, unless_pairs: int
+) -> DepthMap:
+    """A depth map without the pixels that the other maps speak against, or do not confirm.
 
     A pixel has one vote for each other map that holds the same surface there, less one for each
-    that sees through it.
+    that sees through it. It needs one vote, or none where enough of its own stereo pairs agree.
 
     Parameters
     ----------
     index : which of `maps`.
-    maps : (depth, weight, pinhole view) of each photo; depth 0 = unknown.
+    maps : of each photo.
     partners : the maps to ask.
     sigma : standard deviation of a depth of weight 1, world units.
-    least : votes a pixel needs.
-
-    Returns
-    -------
-    (H, W) float32 depth, 0 where not confirmed.
+    unless_pairs : from so many stereo pairs on, a depth need only not be outvoted; 0: none need.
     """
-    depth, weight, view = maps[index]
+    own = maps[index]
     here = np.eye(4)
-    here[:3] = view.cam_from_world
+    here[:3] = own.view.cam_from_world
     back = np.linalg.inv(here)
-    votes = np.zeros(depth.shape, dtype=np.int8)
+    votes = np.zeros(own.depth.shape, dtype=np.int8)
     for j in partners:
-        other, other_weight, there = maps[j]
-        move = np.ascontiguousarray(there.cam_from_world @ back)
+        other = maps[j]
         _vote(
-            depth,
-            weight,
-            other,
-            other_weight,
-            _intrinsics(view),
-            _intrinsics(there),
-            move,
+            own.depth,
+            own.weight,
+            other.depth,
+            other.weight,
+            _intrinsics(own.view),
+            _intrinsics(other.view),
+            np.ascontiguousarray(other.view.cam_from_world @ back),
             sigma,
             votes,
         )
-    return np.where(votes >= least, depth, 0.0).astype(np.float32)
+    keep = votes >= np.where(own.pairs >= unless_pairs, 0, 1)
+    return replace(own, depth=np.where(keep, own.depth, 0.0).astype(np.float32))

@@ -1,4 +1,9 @@
-"""Which photos make good stereo pairs."""
+"""Which photos make good stereo pairs.
+
+Each photo's partners are chosen such that together they see what it sees: a partner counts for
+the points under a good angle that the ones before it left, so that the corner of a photo where
+only one other photo looks gets that one.
+"""
 
 from __future__ import annotations
 
@@ -17,33 +22,40 @@ _MIN_SHARED = 12
 _MIN_ASIDE = np.deg2rad(18.0)
 # Width (natural logarithm) of the preference for the best angle.
 _ANGLE_SPREAD = 0.55
+# What a point still counts for once a partner at the best angle sees it.
+_LEFT_OVER = 0.3
+# A partner that adds less than this share of what the first gave is not worth its time.
+_LEAST_GAIN = 0.02
+# How much of a partner's worth a direction loses that another partner already looks from.
+_SAME_DIRECTION = 0.5
 
 
 def _unit(vectors: Floats) -> Floats:
-    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return vectors / np.where(lengths > 0, lengths, 1.0)
 
 
-def _pair_score(scene: Scene, i: int, j: int, shared: NDArray[np.int64], best: float) -> float:
-    """Shared points, each weighted by how close its triangulation angle is to the best."""
+def _point_worth(scene: Scene, i: int, j: int, shared: NDArray[np.int64], best: float) -> Floats:
+    """(n,) worth of the pair at each shared point: 1 at the best triangulation angle."""
     a, b = scene.views[i], scene.views[j]
     baseline = b.centre - a.centre
     length = float(np.linalg.norm(baseline))
     if length == 0 or float(a.direction @ b.direction) < 0.5:
-        return 0.0
+        return np.zeros(len(shared))
     rays_a = _unit(scene.points[shared] - a.centre)
     rays_b = _unit(scene.points[shared] - b.centre)
     forward = np.maximum(np.abs(rays_a @ baseline), np.abs(rays_b @ baseline)) / length
-    aside = forward < np.cos(_MIN_ASIDE)
     angle = np.arccos(np.clip((rays_a * rays_b).sum(axis=1), -1.0, 1.0))
     offset = np.log(np.maximum(angle, 1e-4) / best) / _ANGLE_SPREAD
-    return float(np.exp(-0.5 * offset[aside] ** 2).sum())
+    return np.where(forward < np.cos(_MIN_ASIDE), np.exp(-0.5 * offset**2), 0.0)
 
 
 def choose_neighbours(scene: Scene, count: int, best_angle_deg: float) -> list[list[int]]:
     """Stereo partners of each view, best first.
 
-    A partner should see much of the same surface under about the best angle; after the first,
-    partners on another side of the photo are preferred, because they see behind other edges.
+    A partner should see much of the same surface under about the best angle, first of all what
+    the partners before it do not see, and from another side of the photo than they, because it
+    then sees behind other edges.
 
     Parameters
     ----------
@@ -60,25 +72,39 @@ def choose_neighbours(scene: Scene, count: int, best_angle_deg: float) -> list[l
     visible = np.zeros((n, len(scene.points)), dtype=np.bool_)
     for k, seen in enumerate(scene.seen):
         visible[k, seen] = True
-    scores = np.zeros((n, n))
-    for i in range(n):
-        for j in range(i + 1, n):
-            shared = np.flatnonzero(visible[i] & visible[j])
-            if len(shared) >= _MIN_SHARED:
-                scores[i, j] = scores[j, i] = _pair_score(scene, i, j, shared, best)
     centres = np.array([view.centre for view in scene.views])
-    return [_spread_choice(scores[i], centres - centres[i], count) for i in range(n)]
+    partners: list[list[int]] = []
+    for i, own in enumerate(scene.seen):
+        worth = np.zeros((n, len(own)))
+        for j in range(n):
+            shared = np.flatnonzero(visible[j, own])
+            if j != i and len(shared) >= _MIN_SHARED:
+                worth[j, shared] = _point_worth(scene, i, j, own[shared], best)
+        partners.append(_cover(worth, _unit(centres - centres[i]), count))
+    return partners
 
 
-def _spread_choice(scores: Floats, offsets: Floats, count: int) -> list[int]:
-    """Greedy choice by score, less for a direction that is already taken."""
-    lengths = np.linalg.norm(offsets, axis=1, keepdims=True)
-    directions = offsets / np.where(lengths > 0, lengths, 1.0)
-    remaining = np.where(scores > 0.05 * scores.max(initial=0.0), scores, 0.0)
+def _cover(worth: Floats, directions: Floats, count: int) -> list[int]:
+    """Greedy choice of the rows that add most, given what those before them cover.
+
+    Parameters
+    ----------
+    worth : (views, points) in [0, 1].
+    directions : (views, 3) unit, from the photo to each view's centre.
+    count : rows wanted; fewer where more would add next to nothing.
+    """
+    left = np.ones(worth.shape[1])
+    spread = np.ones(len(worth))
     chosen: list[int] = []
-    while len(chosen) < count and remaining.max(initial=0.0) > 0:
-        pick = int(remaining.argmax())
+    first = 0.0
+    while len(chosen) < count:
+        gain = (worth @ left) * spread
+        gain[chosen] = 0.0
+        pick = int(gain.argmax())
+        first = max(first, float(gain[pick]))
+        if gain[pick] <= _LEAST_GAIN * first:
+            break
         chosen.append(pick)
-        remaining[pick] = 0.0
-        remaining *= 1.0 - 0.5 * np.clip(directions @ directions[pick], 0.0, 1.0)
+        left *= _LEFT_OVER ** worth[pick]
+        spread *= 1.0 - _SAME_DIRECTION * np.clip(directions @ directions[pick], 0.0, 1.0)
     return chosen

@@ -36,7 +36,8 @@ class DenseSettings:
     agree: int = setting(2, "stereo pairs that must agree on a depth (fewer if fewer exist)", low=1)
     confirm: str = setting(
         "auto",
-        "whether another photo's depth must confirm each depth; auto: in scans of over 12 photos",
+        "whether another photo's depth must confirm each depth; auto: in scans of over 12 photos, "
+        "and there the depths of a single stereo pair",
         choices=("auto", "always", "never"),
     )
     min_part: float = setting(

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from walltopo.core import Mesh, Progress, StageError, View
 from walltopo.reconstruct.dense.consistency import confirmed
 from walltopo.reconstruct.dense.cubes import extract
+from walltopo.reconstruct.dense.depth import DepthMap
 from walltopo.reconstruct.dense.even import finish
 from walltopo.reconstruct.dense.neighbours import choose_neighbours
 from walltopo.reconstruct.dense.params import DenseSettings
@@ -20,7 +21,6 @@ from walltopo.reconstruct.dense.tsdf import allocate, fuse
 __all__ = ["depth_maps", "sgm_mesh"]
 
 Image = NDArray[np.uint8]
-Depth = NDArray[np.float32]
 
 # Marching cubes' edges, once the short ones are gone, are about as long as a voxel.
 _VOXELS_PER_EDGE = 1.0
@@ -29,6 +29,10 @@ _TRUNCATION_VOXELS = 4.0
 # and every photo gets this many partners.
 _FEW_PHOTOS = 12
 _FEW_PARTNERS = 6
+# Among more, a depth that this many stereo pairs agree on stays unless other photos contradict
+# it; all others need another photo's depth. So many pairs no photo has.
+_ENOUGH_PAIRS = 2
+_NEVER_ENOUGH = 255
 # Summed inverse variances, in 1 / edge squared, that a spot needs to become surface.
 _LEAST_WEIGHT = 0.5
 # Depths whose standard deviation exceeds this many edges are too rough to use.
@@ -60,7 +64,7 @@ def depth_maps(
     settings: DenseSettings,
     edge: float,
     progress: Progress,
-) -> Iterator[tuple[Depth, Depth, View]]:
+) -> Iterator[DepthMap]:
     """Depth maps of the photos that have stereo partners.
 
     Parameters
@@ -71,12 +75,6 @@ def depth_maps(
     settings : see `DenseSettings`.
     edge : edge length wanted, world units; depths much rougher than it are dropped.
     progress : told per photo.
-
-    Yields
-    ------
-    depth : (H, W) float32 z-depth, 0 = unknown.
-    weight : (H, W) float32, inverse variance times edge squared.
-    view : the pinhole view of both.
     """
     if not any(partners):
         raise StageError(
@@ -87,7 +85,7 @@ def depth_maps(
     progress.step("matching stereo pairs", sum(len(p) for p in partners))
     for k, view in enumerate(views):
         points = scene.points[scene.seen[k]]
-        maps: list[Depth] = []
+        maps: list[NDArray[np.float32]] = []
         for j in partners[k]:
             maps.append(match_pair(images[k], view, images[j], views[j], points))
             progress.advance()
@@ -95,24 +93,24 @@ def depth_maps(
             progress.detail(f"{view.name}: no stereo partner")
             continue
         baselines = [float(np.linalg.norm(views[j].centre - view.centre)) for j in partners[k]]
-        depth, weight = agreeing_depth(maps, baselines, view.camera.fx, settings.agree)
+        depth, weight, pairs = agreeing_depth(maps, baselines, view.camera.fx, settings.agree)
         weight *= np.float32(edge**2)
         rough = weight < 1.0 / _MAX_SIGMA_EDGES**2
         depth[rough], weight[rough] = 0.0, 0.0
         progress.detail(f"{view.name}: {len(maps)} pairs, {(depth > 0).mean():.0%} with depth")
-        yield depth, weight, view
+        yield DepthMap(depth, weight, pairs, view)
 
 
 def _consistent(
-    maps: list[tuple[Depth, Depth, View]],
+    maps: list[DepthMap],
     scene: Scene,
     partners: list[list[int]],
     edge: float,
-    least: int,
+    unless_pairs: int,
     progress: Progress,
-) -> list[tuple[Depth, Depth, View]]:
-    """The depth maps without what the maps of their partners do not confirm."""
-    number = {view.name: k for k, (_, _, view) in enumerate(maps)}
+) -> list[DepthMap]:
+    """The depth maps without what the maps of their partners speak against (see `confirmed`)."""
+    number = {item.view.name: k for k, item in enumerate(maps)}
     names = [view.name for view in scene.views]
     asks: dict[str, set[str]] = {name: set() for name in names}
     for name, others in zip(names, partners, strict=True):
@@ -120,12 +118,20 @@ def _consistent(
             asks[name].add(names[other])
             asks[names[other]].add(name)
     progress.step("checking depth maps against each other", len(maps))
-    result: list[tuple[Depth, Depth, View]] = []
-    for k, (_, weight, view) in enumerate(maps):
-        others = sorted(number[n] for n in asks[view.name] if n in number)
-        result.append((confirmed(k, maps, others, edge, least), weight, view))
+    result: list[DepthMap] = []
+    for k, item in enumerate(maps):
+        others = sorted(number[n] for n in asks[item.view.name] if n in number)
+        result.append(confirmed(k, maps, others, edge, unless_pairs))
         progress.advance()
     return result
+
+
+def _unless_pairs(settings: DenseSettings, few: bool) -> int:
+    """Stereo pairs from which on a depth needs no other photo's (see `confirmed`)."""
+    if settings.confirm == "always":
+        return _NEVER_ENOUGH
+    # Among few photos a depth that nothing contradicts is better than a hole.
+    return 0 if few else _ENOUGH_PAIRS
 
 
 def sgm_mesh(
@@ -148,19 +154,17 @@ def sgm_mesh(
     count = max(settings.neighbours, _FEW_PARTNERS if few else 0)
     partners = choose_neighbours(scene, count, settings.best_angle_deg)
     maps = list(depth_maps(scene, load, partners, settings, edge, progress))
-    # Among few photos a depth that nothing contradicts is better than a hole.
-    strict = settings.confirm == "always" or (settings.confirm == "auto" and not few)
     if settings.confirm != "never":
-        maps = _consistent(maps, scene, partners, edge, int(strict), progress)
+        maps = _consistent(maps, scene, partners, edge, _unless_pairs(settings, few), progress)
     low, high = surroundings(scene)
     voxel = edge / _VOXELS_PER_EDGE
     progress.step("fusing depth maps", len(maps))
     volume = allocate(
-        ((depth, view) for depth, _, view in maps), low, high, voxel, _TRUNCATION_VOXELS * voxel
+        ((item.depth, item.view) for item in maps), low, high, voxel, _TRUNCATION_VOXELS * voxel
     )
     progress.detail(f"{len(volume.blocks)} blocks of voxels of {voxel:.4g}")
-    for depth, weight, view in maps:
-        fuse(volume, depth, weight, view)
+    for item in maps:
+        fuse(volume, item.depth, item.weight, item.view)
         progress.advance()
     progress.step("meshing")
     mesh = extract(volume, _LEAST_WEIGHT)

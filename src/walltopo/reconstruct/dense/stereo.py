@@ -167,7 +167,7 @@ def _to_photo(disparity: Depth, pair: Rectified, view: View) -> Depth:
 
 def agreeing_depth(
     maps: Sequence[Depth], baselines: Sequence[float], focal: float, agree: int
-) -> tuple[Depth, Depth]:
+) -> tuple[Depth, Depth, NDArray[np.uint8]]:
     """Merge several depth maps of one photo into the depth that most of them support.
 
     Parameters
@@ -181,12 +181,14 @@ def agreeing_depth(
     -------
     depth : (H, W) float32, 0 where too few agree.
     weight : (H, W) float32, inverse variance in 1 / world units squared, 0 where no depth.
+    support : (H, W) uint8, how many maps agree on the depth, 0 where no depth.
     """
     stack = np.stack(maps)
     precision = np.array([(focal * b / _DISPARITY_SIGMA) ** 2 for b in baselines], dtype=np.float32)
     needed = np.minimum(agree, np.isfinite(stack).sum(axis=0)).clip(1)
     best_weight = np.zeros(stack.shape[1:], dtype=np.float32)
     best_sum = np.zeros_like(best_weight)
+    support = np.zeros(best_weight.shape, dtype=np.uint8)
     for candidate in range(len(maps)):
         centre = stack[candidate]
         weight = np.zeros_like(best_weight)
@@ -203,7 +205,8 @@ def agreeing_depth(
         better = (votes >= needed) & (weight > best_weight)
         best_weight = np.where(better, weight, best_weight)
         best_sum = np.where(better, total, best_sum)
+        support = np.where(better, votes, support)
     known = best_weight > 0
     depth = np.where(known, best_sum / np.where(known, best_weight, 1.0), 0.0).astype(np.float32)
     variance_scale = np.where(known, depth, 1.0) ** 4
-    return depth, np.where(known, best_weight / variance_scale, 0.0).astype(np.float32)
+    return depth, np.where(known, best_weight / variance_scale, 0.0).astype(np.float32), support
