@@ -9,11 +9,13 @@ import shutil
 import struct
 import subprocess
 import threading
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from likeness import MEAN_BOUND, TILE_BOUND, alike, difference, small  # type: ignore[import-not-found]
 from made_scan import build_scan, panel  # type: ignore[import-not-found]
 
 from walltopo.core import Silent
@@ -28,6 +30,16 @@ FILES = [VIEWER / "tests" / f"{name}.mjs" for name in ("checks", "hands", "frame
 NAMES = [
     name for file in FILES for name in re.findall(r'^  async "(.+?)"\(', file.read_text(), re.M)
 ]
+REFERENCES = Path(__file__).parent / "references"
+# Where the screenshots of the last run lie for looking at.
+SHOTS = Path(os.environ.get("WALLTOPO_SHOTS", VIEWER.parent / "build" / "viewer-shots"))
+# Ways to break every page, and checks that must notice (see SABOTAGE in viewer/tests/browser.mjs).
+SABOTAGE = {
+    "load": ["opens from disk", "works by keyboard alone", "has no serious accessibility findings"],
+    "draw": ["opens from disk", "a lit route stays", "survives a lost context"],
+    "tap": ["a tap on a hold", "a link leads", "the camera stays", "no frame is asked"],
+    "write": ["a lit route stays"],
+}
 
 EMBED = """<!doctype html><html lang="en"><meta charset="utf-8"><title>Embedded</title>
 <style>wall-topo{display:block;width:800px;height:500px}</style>
@@ -143,9 +155,25 @@ def edited_files(scan: ScanFolder) -> str:
     return "" if all(expected) else f"{expected}: {holds} {routes}"
 
 
-@pytest.fixture(scope="module")
-def results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+def run_checks(listing: Path, word: str = "", sabotage: str = "") -> dict[str, str]:
     """Check name to its problem ("" where it passed)."""
+    done = subprocess.run(
+        ["node", "tests/run.mjs", str(listing), *([word] if word else [])],
+        cwd=VIEWER,
+        capture_output=True,
+        text=True,
+        timeout=900,
+        check=False,
+        env={**os.environ, "WALLTOPO_SABOTAGE": sabotage},
+    )
+    lines = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
+    assert lines, f"the browser did not start: {done.stderr[-2000:]}"
+    return {line["name"]: line["problem"] for line in lines}
+
+
+@pytest.fixture(scope="module")
+def places(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, ScanFolder]]:
+    """The list of pages to check, served as long as it takes; and the scan that is edited."""
     room = tmp_path_factory.mktemp("viewer")
     scan = exported(room / "scan")
     (scan.root / "embed.html").write_text(EMBED)
@@ -162,41 +190,37 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
             room / "many", ExportSettings(), holds=2000, cells=300, textured=False, cameras=False
         ).page,
     }
-    shots = Path(os.environ.get("WALLTOPO_SHOTS", room / "shots"))
-    shots.mkdir(parents=True, exist_ok=True)
-    server = make_server(scan.root, 0, edit=False)
-    threading.Thread(target=server.serve_forever, daemon=True).start()
+    SHOTS.mkdir(parents=True, exist_ok=True)
     editing = exported(room / "editing")
-    editor = make_server(editing.root, 0, edit=True)
-    threading.Thread(target=editor.serve_forever, daemon=True).start()
-    places = {
-        "edit": f"http://localhost:{editor.server_address[1]}/",
+    servers = [make_server(scan.root, 0, edit=False), make_server(editing.root, 0, edit=True)]
+    for one in servers:
+        threading.Thread(target=one.serve_forever, daemon=True).start()
+    web, edit = (f"http://localhost:{one.server_address[1]}/" for one in servers)
+    listing = room / "places.json"
+    found = {
+        "edit": edit,
         "disk": scan.page.as_uri(),
-        "web": f"http://localhost:{server.server_address[1]}/",
+        "web": web,
         "report": scan.report.as_uri(),
         "embed": (scan.root / "embed.html").as_uri(),
         "broken": [page.as_uri() for page in pages],
         "large": model_alone(room / "large", large_model()).as_uri(),
         "endless": model_alone(room / "endless", endless_model()).as_uri(),
         "odd": {kind: page.as_uri() for kind, page in odd.items()},
-        "shots": str(shots),
+        "shots": str(SHOTS),
     }
-    listing = room / "places.json"
-    listing.write_text(json.dumps(places))
-    done = subprocess.run(
-        ["node", "tests/run.mjs", str(listing)],
-        cwd=VIEWER,
-        capture_output=True,
-        text=True,
-        timeout=600,
-        check=False,
-    )
-    for one in (server, editor):
+    listing.write_text(json.dumps(found))
+    yield listing, editing
+    for one in servers:
         one.shutdown()
         one.server_close()
-    lines = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
-    assert lines, f"the browser did not start: {done.stderr[-2000:]}"
-    found = {line["name"]: line["problem"] for line in lines}
+
+
+@pytest.fixture(scope="module")
+def results(places: tuple[Path, ScanFolder]) -> dict[str, str]:
+    """Check name to its problem ("" where it passed)."""
+    listing, editing = places
+    found = run_checks(listing)
     found["the files"] = edited_files(editing)
     return found
 
@@ -209,6 +233,32 @@ def test_in_browser(results: dict[str, str], name: str) -> None:
 
 def test_edits_are_in_the_files(results: dict[str, str]) -> None:
     assert not results["the files"], results["the files"]
+
+
+@pytest.mark.parametrize("name", sorted(path.stem for path in REFERENCES.glob("*.jpg")))
+def test_looks_as_it_did(results: dict[str, str], name: str) -> None:
+    """Each screenshot against its reference; WALLTOPO_WRITE_REFERENCES=1 replaces those."""
+    shot, reference = SHOTS / f"{name}.png", REFERENCES / f"{name}.jpg"
+    if os.environ.get("WALLTOPO_WRITE_REFERENCES"):
+        small(shot).save(reference, quality=82)
+    found = difference(small(shot), small(reference))
+    bounds = (MEAN_BOUND, TILE_BOUND)
+    assert alike(small(shot), small(reference)), f"{shot}: {found} over {bounds} from {reference}"
+
+
+@pytest.mark.parametrize("way", SABOTAGE)
+def test_checks_fail_on_broken_pages(
+    places: tuple[Path, ScanFolder], way: str, tmp_path: Path
+) -> None:
+    listing = tmp_path / "places.json"
+    listing.write_text(json.dumps(json.loads(places[0].read_text()) | {"shots": str(tmp_path)}))
+    passed = [
+        name
+        for word in SABOTAGE[way]
+        for name, problem in run_checks(listing, word, way).items()
+        if not problem
+    ]
+    assert not passed, f"pass on pages where {way} is broken: {passed}"
 
 
 @pytest.mark.parametrize("tier", ["wall.glb", "page/first.glb", "page/detail.glb"])

@@ -421,7 +421,7 @@ export class WallTopo extends HTMLElement {
     else insets.right += this.bar.offsetWidth + 8;
     insets.top += this.editor?.height ?? 0;
     if (!this.card.hidden && !this.shell.classList.contains("short")) {
-      insets.bottom += this.card.offsetHeight;
+      insets.bottom += this.view.getBoundingClientRect().bottom - this.card.getBoundingClientRect().top;
     }
     return insets;
   }

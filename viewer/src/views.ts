@@ -6,7 +6,7 @@ import type { Route, Tables, Vec3 } from "./types";
 
 const EYES = 1.65; // metres over the mat
 const NEAR = 2.2; // metres that a climber stands from the start, at least
-const FAR = 5.5; // and at most
+const FAR = 7; // and at most
 const ASIDE = 70; // degrees from the wall's front that a route is looked at from, at most
 
 /** A place as a climber sees it: how far it leans out from the start, how far above the eyes. */
@@ -82,8 +82,8 @@ export class Views {
     const at = (box.isEmpty() ? front.box : box).getCenter(new Vector3());
     const eye = front.floor + EYES * unit;
     const seen = (route?.holds ?? []).flatMap((id) => tables.holds.get(id)?.position ?? []);
-    if (seen.length === 0) seen.push(at.x, at.y, front.box.max.z);
-    const sights: Sight[] = [{ out: 0, up: front.floor - eye }];
+    if (seen.length === 0) seen.push(at.x, at.y, front.box.max.z, at.x, at.y, front.floor);
+    const sights: Sight[] = [];
     for (let k = 0; k < seen.length; k += 3) {
       const place = new Vector3(...seen.slice(k, k + 3));
       sights.push({ out: place.sub(at).dot(front.direction), up: place.z + at.z + 0.2 * unit - eye });

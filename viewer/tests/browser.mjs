@@ -21,6 +21,30 @@ export function start() {
 }
 
 /**
+ * Ways to break every page that is opened, for proving that the checks notice. Each runs in the
+ * page before its scripts.
+ */
+const SABOTAGE = {
+  load: () => {
+    window.fetch = () => Promise.reject(new Error("sabotage"));
+    Object.defineProperty(window, "wallTopoTiers", { get: () => ({}), set() {} });
+  },
+  draw: () => {
+    for (const name of ["drawElements", "drawArrays"]) WebGL2RenderingContext.prototype[name] = () => {};
+  },
+  tap: () => {
+    const deaf = (event) => event.stopImmediatePropagation();
+    for (const type of ["pointerdown", "mousedown", "wheel"]) window.addEventListener(type, deaf, true);
+  },
+  write: () => {
+    const send = WebGL2RenderingContext.prototype.texSubImage2D;
+    WebGL2RenderingContext.prototype.texSubImage2D = function (...rest) {
+      if (!rest.some(ArrayBuffer.isView)) send.apply(this, rest);
+    };
+  },
+};
+
+/**
  * A page of its own with the viewer loaded; `log` fills with errors and foreign requests. Throws
  * where the page ends up with an error although none is expected (`fails`), so that no check can
  * pass on a page that does not work. `before` runs in the page before its own scripts.
@@ -37,6 +61,8 @@ export async function open(browser, url, options = {}) {
     deviceScaleFactor: scale,
   });
   const page = await context.newPage();
+  const sabotage = SABOTAGE[process.env.WALLTOPO_SABOTAGE];
+  if (sabotage) await page.addInitScript(sabotage);
   if (before) await page.addInitScript(before);
   if (prepare) await prepare(page);
   const log = { errors: [], foreign: [] };

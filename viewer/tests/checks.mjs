@@ -12,6 +12,23 @@ export function fine(log) {
   assert.deepEqual(log.errors, [], "the page reported errors");
 }
 
+/** Of each hold: its route, and how far from grey it is drawn, 0 to 255. */
+async function colourfulness(page) {
+  const rows = await ask(page, async (wall) => {
+    const picture = await createImageBitmap(await wall.screenshot());
+    const canvas = Object.assign(document.createElement("canvas"), { width: picture.width, height: picture.height });
+    const pen = canvas.getContext("2d");
+    pen.drawImage(picture, 0, 0);
+    const dense = picture.width / wall.shadowRoot.querySelector("canvas").clientWidth;
+    return wall.holds.map(({ id, route }) => {
+      const { x, y } = wall.project(id);
+      const rgb = [...pen.getImageData(x * dense, y * dense, 1, 1).data].slice(0, 3);
+      return [id, { route, value: Math.max(...rgb) - Math.min(...rgb) }];
+    });
+  });
+  return new Map(rows);
+}
+
 export const checks = {
   async "opens from disk"(browser, { disk, shots }) {
     const { page, log, close } = await open(browser, disk);
@@ -46,22 +63,18 @@ export const checks = {
 
   async "a lit route stays in colour and the rest fades"(browser, { disk, shots }) {
     const { page, close } = await open(browser, disk);
-    const colourfulness = (values) => {
-      let total = 0;
-      for (let k = 0; k < values.length; k += 4) {
-        const rgb = values.slice(k, k + 3);
-        total += Math.max(...rgb) - Math.min(...rgb);
-      }
-      return total;
-    };
     await ready(page, "detail");
-    const before = colourfulness(await cells(page, 60, 40));
+    const before = await colourfulness(page);
     await ask(page, (wall) => wall.selectRoute(wall.routes[0].id));
     await settle(page);
-    const after = colourfulness(await cells(page, 60, 40));
+    const after = await colourfulness(page);
     await page.screenshot({ path: `${shots}/route.png` });
-    assert.ok(after < 0.75 * before, `colour ${before} to ${after}: nothing faded`);
-    assert.ok(after > 0.02 * before, `colour ${before} to ${after}: the route faded too`);
+    for (const [id, { route, value }] of before) {
+      assert.ok(value > 60, `hold ${id} had no colour: ${value}`);
+      const share = after.get(id).value / value;
+      if (route === 1) assert.ok(share > 0.9, `hold ${id} is on the route and faded to ${share}`);
+      else assert.ok(share < 0.3, `hold ${id} is not on the route and stayed at ${share}`);
+    }
     const flags = await ask(page, (wall) =>
       [...wall.shadowRoot.querySelectorAll(".flag")].map((flag) => flag.textContent),
     );
