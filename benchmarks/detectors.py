@@ -28,6 +28,7 @@ from walltopo.datasets.model import Annotation, Dataset, Photo
 from walltopo.datasets.read import read_dataset
 from walltopo.detect.detector import Detector, open_detector
 from walltopo.detect.found import Found, box_iou
+from walltopo.detect.onnx_detector import OnnxDetector
 from walltopo.detect.params import DetectSettings
 from walltopo.detect.stage import read_photo
 from walltopo.evaluate.detector import evaluate_detections, figures_table
@@ -88,12 +89,13 @@ def boxes_of(photo: Photo) -> NDArray[np.float64]:
     return boxes
 
 
-def by_size(truth: Dataset, found: list[Found], score: float) -> Table:
-    """Recall and precision at the operating threshold, boxes at 0.5 IoU, classes as one."""
+def by_size(truth: Dataset, found: list[Found], least: dict[int, float]) -> Table:
+    """Recall and precision at the operating thresholds, boxes at 0.5 IoU, classes as one."""
     wanted, got, right, said = (np.zeros(len(BINS), int) for _ in range(4))
     for photo, seen in zip(truth.photos, found, strict=True):
         boxes = boxes_of(photo)
-        seen = seen.pick(np.flatnonzero(seen.scores >= score))
+        limit = np.array([least[int(label)] for label in seen.labels])
+        seen = seen.pick(np.flatnonzero(seen.scores >= limit))
         taken = np.zeros(len(boxes), bool)
         overlap = box_iou(seen.boxes, boxes)
         for k in np.argsort(-seen.scores):
@@ -118,8 +120,15 @@ def by_size(truth: Dataset, found: list[Found], score: float) -> Table:
         str(said.sum()),
         f"{right.sum() / max(said.sum(), 1):.3f}",
     )
-    table.title = f"at score {score:.2f}"
+    table.title = f"at least scores {', '.join(f'{score:.2f}' for score in least.values())}"
     return table
+
+
+def thresholds(detector: Detector) -> dict[int, float]:
+    """The least scores in use, by label."""
+    if isinstance(detector, OnnxDetector):
+        return detector.scores
+    return dict.fromkeys(detector.classes, float(getattr(detector, "score", 0.3)))
 
 
 def bin_of(box: NDArray[np.float64]) -> int:
@@ -146,8 +155,7 @@ def report(
         masks = as_dataset(truth, outcome.found, detector.classes, masks=True)
         console.print("masks, and the boxes around the masks")
         console.print(figures_table(evaluate_detections(masks, truth)))
-    operating = settings.score or getattr(open_detector(settings), "score", 0.3)
-    console.print(by_size(truth, outcome.found, operating))
+    console.print(by_size(truth, outcome.found, thresholds(open_detector(settings))))
     print_time(console, outcome)
 
 
@@ -175,10 +183,14 @@ def main() -> None:
     parser.add_argument("--model", default="onnx")
     parser.add_argument("--sets", default=",".join(SETS))
     parser.add_argument("--size", type=int, default=DetectSettings.size)
+    parser.add_argument("--again", type=float, default=DetectSettings.again)
+    parser.add_argument("--threads", type=int, default=0)
     parser.add_argument("--every", type=int, default=1, help="look at every n-th photo only")
     parser.add_argument("--time", action="store_true", help="only time, on the gym-a photos")
     args = parser.parse_args()
-    settings = DetectSettings(model=args.model, size=args.size)
+    settings = DetectSettings(
+        model=args.model, size=args.size, again=args.again, threads=args.threads
+    )
     console = Console(width=120)
     if args.time:
         photos = sorted((args.data / "gym-a" / "photos").iterdir())[:12]

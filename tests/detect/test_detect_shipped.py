@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import colorsys
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -41,7 +42,8 @@ def detector() -> OnnxDetector:
 def test_metadata_say_how_to_use_it(detector: OnnxDetector) -> None:
     assert detector.classes == {1: "hold", 2: "volume"}
     assert detector.model.head == "votes"
-    assert 0.05 <= detector.score <= 0.9
+    assert set(detector.scores) == {1, 2}
+    assert all(0.05 <= least <= 0.9 for least in detector.scores.values())
     assert shipped_model().stat().st_size < 8e6
 
 
@@ -50,6 +52,29 @@ def test_blobs_on_a_wall_are_holds(detector: OnnxDetector) -> None:
     middles = [(80 + 160 * (k % 4), 90 + 150 * (k // 4)) for k in range(12)]
     hit = sum(any(m.full()[y, x] for m in found.masks if m.area < 5000) for x, y in middles)
     assert hit >= 10
+
+
+def test_least_scores_are_by_class_and_boxes_are_moved(
+    detector: OnnxDetector, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    photo = painted_wall()
+    settings = DetectSettings(size=640, threads=1, again=0.0)
+    plain = OnnxDetector(shipped_model(), settings)
+    holds = plain.detect(photo)
+    assert (holds.labels == 1).any()
+    assert all(s >= plain.scores[k] for s, k in zip(holds.scores, holds.labels, strict=True))
+    moved = {**plain.model.metadata, "offset": "[4.0, -2.0]", "scores": "[0.999, 0.05]"}
+    monkeypatch.setattr(plain, "model", replace(plain.model, metadata=moved))
+    plain.scores = plain._thresholds()
+    assert not (plain.detect(photo).labels == 1).any()
+    monkeypatch.setattr(plain, "scores", OnnxDetector(shipped_model(), settings).scores)
+    offset = detector.model.numbers("offset", [0.0, 0.0])
+    shift = np.median(holds.boxes - plain.detect(photo).boxes, axis=0)
+    np.testing.assert_allclose(shift[:2], np.subtract([4.0, -2.0], offset), atol=0.3)
+    with pytest.raises(InputError, match="expected 2 numbers"):
+        replace(plain.model, metadata={"offset": "[1.0]"}).numbers("offset", [0.0, 0.0])
+    with pytest.raises(InputError, match="not a list of numbers"):
+        replace(plain.model, metadata={"offset": "left"}).numbers("offset", [0.0, 0.0])
 
 
 def test_tiles_find_what_the_whole_photo_finds(detector: OnnxDetector) -> None:

@@ -9,7 +9,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from walltopo.train.params import AugmentSettings, TrainSettings
+from walltopo.cli.train_classifier import add_classifier_word
+from walltopo.train.params import AugmentSettings, TrainSettings, read_augment
 
 __all__ = ["register"]
 
@@ -48,18 +49,29 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     )
     parser.add_argument("-v", "--verbose", action="store_true", help="a line per minute")
     _add_settings(parser.add_argument_group("training"), TrainSettings)
-    _add_settings(parser.add_argument_group("augmentation"), AugmentSettings)
+    group = parser.add_argument_group("augmentation")
+    group.add_argument(
+        "--augment",
+        default="default",
+        metavar="default|none|published|FILE",
+        help="how photos are varied; a TOML file names what differs from the default, and the "
+        "options below go before both",
+    )
+    _add_settings(group, AugmentSettings, given_only=True)
     parser.set_defaults(run=run)
+    add_classifier_word(commands, parser)
 
 
-def _add_settings(group: argparse._ArgumentGroup, kind: type[Any]) -> None:
+def _add_settings(
+    group: argparse._ArgumentGroup, kind: type[Any], given_only: bool = False
+) -> None:
     for field in dataclasses.fields(kind):
         unit = f" [{field.metadata['unit']}]" if field.metadata["unit"] else ""
         text = f"{field.metadata['help']}{unit} (default: {field.default})"
         group.add_argument(
             "--" + field.name.replace("_", "-"),
             type=type(field.default),
-            default=field.default,
+            default=None if given_only else field.default,
             choices=field.metadata["choices"] or None,
             help=text.replace("%", "%%"),
         )
@@ -67,6 +79,13 @@ def _add_settings(group: argparse._ArgumentGroup, kind: type[Any]) -> None:
 
 def _settings(args: argparse.Namespace, kind: type[Any]) -> Any:
     return kind(**{field.name: getattr(args, field.name) for field in dataclasses.fields(kind)})
+
+
+def _augmentation(args: argparse.Namespace) -> AugmentSettings:
+    given = {f.name: getattr(args, f.name) for f in dataclasses.fields(AugmentSettings)}
+    return dataclasses.replace(
+        read_augment(args.augment), **{k: v for k, v in given.items() if v is not None}
+    )
 
 
 def _path(text: str | None) -> Path | None:
@@ -79,7 +98,7 @@ def run(args: argparse.Namespace) -> int:
     from walltopo.cli.listener import TerminalListener
     from walltopo.core import EnvironmentLacksError
 
-    settings, augment = _settings(args, TrainSettings), _settings(args, AugmentSettings)
+    settings, augment = _settings(args, TrainSettings), _augmentation(args)
     try:
         import torch  # noqa: F401
     except ImportError as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.detect.found import Found
+from walltopo.detect.looks import fuse, mirrored
 from walltopo.detect.onnx_session import OnnxModel, open_onnx
 from walltopo.detect.params import DetectSettings
 from walltopo.detect.tiles import Tile, merge_tiles, tiles_of
@@ -18,6 +20,7 @@ from walltopo.detect.yolo import decode_rtdetr, decode_yolo, letterbox
 __all__ = ["OnnxDetector"]
 
 _STRIDE = 32  # the network halves its input five times
+_HARDLY = 0.3
 
 
 class OnnxDetector:
@@ -32,8 +35,7 @@ class OnnxDetector:
     def __init__(self, path: Path, settings: DetectSettings) -> None:
         self.settings = settings
         self.model: OnnxModel = open_onnx(path, settings.device, settings.threads)
-        default = 0.3 if self.model.head == "votes" else 0.25  # Ultralytics' own default
-        self.score = settings.score or self.model.number("score", default)
+        self.scores = self._thresholds()
         self._input = self.model.session.get_inputs()[0].name
 
     @property
@@ -45,10 +47,34 @@ class OnnxDetector:
         version = self.model.metadata.get("version", "")
         return f"{self.model.path.name} {version}".strip()
 
+    def _thresholds(self) -> dict[int, float]:
+        """Least score by label: the setting, else the model's own."""
+        default = 0.3 if self.model.head == "votes" else 0.25  # Ultralytics' own default
+        own = self.model.number("score", default)
+        scores = self.model.numbers("scores", [own] * len(self.classes))
+        return (
+            dict(zip(self.classes, scores, strict=True))
+            if not self.settings.score
+            else (dict.fromkeys(self.classes, self.settings.score))
+        )
+
     def detect(self, photo: NDArray[np.uint8]) -> Found:
         """Objects of an (H, W, 3) uint8 RGB photo, in its pixels, best first."""
+        size, share = self.settings.size, self.settings.again
+        if self.model.head != "votes" or not share:
+            return self._sure(self._whole(photo, size))
+        other = np.ascontiguousarray(photo[:, ::-1])
+        second = mirrored(self._whole(other, max(_STRIDE, round(size * share))))
+        return self._sure(fuse([self._whole(photo, size), second]))
+
+    def _sure(self, found: Found) -> Found:
+        least = np.array([self.scores[int(label)] for label in found.labels])
+        return found.pick(np.flatnonzero(found.scores >= least))
+
+    def _whole(self, photo: NDArray[np.uint8], size: int) -> Found:
+        """One look at the photo, resized so that its longer side is `size`."""
         height, width = photo.shape[:2]
-        scale = self.settings.size / max(height, width)
+        scale = size / max(height, width)
         side = min(self.model.size) if self.model.size else self.settings.tile
         tile = max(_STRIDE, int(side / scale))
         overlap = int(self.settings.overlap / scale)
@@ -63,24 +89,33 @@ class OnnxDetector:
     def _look(self, photo: NDArray[np.uint8], scale: float) -> Found:
         """One tile, or the whole photo."""
         size = (photo.shape[1], photo.shape[0])
-        model, classes = self.model, len(self.model.classes)
+        model, classes, least = self.model, len(self.model.classes), min(self.scores.values())
         if model.head == "votes":
             heat, votes, mask = self._run(prepare(photo, scale)[None])
-            overlap = model.number("nms", 0.5)
-            return decode_votes(heat, votes, mask, self.score, scale, size, overlap)
+            # What one look hardly sees counts if the other sees it well.
+            least *= _HARDLY if self.settings.again else 1.0
+            found = decode_votes(heat, votes, mask, least, scale, size, model.number("nms", 0.5))
+            return _moved(found, model.numbers("offset", [0.0, 0.0]), scale)
         rows, cols = model.size or padded_size(photo, scale)
         if model.head == "rtdetr":
             stretched = cv2.resize(photo, (cols, rows), interpolation=cv2.INTER_LINEAR)
             whole = letterbox(np.asarray(stretched, dtype=np.uint8), 1.0, rows, cols)
-            return decode_rtdetr(self._run(whole)[0], classes, self.score, size)
+            return decode_rtdetr(self._run(whole)[0], classes, least, size)
         output, *rest = self._run(letterbox(photo, scale, rows, cols))
         prototypes = rest[0] if rest else None
-        return decode_yolo(output, prototypes, classes, self.score, scale, size)
+        return decode_yolo(output, prototypes, classes, least, scale, size)
 
     def _run(self, values: NDArray[np.generic]) -> list[NDArray[np.float32]]:
         """The network's outputs for its only photo."""
         outputs = self.model.session.run(None, {self._input: values})
         return [np.asarray(output[0], dtype=np.float32) for output in outputs]
+
+
+def _moved(found: Found, offset: list[float], scale: float) -> Found:
+    """Boxes without the network's own constant error, known in pixels of its input."""
+    shift = np.array([*offset, *offset]) / scale
+    extent = np.array([found.width, found.height, found.width, found.height], dtype=np.float64)
+    return replace(found, boxes=np.clip(found.boxes - shift, 0.0, extent))
 
 
 def padded_size(photo: NDArray[np.uint8], scale: float) -> tuple[int, int]:

@@ -46,6 +46,23 @@ class OnnxModel:
                 f"{self.path}: metadata {key}: expected a number, got {text!r}"
             ) from error
 
+    def numbers(self, key: str, default: list[float]) -> list[float]:
+        """A JSON list of as many numbers as `default` has, from the metadata."""
+        text = self.metadata.get(key)
+        if text is None:
+            return default
+        try:
+            values = [float(value) for value in json.loads(text)]
+        except (ValueError, TypeError) as error:
+            raise InputError(f"{self.path}: metadata {key}: not a list of numbers: {text!r}") from (
+                error
+            )
+        if len(values) != len(default):
+            raise InputError(
+                f"{self.path}: metadata {key}: expected {len(default)} numbers, got {text!r}"
+            )
+        return values
+
 
 def parse_classes(text: str, path: Path) -> dict[int, str]:
     """Class names by label from `{0: 'hold', 1: 'volume'}` (Ultralytics) or a JSON list.

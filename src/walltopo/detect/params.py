@@ -27,10 +27,17 @@ class DetectSettings:
         choices=("mobile-sam", "sam-b", "sam2.1-t", "sam2.1-b"),
     )
     score: float = setting(
-        0.0, "least score of a detection; 0 takes the model's own threshold", low=0.0, high=1.0
+        0.0, "least score of a detection; 0 takes the model's own, by class", low=0.0, high=1.0
     )
     size: int = setting(
-        1280, "photos are resized so that their longer side is this", unit="px", low=128, high=8192
+        1600, "photos are resized so that their longer side is this", unit="px", low=128, high=8192
+    )
+    again: float = setting(
+        0.6,
+        "networks of `walltopo train` look once more, at the mirrored photo at this share of the "
+        "size; 0 looks once, in half the time",
+        low=0.0,
+        high=1.0,
     )
     tile: int = setting(
         1664,

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from walltopo.core import InputError
 from walltopo.train.cache import Sample
 from walltopo.train.params import AugmentSettings
 
-__all__ = ["Crop", "crop_sample", "shift_colours"]
+__all__ = ["Crop", "crop_sample", "mosaic", "shift_colours"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +50,7 @@ def _similarity(
     linear = scale * np.array(
         [[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]]
     )
-    if rng.random() < 0.5:
+    if rng.random() < settings.flip:
         linear[:, 0] *= -1
     if rng.random() < settings.flip_vertical:
         linear[1] *= -1
@@ -60,7 +62,7 @@ def _similarity(
         middle = (box[:2] + box[2:]) / 2
     else:
         middle = rng.uniform(0.15, 0.85, 2) * [width, height]
-    target = np.full(2, side / 2) + rng.uniform(-0.3, 0.3, 2) * side
+    target = np.full(2, side / 2) + rng.uniform(-1, 1, 2) * settings.translation * side
     return np.concatenate([linear, (target - linear @ middle)[:, None]], axis=1)
 
 
@@ -71,14 +73,13 @@ def shift_colours(
     hsv = cv2.cvtColor(image, cv2.COLOR_RGB2HSV)
     steps = np.arange(256)
     shift = settings.hue * rng.uniform(0, 180) if rng.random() < settings.hue_share else 0.0
-    shift += rng.normal(0, 3)
+    shift += rng.normal(0, 3) if settings.hue else 0.0
+    gamma = math.exp(rng.normal(0, 0.25)) if settings.value else 1.0
     tables = (
         ((steps + shift) % 180).astype(np.uint8),
         np.clip(steps * (1 + settings.saturation * rng.uniform(-1, 0.7)), 0, 255).astype(np.uint8),
         np.clip(
-            255
-            * (steps / 255) ** math.exp(rng.normal(0, 0.25))
-            * (1 + settings.value * rng.uniform(-1, 0.7)),
+            255 * (steps / 255) ** gamma * (1 + settings.value * rng.uniform(-1, 0.7)),
             0,
             255,
         ).astype(np.uint8),
@@ -86,7 +87,7 @@ def shift_colours(
     for k, table in enumerate(tables):
         hsv[..., k] = cv2.LUT(hsv[..., k], table)
     image = np.asarray(cv2.cvtColor(hsv, cv2.COLOR_HSV2RGB), dtype=np.uint8)
-    if rng.random() < 0.04:
+    if rng.random() < 0.04 * (settings.saturation > 0):
         grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
         image = np.repeat(grey[..., None], 3, axis=2)
     if rng.random() < settings.degrade:
@@ -109,19 +110,22 @@ def crop_sample(
 ) -> Crop:
     """A random crop of `side` px, with the boxes of the objects in it."""
     matrix = _similarity(sample, side, settings, rng)
+    # The matrix maps corners of pixels, as boxes are measured; OpenCV's maps their middles.
+    pixels = matrix.copy()
+    pixels[:, 2] += matrix[:, :2] @ [0.5, 0.5] - 0.5
     shrink = np.hypot(*matrix[:, 0]) < 0.7
-    photo = sample.image
+    blank = int(rng.integers(256))
     image = cv2.warpAffine(
-        photo,
-        matrix,
+        sample.image,
+        pixels,
         (side, side),
         flags=cv2.INTER_AREA if shrink else cv2.INTER_LINEAR,
         borderMode=cv2.BORDER_CONSTANT,
-        borderValue=(int(rng.integers(256)),) * 3,
+        borderValue=(blank,) * 3,
     )
     ids = cv2.warpAffine(
         sample.ids,
-        matrix,
+        pixels,
         (side, side),
         flags=cv2.INTER_NEAREST,
         borderMode=cv2.BORDER_CONSTANT,
@@ -131,7 +135,39 @@ def crop_sample(
     image = shift_colours(np.asarray(image, dtype=np.uint8), settings, rng)
     hulls = sample.hulls.astype(np.float64) @ matrix[:, :2].T + matrix[:, 2]
     boxes = np.concatenate([hulls.min(axis=1), hulls.max(axis=1)], axis=1).reshape(-1, 4)
-    clipped = np.clip(boxes, 0, side)
-    whole = np.prod(boxes[:, 2:] - boxes[:, :2], axis=1)
-    seen = np.prod(clipped[:, 2:] - clipped[:, :2], axis=1) / np.maximum(whole, 1e-6)
-    return Crop(image, np.asarray(ids, dtype=np.int16), sample.labels, clipped, seen)
+    everything = Crop(
+        image, np.asarray(ids, dtype=np.int16), sample.labels, boxes, np.ones(len(boxes))
+    )
+    extent = np.ceil(side * rng.uniform(settings.crop_fraction, 1.0, 2)).astype(int)
+    x0, y0 = (int(v) for v in rng.integers(0, side - extent + 1))
+    window = (x0, y0, x0 + int(extent[0]), y0 + int(extent[1]))
+    return _assemble([(everything, window)], blank)
+
+
+def mosaic(crops: Sequence[Crop], rng: np.random.Generator) -> Crop:
+    """One crop of four: each shows through one of the quarters around a random middle."""
+    if len(crops) != 4:
+        raise InputError(f"a mosaic is of 4 crops, not of {len(crops)}")
+    side = crops[0].image.shape[0]
+    x, y = (int(v) for v in rng.integers(round(0.3 * side), round(0.7 * side) + 1, 2))
+    windows = ((0, 0, x, y), (x, 0, side, y), (0, y, x, side), (x, y, side, side))
+    return _assemble(list(zip(crops, windows, strict=True)), 0)
+
+
+def _assemble(parts: Sequence[tuple[Crop, tuple[int, int, int, int]]], blank: int) -> Crop:
+    """Crops of one size, each seen through its window x0, y0, x1, y1 only, in one picture."""
+    image = np.full_like(parts[0][0].image, blank)
+    ids = np.zeros_like(parts[0][0].ids)
+    boxes, seen, count = [], [], 0
+    for crop, (x0, y0, x1, y1) in parts:
+        image[y0:y1, x0:x1] = crop.image[y0:y1, x0:x1]
+        mine = crop.ids[y0:y1, x0:x1]
+        ids[y0:y1, x0:x1] = np.where(mine > 0, mine + count, mine)
+        count += len(crop.labels)
+        clipped = np.clip(crop.boxes, [x0, y0, x0, y0], [x1, y1, x1, y1])
+        before = np.prod(crop.boxes[:, 2:] - crop.boxes[:, :2], axis=1)
+        after = np.prod(clipped[:, 2:] - clipped[:, :2], axis=1)
+        boxes.append(clipped)
+        seen.append(crop.seen * after / np.maximum(before, 1e-6))
+    labels = np.concatenate([crop.labels for crop, _ in parts])
+    return Crop(image, ids, labels, np.concatenate(boxes), np.concatenate(seen))

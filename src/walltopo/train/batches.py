@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.train.augment import crop_sample
+from walltopo.train.augment import Crop, crop_sample, mosaic
 from walltopo.train.cache import open_cache
 from walltopo.train.params import AugmentSettings, TrainSettings
 from walltopo.train.targets import Targets, make_targets
@@ -45,6 +45,18 @@ def split_sources(names: Sequence[str], held_out: float) -> tuple[list[str], lis
     return train, kept
 
 
+def _one_crop(
+    folders: Sequence[tuple[Path, Sequence[str]]],
+    shares: Sequence[float],
+    settings: TrainSettings,
+    augment: AugmentSettings,
+    rng: np.random.Generator,
+) -> Crop:
+    folder, names = folders[int(rng.choice(len(folders), p=shares))]
+    sample = open_cache(folder, names[int(rng.integers(len(names)))])
+    return crop_sample(sample, settings.crop, augment, rng)
+
+
 def _one_batch(
     folders: Sequence[tuple[Path, Sequence[str]]],
     shares: Sequence[float],
@@ -55,9 +67,9 @@ def _one_batch(
     images: list[NDArray[np.uint8]] = []
     targets: list[Targets] = []
     for _ in range(settings.batch):
-        folder, names = folders[int(rng.choice(len(folders), p=shares))]
-        sample = open_cache(folder, names[int(rng.integers(len(names)))])
-        crop = crop_sample(sample, settings.crop, augment, rng)
+        count = 4 if rng.random() < augment.mosaic else 1
+        crops = [_one_crop(folders, shares, settings, augment, rng) for _ in range(count)]
+        crop = mosaic(crops, rng) if count == 4 else crops[0]
         images.append(crop.image)
         targets.append(make_targets(crop))
     batch: Batch = {"image": np.stack(images).transpose(0, 3, 1, 2)}

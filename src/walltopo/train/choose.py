@@ -20,7 +20,6 @@ from walltopo.train.net import CLASSES, VoteNet
 __all__ = [
     "Truth",
     "average_precision",
-    "best_threshold",
     "check_on",
     "detect_with",
     "match_photo",
@@ -107,20 +106,3 @@ def check_on(net: VoteNet, folder: Path, names: Sequence[str]) -> dict[str, floa
         figures[f"ap50_{name}"] = ap_of(found, truth, label=k)
     figures["score"] = float(np.nanmean(list(figures.values())))
     return figures
-
-
-def best_threshold(net: VoteNet, folder: Path, names: Sequence[str]) -> float:
-    """The score at which precision and recall together (F1, boxes at 0.5 IoU) are best."""
-    scores, hits, wanted = [], [], 0
-    for name in names:
-        sample = open_cache(folder, name)
-        found = detect_with(net, sample, 0.05)
-        truth = Truth(sample.boxes.astype(np.float64), sample.labels)
-        scores.append(found.scores)
-        hits.append(match_photo(found, truth, 0.5, None))
-        wanted += len(truth.labels)
-    score = np.concatenate(scores)
-    order = np.argsort(-score, kind="stable")
-    good = np.cumsum(np.concatenate(hits)[order])
-    f1 = 2 * good / (np.arange(1, len(good) + 1) + wanted)
-    return float(np.clip(score[order][int(f1.argmax())], 0.05, 0.9)) if len(f1) else 0.3

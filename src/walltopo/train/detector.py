@@ -14,8 +14,9 @@ from walltopo.core import InputError, Progress
 from walltopo.train.audit import audit
 from walltopo.train.batches import split_sources
 from walltopo.train.cache import cache_coco, cache_yolo
+from walltopo.train.calibrate import calibrate
 from walltopo.train.card import CardFacts, write_card
-from walltopo.train.choose import best_threshold, check_on
+from walltopo.train.choose import check_on
 from walltopo.train.export import export_onnx
 from walltopo.train.loop import Run, train
 from walltopo.train.net import VoteNet, build_net
@@ -150,6 +151,7 @@ def export_run(
     sets: Sequence[_Set],
     settings: TrainSettings,
     augment: AugmentSettings,
+    progress: Progress,
 ) -> dict[str, Any]:
     """Write `holds.onnx`, its card and the plot from the best weights of a run."""
     net = build_net(run.net.size)
@@ -157,9 +159,12 @@ def export_run(
     net.eval()
     folder, names = _held_out(sets, max(settings.check_photos, 48))
     figures = check_on(net, folder, names)
-    threshold = best_threshold(net, folder, names)
-    facts = {"score": f"{threshold:.2f}", "version": f"step {run.step}", "size": net.size.as_dict()}
-    difference = export_onnx(net, job.out / "holds.onnx", facts)
+    facts = {"version": f"step {run.step}", "size": net.size.as_dict()}
+    model = job.out / "holds.onnx"
+    difference = export_onnx(net, model, facts)
+    # As it is used, with all looks; the checks looked once.
+    used = calibrate(model, folder, names, progress)
+    used["ap50_as_used"] = used.pop("ap50")
     parameters = sum(p.numel() for p in net.parameters())
     card = CardFacts(
         [(s.name, len(s.train), len(s.held_out), len(s.dropped)) for s in sets],
@@ -168,13 +173,13 @@ def export_run(
         parameters,
         run.step,
         run.seconds / 60,
-        {**figures, "threshold": threshold},
+        {**figures, **used},
         job.pretrained.name if job.pretrained else "",
     )
     write_card(job.out / "holds.md", card, settings, augment)
     plot_history(run.history, job.out / "history.svg")
     write_json(job.out / "history.json", run.history)
-    return {**figures, "threshold": threshold, "export_difference": difference}
+    return {**figures, **used, "export_difference": difference}
 
 
 def train_detector(
@@ -212,4 +217,4 @@ def train_detector(
         _drop_wrong(job, sets, run.average, progress)
     sets = _drop_wrong(job, sets, None, progress)
     run = leg(sets, 1.0)
-    return export_run(run, job, sets, settings, augment)
+    return export_run(run, job, sets, settings, augment, progress)

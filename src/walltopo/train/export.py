@@ -14,7 +14,7 @@ from walltopo.core import StageError
 from walltopo.train.net import CLASSES, VoteNet
 from walltopo.workspace import atomic_path
 
-__all__ = ["export_onnx", "fuse"]
+__all__ = ["export_onnx", "fuse", "set_metadata"]
 
 
 def fuse(net: VoteNet) -> VoteNet:
@@ -121,6 +121,17 @@ def export_onnx(
     with atomic_path(path) as temporary:
         onnx.save(model, temporary)
     return _difference(deployed, path, example)
+
+
+def set_metadata(path: Path, facts: dict[str, str]) -> None:
+    """Add or change entries of an ONNX file's metadata."""
+    import onnx
+
+    model = onnx.load(path)
+    entries = {entry.key: entry.value for entry in model.metadata_props} | facts
+    onnx.helper.set_model_props(model, entries)
+    with atomic_path(path) as temporary:
+        onnx.save(model, temporary)
 
 
 def _difference(deployed: nn.Module, path: Path, example: Tensor) -> float:

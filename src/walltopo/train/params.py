@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import difflib
+import tomllib
+from dataclasses import dataclass, fields
+from pathlib import Path
 
-from walltopo.core import check_settings, setting
+from walltopo.core import InputError, SettingsError, check_settings, setting
 
-__all__ = ["AugmentSettings", "TrainSettings"]
+__all__ = ["AUGMENTS", "AugmentSettings", "TrainSettings", "read_augment"]
 
 
 @dataclass(frozen=True)
 class AugmentSettings:
-    """How photos are varied; the colour ranges are the published ones for hold detectors."""
+    """How photos are varied; crops lie at random places whatever these say."""
 
     hue: float = setting(1.0, "largest hue shift, share of the circle", low=0.0, high=1.0)
     hue_share: float = setting(0.6, "share of crops whose hue is shifted", low=0.0, high=1.0)
@@ -19,13 +22,84 @@ class AugmentSettings:
     value: float = setting(0.4, "largest change of brightness", low=0.0, high=1.0)
     rotation: float = setting(20.0, "rotation of most crops", unit="deg", low=0.0, high=180.0)
     turn_share: float = setting(0.15, "share of crops turned by any angle", low=0.0, high=1.0)
+    translation: float = setting(
+        0.3, "shift of the object that a crop is laid around, share of the crop", low=0.0, high=0.5
+    )
+    flip: float = setting(0.5, "share of crops mirrored left to right", low=0.0, high=1.0)
     flip_vertical: float = setting(0.1, "share of crops upside down", low=0.0, high=1.0)
     scale_low: float = setting(0.6, "smallest scale of a photo", low=0.1, high=1.0)
     scale_high: float = setting(2.2, "largest scale of a photo", low=1.0, high=8.0)
     degrade: float = setting(0.25, "share blurred, noisy or compressed", low=0.0, high=1.0)
+    mosaic: float = setting(0.0, "share of crops put together from four photos", low=0.0, high=1.0)
+    crop_fraction: float = setting(
+        1.0, "a crop shows the photo on at least this share of its sides", low=0.1, high=1.0
+    )
 
     def __post_init__(self) -> None:
         check_settings(self, "augment")
+
+
+AUGMENTS = {
+    "default": AugmentSettings(),
+    "none": AugmentSettings(
+        hue=0.0,
+        hue_share=0.0,
+        saturation=0.0,
+        value=0.0,
+        rotation=0.0,
+        turn_share=0.0,
+        translation=0.0,
+        flip=0.0,
+        flip_vertical=0.0,
+        scale_low=1.0,
+        scale_high=1.0,
+        degrade=0.0,
+    ),
+    # The ranges published for hold detectors: any hue, any angle, mosaics throughout.
+    "published": AugmentSettings(
+        hue_share=1.0,
+        rotation=180.0,
+        turn_share=0.0,
+        translation=0.1,
+        flip_vertical=0.5,
+        scale_low=0.5,
+        scale_high=1.5,
+        degrade=0.0,
+        mosaic=1.0,
+        crop_fraction=0.5,
+    ),
+}
+
+
+def read_augment(name: str) -> AugmentSettings:
+    """`default`, `none`, `published`, or the settings in a TOML file (others stay default).
+
+    Raises
+    ------
+    InputError : no such file.
+    SettingsError : no TOML, an unknown key (the nearest known one is named), a wrong value.
+    """
+    if name in AUGMENTS:
+        return AUGMENTS[name]
+    path = Path(name)
+    if not path.is_file():
+        raise InputError(
+            f"{name}: no such file of augmentation settings",
+            f"Give {', '.join(AUGMENTS)}, or a TOML file.",
+        )
+    try:
+        values = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise SettingsError(f"{path}: not valid TOML ({error})") from error
+    known = [field.name for field in fields(AugmentSettings)]
+    for key, value in values.items():
+        if key not in known:
+            near = difflib.get_close_matches(key, known, 1)
+            hint = f"Did you mean {near[0]}?" if near else f"Known: {', '.join(known)}"
+            raise SettingsError(f"{path}: unknown augmentation {key!r}", hint)
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise SettingsError(f"{path}: {key}: expected a number, got {value!r}")
+    return AugmentSettings(**{key: float(value) for key, value in values.items()})
 
 
 @dataclass(frozen=True)
