@@ -24,6 +24,7 @@ from walltopo.routes.params import ClassifySettings
 from walltopo.routes.records import Hold
 from walltopo.routes.samples import HoldView, load_photo, look, wall_patches
 from walltopo.routes.units import unit_of
+from walltopo.routes.verdicts import classifier_of, follow, verdicts, with_class_colours
 from walltopo.workspace import ScanFolder, read_json, write_json
 
 __all__ = ["gather", "run", "with_types"]
@@ -182,6 +183,7 @@ def run(scan: ScanFolder, settings: ClassifySettings, progress: Progress) -> dic
     from walltopo.formats.edits import read_hold_edits
     from walltopo.formats.ply import read_mesh
 
+    classifier = classifier_of(settings)
     palette = None
     if settings.palette:
         palette = read_palette(Path(settings.palette), settings.lightness_weight)
@@ -211,6 +213,15 @@ def run(scan: ScanFolder, settings: ClassifySettings, progress: Progress) -> dic
     left_out = [hold for hold in left_out if hold.id in doubted]
     holds = [hold for hold in described if hold.id not in doubted]
     holds = with_tints(with_types(holds, shapes, unit), light, unit)
+    if classifier is not None:
+        said = verdicts(classifier, seen, settings.cutout_weight, settings.max_views)
+        holds = [
+            follow(hold, verdict, classifier.meaning(verdict.name), settings.review_below)
+            if (verdict := said.get(hold.id))
+            else hold
+            for hold in holds
+        ]
+        entries = with_class_colours(entries, holds)
     holds, lost = apply_hold_edits(holds, edits["holds"], unit)
     for line in lost:
         progress.note(f"{scan.hold_edits.name}: {line}")

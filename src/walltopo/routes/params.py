@@ -45,6 +45,23 @@ class ClassifySettings:
         "A palette.toml with names and reference colours; empty: found by clustering",
         content=(".",),
     )
+    model: str = setting(
+        "",
+        "A classifier of cutouts (ONNX, class names in its metadata) that names types; empty: "
+        "types come from the shape",
+        content=(".",),
+    )
+    classes: str = setting(
+        "",
+        "A classes.toml: type, colour, maker and role that the model's classes mean",
+        content=(".",),
+    )
+    cutout_weight: str = setting(
+        "sharp",
+        "What a cutout weighs when the model's confidences are summed: its area, or its sharp, "
+        "unhidden area",
+        choices=("sharp", "area"),
+    )
     review_below: float = setting(
         0.5, "Holds with a lower confidence are listed for a look", low=0, high=1
     )

@@ -22,6 +22,7 @@ SHADE, SHINE = 40, 85  # percentiles of lightness between which a hold's pixels 
 CLIPPED = 252  # 8-bit value from which on a channel may be overexposed
 WALL_STEP = 4  # every fourth pixel of every fourth row measures the light on the wall
 MARGIN = 0.12  # of the box, around a cutout
+STEP = 0.01  # share of the distance by which what hides a hold is nearer than the hold
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +37,7 @@ class HoldView:
     linear : (3,) float64, typical linear RGB, as the photo has it.
     sharpness : variance of the Laplacian of the grey crop.
     cut : whether the hold touches the border of the photo.
+    hidden : share of its rim behind which it goes on: something nearer begins there.
     crop : (h, w, 3) uint8 RGB, shrunk; mask : (h, w) bool, its visible pixels there.
     """
 
@@ -48,6 +50,7 @@ class HoldView:
     cut: bool
     crop: Image
     mask: NDArray[np.bool_]
+    hidden: float = 0.0
 
     @property
     def quality(self) -> float:
@@ -137,7 +140,12 @@ def _wall_light(
 
 
 def _hold_views(
-    photo: int, picture: Image, ids: NDArray[np.int32], erode: int, crop_px: int
+    photo: int,
+    picture: Image,
+    ids: NDArray[np.int32],
+    depth: NDArray[np.float32],
+    erode: int,
+    crop_px: int,
 ) -> Iterator[HoldView]:
     import cv2
     from scipy.ndimage import find_objects
@@ -173,7 +181,20 @@ def _hold_views(
             or columns.stop == width,
             crop=crop,
             mask=cover,
+            hidden=_hidden(ids[wide] == number, depth[wide]),
         )
+
+
+def _hidden(mask: NDArray[np.bool_], depth: NDArray[np.float32]) -> float:
+    """Share of the pixels around a mask that are clearly nearer than the mask beside them."""
+    import cv2
+
+    kernel = np.ones((3, 3), np.uint8)
+    around = (cv2.dilate(mask.astype(np.uint8), kernel) > 0) & ~mask
+    if not around.any():
+        return 0.0
+    beside = cv2.dilate(np.where(mask, depth, 0).astype(np.float32), kernel)
+    return float((depth < (1 - STEP) * beside)[around].mean())
 
 
 def _shrunk(crop: Image, mask: NDArray[np.bool_], longest: int) -> tuple[Image, NDArray[np.bool_]]:
@@ -232,10 +253,10 @@ def look(
     for number, view in enumerate(views):
         factor = min(1.0, long_side / max(view.camera.width, view.camera.height))
         camera = view.camera.scaled(factor)
-        face_id, _ = render_ids(mesh.vertices, mesh.faces, camera, view.cam_from_world)
+        face_id, depth = render_ids(mesh.vertices, mesh.faces, camera, view.cam_from_world)
         ids = np.where(face_id >= 0, face_instance[np.maximum(face_id, 0)], 0).astype(np.int32)
         picture = load(view, camera.width, camera.height)
         yield (
-            list(_hold_views(number, picture, ids, erode, crop_px)),
+            list(_hold_views(number, picture, ids, depth, erode, crop_px)),
             _wall_light(number, picture, face_id, patch_of),
         )
