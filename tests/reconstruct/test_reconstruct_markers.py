@@ -14,7 +14,11 @@ SIDE = 60  # px of the marker in the flat picture, per cell 10
 
 
 def picture(
-    quad: NDArray[np.float64], marker: int = 7, blur: float = 0.8, noise: float = 2.0
+    quad: NDArray[np.float64],
+    marker: int = 7,
+    blur: float = 0.8,
+    noise: float = 2.0,
+    exposure: float = 1.0,
 ) -> NDArray[np.uint8]:
     """A grey photo with one marker whose corners (clockwise) lie at `quad` (COLMAP pixels).
 
@@ -30,7 +34,7 @@ def picture(
     warp = cv2.getPerspectiveTransform(corners - 0.5, (quad * over - 0.5).astype(np.float32))
     big = cv2.warpPerspective(flat, warp, (320 * over, 240 * over), borderValue=0.3)
     big = cv2.GaussianBlur(big, (0, 0), blur * over)
-    light = big.reshape(240, over, 320, over).mean(axis=(1, 3))
+    light = np.minimum(exposure * big.reshape(240, over, 320, over).mean(axis=(1, 3)), 1.0)
     grey = 255 * np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
     grey += np.random.default_rng(0).normal(0, noise, grey.shape)
     return np.clip(np.round(grey), 0, 255).astype(np.uint8)
@@ -56,6 +60,16 @@ def test_corners_are_good_to_a_tenth_of_a_pixel(shape: str, blur: float) -> None
     )
     # The bias that OpenCV's refinements have here is -0.3 to -0.4 px.
     assert abs(float((errors * outwards).sum(axis=1).mean())) < 0.07
+
+
+@pytest.mark.parametrize("shape", QUADS)
+def test_clipped_white_does_not_shrink_a_marker(shape: str) -> None:
+    quad = np.array(QUADS[shape], dtype=float)
+    grey = picture(quad, blur=1.2, exposure=3.0)
+    found = detect_markers(grey, "p.jpg", ["DICT_4X4_50"])
+    assert [d.marker for d in found] == [7]
+    # The outer edges alone give corners that are 1.3 to 1.9 px too far inside.
+    assert np.linalg.norm(found[0].corners - quad, axis=1).max() < 0.15
 
 
 def test_a_marker_too_small_to_measure_is_not_given() -> None:

@@ -4,7 +4,8 @@ OpenCV's own corner refinements pull a marker's corners inwards by 0.35 to 1 px 
 corner is round, and photos are gamma-encoded, which fattens the dark side of an edge): one per
 cent of a marker 60 px wide, ten times the accuracy a measure must have. So the four sides are
 located here: edge profiles across each side in linear light, a line through them, and the corners
-where neighbouring lines meet.
+where neighbouring lines meet. What clipped and tone-mapped white adds is then taken off by means
+of the marker's inner edges (see `light_spread`).
 """
 
 from __future__ import annotations
@@ -16,6 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError
+from walltopo.reconstruct.light_spread import sample, without_spread
+from walltopo.reconstruct.plates import marker_cells
 
 __all__ = ["Detection", "detect_markers", "refine_corners"]
 
@@ -78,6 +81,7 @@ def detect_markers(
             # OpenCV puts pixel centres at integers.
             corners = refine_corners(light, quad.reshape(4, 2).astype(np.float64) + 0.5)
             if corners is not None:
+                corners = without_spread(light, corners, marker_cells(name, int(marker)))
                 found.append(Detection(photo, int(marker), corners, name))
     return found
 
@@ -123,7 +127,7 @@ def _side_line(
     shares = np.linspace(*_ALONG, _SAMPLES)[:, None]
     bases = start + shares * (end - start)
     offsets = np.arange(-reach, reach + 1e-9, _STEP)
-    profiles = _sample(light, bases[:, None, :] + offsets[None, :, None] * outward)
+    profiles = sample(light, bases[:, None, :] + offsets[None, :, None] * outward)
     crossing = _crossing(profiles, offsets)
     good = np.isfinite(crossing)
     if good.sum() < _SAMPLES // 3:
@@ -161,23 +165,6 @@ def _fit_line(points: Floats) -> Floats | None:
         away = np.abs((points - centre) @ normal)
         points = points[away <= max(3 * np.median(away), 0.05)]
     return np.array([*normal, -normal @ centre])
-
-
-def _sample(image: NDArray[np.float32], xy: Floats) -> Floats:
-    """Bilinear values at pixels (..., 2) in COLMAP's convention; NaN outside the image."""
-    height, width = image.shape
-    x, y = xy[..., 0] - 0.5, xy[..., 1] - 0.5
-    inside = (x >= 0) & (y >= 0) & (x < width - 1) & (y < height - 1)
-    x0 = np.where(inside, np.floor(x), 0).astype(np.intp)
-    y0 = np.where(inside, np.floor(y), 0).astype(np.intp)
-    dx, dy = x - x0, y - y0
-    values = (
-        image[y0, x0] * (1 - dx) * (1 - dy)
-        + image[y0, x0 + 1] * dx * (1 - dy)
-        + image[y0 + 1, x0] * (1 - dx) * dy
-        + image[y0 + 1, x0 + 1] * dx * dy
-    )
-    return np.where(inside, values, np.nan)
 
 
 def _linear_light(grey: NDArray[np.uint8]) -> NDArray[np.float32]:

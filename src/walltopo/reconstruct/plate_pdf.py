@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError
-from walltopo.reconstruct.plates import Plate
+from walltopo.reconstruct.plates import Plate, marker_cells
 
 __all__ = ["PAPERS", "Rectangle", "Text", "draw_plate", "to_pdf"]
 
@@ -80,21 +80,6 @@ def _marker(plate: Plate, marker: int, x: float, y: float) -> Iterable[Rectangle
     for column, first, count in _runs(white.T):
         low = len(white) - first - count
         yield Rectangle(x + column * cell, y + low * cell, cell, count * cell, 1.0)
-
-
-def marker_cells(dictionary: str, marker: int) -> NDArray[np.bool_]:
-    """(n, n) bool, which cells of a marker (border included) are white, top row first."""
-    import cv2
-
-    number = getattr(cv2.aruco, dictionary, None)
-    if not dictionary.startswith("DICT_") or number is None:
-        raise InputError(f"{dictionary!r} is not an ArUco dictionary of OpenCV")
-    table = cv2.aruco.getPredefinedDictionary(number)
-    if not 0 <= marker < len(table.bytesList):
-        raise InputError(f"{dictionary} has markers 0 to {len(table.bytesList) - 1}, not {marker}")
-    cells = table.markerSize + 2
-    image = cv2.aruco.generateImageMarker(table, marker, cells)
-    return np.asarray(image) > 127
 
 
 def _runs(cells: NDArray[np.bool_]) -> Iterable[tuple[int, int, int]]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError
 
-__all__ = ["BUILT_IN", "Plate", "built_in_plates", "read_plates"]
+__all__ = ["BUILT_IN", "Plate", "built_in_plates", "marker_cells", "read_plates"]
 
 # Ids tell the size: the three built-in kinds share one dictionary and no id.
 BUILT_IN = """\
@@ -100,6 +100,21 @@ class Plate:
         centre = np.array([(-x, y), (x, y), (x, -y), (-x, -y)][place])
         square = half * np.array([(-1, 1), (1, 1), (1, -1), (-1, -1)])
         return np.column_stack([centre + square, np.zeros(4)])
+
+
+def marker_cells(dictionary: str, marker: int) -> NDArray[np.bool_]:
+    """(n, n) bool, which cells of a marker (border included) are white, top row first."""
+    import cv2
+
+    number = getattr(cv2.aruco, dictionary, None)
+    if not dictionary.startswith("DICT_") or number is None:
+        raise InputError(f"{dictionary!r} is not an ArUco dictionary of OpenCV")
+    table = cv2.aruco.getPredefinedDictionary(number)
+    if not 0 <= marker < len(table.bytesList):
+        raise InputError(f"{dictionary} has markers 0 to {len(table.bytesList) - 1}, not {marker}")
+    cells = table.markerSize + 2
+    image = cv2.aruco.generateImageMarker(table, marker, cells)
+    return np.asarray(image) > 127
 
 
 def built_in_plates() -> list[Plate]:
