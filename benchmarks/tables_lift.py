@@ -1,6 +1,6 @@
 """The lift's table: four ways to lift on generated gyms, tuned and judged on different ones.
 
-Gyms of a preset are numbered: 0 and 1 are tuned on; 2 chooses among the search's best trials and
+Gyms of a preset are numbered: 0 is tuned on; 1 chooses among the search's best trials and
 the defaults; the others are only reported on. Everything is kept in the work folder: gyms, the
 detector's masks (under the detector's own hash, so that another detector is another file) and the
 searches; a run that was stopped goes on.
@@ -47,7 +47,7 @@ __all__ = [
 ]
 
 PRESETS = ("modern", "oldschool-dark")
-USES = ("train", "train", "val")  # and the rest: test
+USES = ("train", "val")  # and the rest: test
 FIRST_SEED = 7000  # the shipped detector was trained on gyms 2000 to 2013
 SIZE = (1280, 960)
 # So many of the search's best trials are put to the validation gym.

@@ -81,6 +81,22 @@ def test_another_search_in_the_same_study_is_refused(tmp_path: Path) -> None:
         open_study(hill, f"sqlite:///{tmp_path}/none/s.db", "hill", 0)
 
 
+def test_a_study_stays_on_its_walls(tmp_path: Path, two_gyms: Path) -> None:
+    """Else its first trials would be tuned on the wall that it reports on later."""
+    command = ("lift", str(two_gyms), "-o", str(tmp_path / "out"), "--trials", "1")
+    assert run_command(*command) == 0
+    text = two_gyms.read_text()
+    two_gyms.write_text(text.replace("train", "?").replace("test", "train").replace("?", "test"))
+    with pytest.raises(InputError, match="searches something else"):
+        run_command(*command)
+
+
+def test_a_password_is_not_told(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"postgresql\+none://me:\*\*\*@host/t: cannot") as caught:
+        open_study(Hill(), "postgresql+none://me:secret@host/t", "hill", 0)
+    assert "secret" not in str(caught.value)
+
+
 def walls_file(folder: Path, *rows: str) -> Path:
     (folder / "t").mkdir(exist_ok=True)
     (folder / "u").mkdir(exist_ok=True)

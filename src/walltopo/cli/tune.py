@@ -18,7 +18,7 @@ walls.toml lists labelled walls (paths relative to it):
 
 examples:
   walltopo tune lift walls.toml -o tuned/ --trials 100
-  walltopo tune lift walls.toml -o tuned/ --method literal --storage postgresql://host/tuning
+  walltopo tune lift walls.toml -o tuned/ --method literal --storage postgresql+pg8000://me@host/tuning
   walltopo tune routes walls.toml -o tuned/ --trials 60 --workers 2
 
 Run again to go on; run on several machines with one database to share the work.
@@ -72,12 +72,12 @@ def _problem(what: str, walls: list[Any], method: str, figure: str) -> Any:
 def _work(args: argparse.Namespace, storage: str, name: str, seed: int) -> None:
     """One more worker process on the same study."""
     from walltopo.tune.study import open_study, search
-    from walltopo.tune.walls import read_walls
+    from walltopo.tune.walls import contents, read_walls
 
     train = [wall for wall in read_walls(args.walls) if wall.use == "train"]
     method, figure = getattr(args, "method", ""), getattr(args, "figure", "")
     problem = _problem(args.what, train, method, figure)
-    search(open_study(problem, storage, name, seed), problem, args.trials)
+    search(open_study(problem, storage, name, seed, contents(train)), problem, args.trials)
 
 
 def _run(args: argparse.Namespace) -> int:
@@ -87,7 +87,7 @@ def _run(args: argparse.Namespace) -> int:
     from walltopo.cli.listener import TerminalListener
     from walltopo.tune.report import merge_settings, write_report, write_slices
     from walltopo.tune.study import open_study, results, search
-    from walltopo.tune.walls import read_walls
+    from walltopo.tune.walls import contents, read_walls
 
     walls = read_walls(args.walls)
     train = [wall for wall in walls if wall.use == "train"]
@@ -97,7 +97,7 @@ def _run(args: argparse.Namespace) -> int:
     method, figure = getattr(args, "method", ""), getattr(args, "figure", "")
     name = args.study or "-".join(part for part in (args.what, method, figure) if part)
     problem = _problem(args.what, train, method, figure)
-    study = open_study(problem, storage, name, args.seed)
+    study = open_study(problem, storage, name, args.seed, contents(train))
     context = multiprocessing.get_context("spawn")
     others = [
         context.Process(target=_work, args=(args, storage, name, args.seed + k))

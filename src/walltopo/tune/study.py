@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+import re
+import socket
+import time
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +19,7 @@ __all__ = ["Found", "Trial", "open_study", "results", "search"]
 
 # Trials at random points before the Gaussian process takes over, the default among them.
 STARTUP = 10
+MOST_ATTEMPTS = 6
 
 
 @dataclass(frozen=True)
@@ -59,13 +64,17 @@ def _optuna() -> Any:
     return optuna
 
 
-def open_study(problem: Problem, storage: str, name: str, seed: int) -> Any:
+def open_study(
+    problem: Problem, storage: str, name: str, seed: int, walls: Mapping[str, str] | None = None
+) -> Any:
     """Open or create a study.
 
     Parameters
     ----------
-    storage : a database URL (`sqlite:///file.db`, `postgresql://...`): workers on one or many
-        machines share it, and a later run goes on where it ended.
+    storage : a database URL (`sqlite:///file.db`, `postgresql+pg8000://...`): workers on one or
+        many machines share it, and a later run goes on where it ended.
+    walls : what is tuned on, name to content (see `walls.contents`). A study that goes on with
+        other walls would report on walls that its first trials were tuned on.
 
     Raises
     ------
@@ -77,19 +86,18 @@ def open_study(problem: Problem, storage: str, name: str, seed: int) -> Any:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # GPSampler is marked experimental
         sampler = optuna.samplers.GPSampler(seed=seed, n_startup_trials=STARTUP)
-        try:
-            study = optuna.create_study(
-                storage=storage, study_name=name, sampler=sampler, direction="maximize",
-                load_if_exists=True,
-            )  # fmt: skip
-        except Exception as error:  # each database driver has errors of its own
-            raise InputError(f"{storage}: cannot be opened ({error})") from error
+        study = _create(optuna, storage, name, sampler)
     mine = {r.name: [r.low, r.high, r.curve] for r in problem.ranges}
-    mine_text = {"ranges": mine, "figure": problem.figure, "fixed": dict(problem.fixed)}
+    mine_text = {
+        "ranges": mine,
+        "figure": problem.figure,
+        "fixed": dict(problem.fixed),
+        "walls": dict(walls or {}),
+    }
     before = study.user_attrs.get("problem")
     if before is not None and before != mine_text:
         raise InputError(
-            f"{storage}: study {name!r} searches something else ({before})",
+            f"{_without_password(storage)}: study {name!r} searches something else ({before})",
             "Give another --study name, or another --storage.",
         )
     if before is None:
@@ -99,7 +107,34 @@ def open_study(problem: Problem, storage: str, name: str, seed: int) -> Any:
     return study
 
 
+def _create(optuna: Any, storage: str, name: str, sampler: Any) -> Any:
+    """Open or create a study; workers that come first at the same time do not trip each other."""
+    attempts = 0
+    while True:
+        try:
+            return optuna.create_study(
+                storage=storage, study_name=name, sampler=sampler, direction="maximize",
+                load_if_exists=True,
+            )  # fmt: skip
+        except Exception as error:  # each database driver has errors of its own
+            attempts += 1
+            # Another worker is making the tables just now: next time they are there.
+            if "already exists" not in str(error) or attempts == MOST_ATTEMPTS:
+                raise InputError(
+                    f"{_without_password(storage)}: cannot be opened ({error})",
+                    "PostgreSQL needs a driver: pip install pg8000, and a URL such as "
+                    "postgresql+pg8000://user:password@host/database.",
+                ) from error
+        time.sleep(0.5 * attempts)
+
+
+def _without_password(storage: str) -> str:
+    return re.sub(r"(://[^:/@]*):[^@]*@", r"\1:***@", storage)
+
+
 def _objective(problem: Problem) -> Callable[[Any], float]:
+    worker = f"{socket.gethostname()}:{os.getpid()}"
+
     def evaluate(trial: Any) -> float:
         values = {r.name: r.value(trial.suggest_float(r.name, 0.0, 1.0)) for r in problem.ranges}
         try:
@@ -109,6 +144,7 @@ def _objective(problem: Problem) -> Callable[[Any], float]:
             trial.set_user_attr("impossible", True)
             return 0.0
         trial.set_user_attr("walls", walls)
+        trial.set_user_attr("worker", worker)
         return float(np.mean(list(walls.values())))
 
     return evaluate

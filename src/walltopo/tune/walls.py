@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from walltopo.core import InputError
+from walltopo.workspace import hash_path
 
-__all__ = ["Wall", "read_walls"]
+__all__ = ["Wall", "contents", "read_walls"]
 
 _PATHS = ("truth", "scan", "mesh", "cameras", "masks")
 
@@ -74,6 +76,16 @@ def read_walls(path: Path) -> list[Wall]:
     if not truths.get("train"):
         raise InputError(f'{path}: no wall to tune on (use = "train")')
     return walls
+
+
+def contents(walls: Sequence[Wall]) -> dict[str, str]:
+    """Name of each wall to the hash of its truths: the same on all machines, wherever they lie."""
+    found: dict[str, str] = {}
+    for wall in walls:
+        places = (wall.truth, wall.truth / "gt.npz", wall.truth / "truth/gt.npz")
+        file = next((place for place in places if place.is_file()), wall.truth)
+        found[wall.name] = " ".join(filter(None, (found.get(wall.name), hash_path(file)[:12])))
+    return found
 
 
 def _wall(row: dict[str, Any], path: Path) -> Wall:
