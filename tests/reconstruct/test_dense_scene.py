@@ -22,7 +22,7 @@ from walltopo.reconstruct.dense.preview import preview_mesh
 from walltopo.reconstruct.dense.rectify import opencv_matrix, rectify
 from walltopo.reconstruct.dense.scene import Scene, ground_sampling
 from walltopo.reconstruct.dense.sgm import sgm_mesh
-from walltopo.reconstruct.dense.stereo import agreeing_depth, undistort
+from walltopo.reconstruct.dense.stereo import agreeing_depth, clipped, undistort
 from walltopo.reconstruct.texture.atlas import make_texture
 from walltopo.reconstruct.texture_params import TextureSettings
 
@@ -246,6 +246,17 @@ def test_undistorted_photos_follow_the_pinhole() -> None:
     wanted = draw(mesh, pinhole, 1.0)
     inner = np.s_[20:-20, 20:-20]
     assert np.abs(straight[inner].astype(float) - wanted[inner]).mean() < 6
+
+
+def test_the_void_beside_a_wall_is_clipped_and_a_dark_spot_is_not() -> None:
+    image = np.random.default_rng(1).integers(60, 90, (100, 160)).astype(np.uint8)
+    image[:, 120:] = np.random.default_rng(2).integers(0, 5, (100, 40))
+    image[10:20, 10:20] = 0
+    image[40:80, 20:60] = 255
+    found = clipped(image)
+    assert found[:, 120:].all()
+    assert found[40:80, 20:60].all()
+    assert found.sum() == 100 * 40 + 40 * 40
 
 
 def test_depths_need_agreement() -> None:

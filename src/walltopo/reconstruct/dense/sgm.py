@@ -15,7 +15,7 @@ from walltopo.reconstruct.dense.even import finish
 from walltopo.reconstruct.dense.neighbours import choose_neighbours
 from walltopo.reconstruct.dense.params import DenseSettings
 from walltopo.reconstruct.dense.scene import Scene, surroundings
-from walltopo.reconstruct.dense.stereo import agreeing_depth, match_pair, undistort
+from walltopo.reconstruct.dense.stereo import agreeing_depth, clipped, match_pair, undistort
 from walltopo.reconstruct.dense.tsdf import allocate, fuse
 
 __all__ = ["depth_maps", "sgm_mesh"]
@@ -95,8 +95,8 @@ def depth_maps(
         baselines = [float(np.linalg.norm(views[j].centre - view.centre)) for j in partners[k]]
         depth, weight, pairs = agreeing_depth(maps, baselines, view.camera.fx, settings.agree)
         weight *= np.float32(edge**2)
-        rough = weight < 1.0 / _MAX_SIGMA_EDGES**2
-        depth[rough], weight[rough] = 0.0, 0.0
+        useless = (weight < 1.0 / _MAX_SIGMA_EDGES**2) | clipped(images[k])
+        depth[useless], weight[useless] = 0.0, 0.0
         progress.detail(f"{view.name}: {len(maps)} pairs, {(depth > 0).mean():.0%} with depth")
         yield DepthMap(depth, weight, pairs, view)
 

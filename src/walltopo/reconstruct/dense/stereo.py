@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from walltopo.core import View
 from walltopo.reconstruct.dense.rectify import Rectified, rectify
 
-__all__ = ["agreeing_depth", "match_pair", "undistort"]
+__all__ = ["agreeing_depth", "clipped", "match_pair", "undistort"]
 
 Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -22,6 +22,10 @@ _BLOCK = 5
 _RIM = 4
 _UNIQUENESS = 6
 _SPECKLE_AREA = 200
+# Grey values that a sensor's noise and JPEG leave of clipped black and white, and the side, in
+# pixels, of the smallest clipped square that counts: black holds have darker spots than that.
+_BLACK, _WHITE = 8, 250
+_CLIPPED_SIDE = 15
 # One standard deviation of a disparity, pixels, where stereo works at all.
 _DISPARITY_SIGMA = 0.5
 
@@ -49,6 +53,18 @@ def undistort(image: Image, view: View, size: tuple[int, int] | None = None) -> 
     source = resized.project(np.moveaxis(rays, 0, -1)).astype(np.float32) - 0.5
     straight = cv2.remap(image, source[..., 0], source[..., 1], cv2.INTER_CUBIC)
     return np.asarray(straight, dtype=np.uint8), new
+
+
+def clipped(image: Image) -> NDArray[np.bool_]:
+    """(H, W) whether a grey photo is clipped to black or white around a pixel.
+
+    There is nothing to match there: the void beside a wall, a lamp, a window. The matching would
+    carry on the depth of what lies beside.
+    """
+    square = np.ones((_CLIPPED_SIDE, _CLIPPED_SIDE), dtype=np.uint8)
+    extremes = [(image <= _BLACK).astype(np.uint8), (image >= _WHITE).astype(np.uint8)]
+    opened = [cv2.morphologyEx(mask, cv2.MORPH_OPEN, square) for mask in extremes]
+    return np.asarray((opened[0] > 0) | (opened[1] > 0))
 
 
 def _search(left: Image, right: Image, count: int) -> Depth:
