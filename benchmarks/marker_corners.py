@@ -1,6 +1,9 @@
 """Where marker corners are found, against where they truly are: OpenCV's ways and ours.
 
-python -m benchmarks.marker_corners --truth DATA/gym-a
+    python -m benchmarks.marker_corners --truth DATA/gym-a
+    python -m benchmarks.marker_corners --truth GYM
+
+GYM is a folder of `walltopo synth`.
 """
 
 from __future__ import annotations
@@ -14,14 +17,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.reconstruction_poses import load_truth
 from walltopo.core import Camera, View
 from walltopo.reconstruct.markers import Detection, detect_markers
 from walltopo.reconstruct.plates import built_in_plates
 from walltopo.reconstruct.similarity import fit_similarity
 
 Floats = NDArray[np.float64]
-_K1 = 0.035  # of gym-a's lens
+_GYM_A_K1 = 0.035  # of gym-a's lens; generated gyms tell theirs
 _OPENCV = {
     "OpenCV, none": cv2.aruco.CORNER_REFINE_NONE,
     "OpenCV, subpixel": cv2.aruco.CORNER_REFINE_SUBPIX,
@@ -30,12 +32,16 @@ _OPENCV = {
 }
 
 
-def true_views(folder: Path) -> dict[str, View]:
+def true_views(folder: Path, photos: Path) -> dict[str, View]:
     """The photos with their exact cameras."""
-    fx, _, cx, cy = np.load(folder / "gt.npz")["intrinsics"].tolist()
-    width, height = np.load(folder / "gt.npz")["size"].tolist()
-    camera = Camera("SIMPLE_RADIAL", width, height, (fx, cx, cy, _K1))
-    return {name: View(name, camera, pose) for name, pose in load_truth(folder).items()}
+    data = np.load(folder / "gt.npz")
+    fx, _, cx, cy = data["intrinsics"].tolist()
+    width, height = data["size"].tolist()
+    k1 = float(data["distortion"][0]) if "distortion" in data else _GYM_A_K1
+    camera = Camera("SIMPLE_RADIAL", width, height, (fx, cx, cy, k1))
+    names = sorted(path.name for path in photos.iterdir())
+    poses = zip(names, data["cam_from_world"], strict=True)
+    return {name: View(name, camera, pose) for name, pose in poses}
 
 
 def true_corners(folder: Path) -> dict[int, Floats]:
@@ -88,12 +94,10 @@ def report(
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--truth", type=Path, required=True)
-    truth = parser.parse_args().truth
-    views, corners = true_views(truth), true_corners(truth)
-    greys = {
-        name: np.asarray(cv2.imread(str(truth / "photos" / name), 0), dtype=np.uint8)
-        for name in views
-    }
+    folder = parser.parse_args().truth
+    truth, photos = folder / "truth" if (folder / "truth").is_dir() else folder, folder / "photos"
+    views, corners = true_views(truth, photos), true_corners(truth)
+    greys = {name: np.asarray(cv2.imread(str(photos / name), 0), dtype=np.uint8) for name in views}
     print("| corners by | markers | false | median error | 95 % | bias outwards |")
     print("|---|---|---|---|---|---|")
     for label, refinement in _OPENCV.items():
