@@ -220,3 +220,38 @@ def test_a_doubtful_instance_is_listed_and_not_a_hold_unless_a_setter_keeps_it(
     scan.hold_edits.unlink()
     run(scan, ClassifySettings(least_score=0.1), Silent())
     assert read_json(scan.attributes)["left_out"] == []
+
+
+def test_a_classifier_of_cutouts_names_types_and_roles(scan: ScanFolder, tmp_path: Path) -> None:
+    """A network that answers the mean red, green and blue of a cutout."""
+    onnx = pytest.importorskip("onnx")
+    value, node = onnx.helper.make_tensor_value_info, onnx.helper.make_node
+    kind = onnx.TensorProto.FLOAT
+    nodes = [
+        node("GlobalAveragePool", ["x"], ["mean"]),
+        node("Flatten", ["mean"], ["flat"]),
+        node("Mul", ["flat", "factor"], ["y"]),
+    ]
+    given, answer = value("x", kind, ["n", 3, "h", "w"]), value("y", kind, ["n", 3])
+    factor = onnx.helper.make_tensor("factor", kind, [], [60.0])
+    graph = onnx.helper.make_graph(nodes, "colour", [given], [answer], [factor])
+    model = onnx.helper.make_model(
+        graph, opset_imports=[onnx.helper.make_opsetid("", 17)], ir_version=9
+    )
+    entry = model.metadata_props.add()
+    entry.key, entry.value = "names", '["reddish", "greenish", "bluish"]'
+    onnx.save(model, tmp_path / "m.onnx")
+    (tmp_path / "classes.toml").write_text(
+        '[[class]]\nname = "reddish"\ntype = "jug"\nmaker = "Acme"\n'
+        '[[class]]\nname = "bluish"\ntype = "jug"\ncolour = "sea"\nrole = "downclimb"\n'
+    )
+    settings = ClassifySettings(
+        model=str(tmp_path / "m.onnx"), classes=str(tmp_path / "classes.toml")
+    )
+    run(scan, settings, Silent())
+    holds = {hold.id: hold for hold in read_holds(scan.attributes)}
+    assert [holds[k].type for k in (1, 2, 4, 5)] == ["jug", "jug", "jug", "volume"]
+    assert (holds[1].maker, holds[1].colour, holds[1].role) == ("Acme", "red", "hold")
+    assert (holds[2].colour, holds[2].role) == ("sea", "downclimb")
+    assert "sea" in {entry["name"] for entry in read_json(scan.attributes)["palette"]}
+    assert holds[6].type == "unknown"  # no photo shows it

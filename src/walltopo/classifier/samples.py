@@ -35,6 +35,7 @@ class Cutouts:
     label : (n,) int64 into `names`.
     hold : (n,) int64, equal for cutouts of one hold: they are never split.
     names : classes; meanings : what they say, for those that say more than their name.
+    keys : source and name or number of each hold.
     """
 
     pictures: NDArray[np.uint8]
@@ -42,6 +43,7 @@ class Cutouts:
     hold: NDArray[np.int64]
     names: tuple[str, ...]
     meanings: dict[str, Meaning]
+    keys: tuple[str, ...] = ()
 
     def counts(self) -> dict[str, int]:
         """Holds per class."""
@@ -95,6 +97,7 @@ def read_cutouts(sources: Sequence[Path], label: str, side: int) -> Cutouts:
         np.array([holds[cutout.hold] for cutout in found]),
         names,
         meanings,
+        tuple(holds),
     )
 
 
