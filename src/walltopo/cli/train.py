@@ -10,7 +10,14 @@ from pathlib import Path
 from typing import Any
 
 from walltopo.cli.train_classifier import add_classifier_word
-from walltopo.train.params import AugmentSettings, TrainSettings, read_augment
+from walltopo.core import EnvironmentLacksError, InputError, SettingsError
+from walltopo.train.params import (
+    AugmentSettings,
+    TrainSettings,
+    YoloSettings,
+    is_yolo,
+    read_augment,
+)
 
 __all__ = ["register"]
 
@@ -19,6 +26,7 @@ examples:
   walltopo train hold-boxes/train -o run
   walltopo train hold-boxes/train synth/coco.json -o run --minutes 70 --threads 2
   walltopo train our-gym.json -o ours --pretrained onnx --rate 3e-4 --minutes 10
+  walltopo train hold-boxes/train -o yolo --model yolo11s-seg --augment published --device cuda
 The same command goes on where the last one stopped. The result is run/holds.onnx, for
 `walltopo detect --model run/holds.onnx`; run/holds.md is its model card.
 """
@@ -29,8 +37,8 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     parser = commands.add_parser(
         "train",
         help="train a detector on labelled photos",
-        description="Train the vote network from fresh weights, on YOLO box sets (made into "
-        "pseudo-masks) and on COCO sets with masks; export it as ONNX with a model card.",
+        description="Train a network on YOLO box sets (made into pseudo-masks) and on COCO sets "
+        "with masks; export it as ONNX with a model card.",
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -44,11 +52,17 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     parser.add_argument(
         "--pretrained",
         metavar="FILE|onnx",
-        help="start from this exported network (onnx: the shipped one) instead of fresh weights; "
-        "give a lower --rate, such as 3e-4",
+        help="start from this network instead of fresh weights: for votes an exported one (onnx: "
+        "the shipped one) and a lower --rate, such as 3e-4; for Ultralytics' a .pt file",
     )
     parser.add_argument("-v", "--verbose", action="store_true", help="a line per minute")
-    _add_settings(parser.add_argument_group("training"), TrainSettings)
+    parser.add_argument(
+        "--model",
+        default="votes",
+        help="votes (default), or one of Ultralytics' networks (AGPL-3.0, extra [ultralytics]): "
+        "yolo11s-seg, yolo11s, rtdetr-l and their sizes",
+    )
+    _add_settings(parser.add_argument_group("training"), TrainSettings, YoloSettings)
     group = parser.add_argument_group("augmentation")
     group.add_argument(
         "--augment",
@@ -57,48 +71,63 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         help="how photos are varied; a TOML file names what differs from the default, and the "
         "options below go before both",
     )
-    _add_settings(group, AugmentSettings, given_only=True)
+    _add_settings(group, AugmentSettings)
     parser.set_defaults(run=run)
     add_classifier_word(commands, parser)
 
 
-def _add_settings(
-    group: argparse._ArgumentGroup, kind: type[Any], given_only: bool = False
-) -> None:
-    for field in dataclasses.fields(kind):
+def _add_settings(group: argparse._ArgumentGroup, *kinds: type[Any]) -> None:
+    """An option per setting of these kinds; None where it is not given."""
+    defaults = [{f.name: f.default for f in dataclasses.fields(kind)} for kind in kinds]
+    for field in {f.name: f for kind in reversed(kinds) for f in dataclasses.fields(kind)}.values():
         unit = f" [{field.metadata['unit']}]" if field.metadata["unit"] else ""
-        text = f"{field.metadata['help']}{unit} (default: {field.default})"
+        told = ", ".join(str(known[field.name]) for known in defaults if field.name in known)
+        if len(kinds) > 1 and field.name not in defaults[0]:
+            told = f"Ultralytics' networks only; {told}"
+        elif len(kinds) > 1 and field.name not in defaults[1]:
+            told = f"votes only; {told}"
         group.add_argument(
             "--" + field.name.replace("_", "-"),
             type=type(field.default),
-            default=None if given_only else field.default,
             choices=field.metadata["choices"] or None,
-            help=text.replace("%", "%%"),
+            help=f"{field.metadata['help']}{unit} (default: {told})".replace("%", "%%"),
         )
 
 
+def _given(args: argparse.Namespace, *kinds: type[Any]) -> dict[str, Any]:
+    names = {field.name for kind in kinds for field in dataclasses.fields(kind)}
+    return {name: getattr(args, name) for name in names if getattr(args, name) is not None}
+
+
 def _settings(args: argparse.Namespace, kind: type[Any]) -> Any:
-    return kind(**{field.name: getattr(args, field.name) for field in dataclasses.fields(kind)})
+    """Settings of the chosen model; an option of the other kind is refused."""
+    known = {field.name for field in dataclasses.fields(kind)}
+    given = _given(args, TrainSettings, YoloSettings)
+    for name in sorted(set(given) - known):
+        raise SettingsError(
+            f"--{name.replace('_', '-')} is no setting of --model {args.model}",
+            f"Its settings: {', '.join(sorted(known))}",
+        )
+    return kind(**given)
 
 
 def _augmentation(args: argparse.Namespace) -> AugmentSettings:
-    given = {f.name: getattr(args, f.name) for f in dataclasses.fields(AugmentSettings)}
-    return dataclasses.replace(
-        read_augment(args.augment), **{k: v for k, v in given.items() if v is not None}
-    )
-
-
-def _path(text: str | None) -> Path | None:
-    return Path(text) if text else None
+    return dataclasses.replace(read_augment(args.augment), **_given(args, AugmentSettings))
 
 
 def run(args: argparse.Namespace) -> int:
     """Train, export, say how good it is."""
     from walltopo.cli.console import console
     from walltopo.cli.listener import TerminalListener
-    from walltopo.core import EnvironmentLacksError
 
-    settings, augment = _settings(args, TrainSettings), _augmentation(args)
+    votes = args.model == "votes"
+    if not votes and not is_yolo(args.model):
+        raise InputError(
+            f"--model {args.model}: no network that can be trained",
+            "Give votes, or one of Ultralytics' such as yolo11s-seg, yolo11s, rtdetr-l.",
+        )
+    settings = _settings(args, TrainSettings if votes else YoloSettings)
+    augment = _augmentation(args)
     try:
         import torch  # noqa: F401
     except ImportError as error:
@@ -106,8 +135,8 @@ def run(args: argparse.Namespace) -> int:
             f"training needs PyTorch, which is not here ({error})",
             "Install the extra: pip install 'walltopo[train]'",
         ) from error
-    from walltopo.detect.detector import shipped_model
     from walltopo.train.detector import Job, train_detector
+    from walltopo.train.yolo import train_yolo
 
     words = [Path(w).name if Path(w).is_absolute() else w for w in sys.argv[1:]]
     job = Job(
@@ -115,10 +144,26 @@ def run(args: argparse.Namespace) -> int:
         args.out,
         tuple(args.attribution),
         "walltopo " + shlex.join(words),
-        shipped_model() if args.pretrained == "onnx" else _path(args.pretrained),
+        _pretrained(args.pretrained, votes),
     )
     with TerminalListener(console, verbose=args.verbose) as progress:
-        figures = train_detector(job, settings, augment, progress)
+        if votes:
+            figures = train_detector(job, settings, augment, progress)
+        else:
+            figures = train_yolo(job, args.model, settings, augment, progress)
     told = ", ".join(f"{name} {value:.3f}" for name, value in figures.items())
     console.print(f"{args.out / 'holds.onnx'}: {told}", soft_wrap=True)
     return 0
+
+
+def _pretrained(text: str | None, votes: bool) -> Path | None:
+    from walltopo.detect.detector import shipped_model
+
+    if text == "onnx":
+        if not votes:
+            raise InputError(
+                "--pretrained onnx: the shipped network is a vote network",
+                "Give Ultralytics' networks weights of their own kind (.pt).",
+            )
+        return shipped_model()
+    return Path(text) if text else None

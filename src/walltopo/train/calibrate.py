@@ -116,10 +116,12 @@ def calibrate(
     """
     settings = settings or DetectSettings()
     progress.step("calibration", 2)
-    set_metadata(model, {"offset": "[0.0, 0.0]"})
-    once = OnnxDetector(model, replace(settings, score=0.2, again=0.0))
-    offset = network_offset(once, list(_samples(folder, names)))
-    set_metadata(model, {"offset": json.dumps(offset)})
+    offset = [0.0, 0.0]
+    if OnnxDetector(model, settings).model.head == "votes":
+        set_metadata(model, {"offset": json.dumps(offset)})
+        once = OnnxDetector(model, replace(settings, score=0.2, again=0.0))
+        offset = network_offset(once, list(_samples(folder, names)))
+        set_metadata(model, {"offset": json.dumps(offset)})
     progress.advance()
     detector = OnnxDetector(model, replace(settings, score=_LOW))
     found, truth = [], []

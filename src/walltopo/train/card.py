@@ -9,7 +9,7 @@ from pathlib import Path
 from walltopo.train.params import AugmentSettings, TrainSettings
 from walltopo.workspace import atomic_path
 
-__all__ = ["CardFacts", "write_card"]
+__all__ = ["CardFacts", "write_card", "yolo_card"]
 
 
 @dataclass(frozen=True)
@@ -41,6 +41,22 @@ def _table(rows: Mapping[str, object]) -> list[str]:
     return ["| | |", "|---|---|", *(f"| {key} | {value} |" for key, value in rows.items())]
 
 
+def _data_section(sets: Sequence[tuple[str, int, int, int]], credit: Sequence[str]) -> list[str]:
+    return [
+        "## Data",
+        "",
+        "| set | trained on | held out | dropped (labels do not fit) |",
+        "|---|---|---|---|",
+        *(f"| {name} | {n} | {held} | {dropped} |" for name, n, held, dropped in sets),
+        "",
+        *(f"- {line}" for line in credit),
+        "",
+        "Sets with boxes only were made into pseudo-masks (GrabCut in the box, undecided where "
+        "colour cannot tell).",
+        "",
+    ]
+
+
 def write_card(
     path: Path, facts: CardFacts, settings: TrainSettings, augment: AugmentSettings
 ) -> None:
@@ -53,17 +69,7 @@ def write_card(
         f"from {facts.pretrained or 'fresh weights'} for {facts.minutes:.0f} minutes "
         f"({facts.step} steps of {settings.batch} crops of {settings.crop} px).",
         "",
-        "## Data",
-        "",
-        "| set | trained on | held out | dropped (labels do not fit) |",
-        "|---|---|---|---|",
-        *(f"| {name} | {n} | {held} | {dropped} |" for name, n, held, dropped in facts.sets),
-        "",
-        *(f"- {line}" for line in facts.attribution),
-        "",
-        "Sets with boxes only were made into pseudo-masks (GrabCut in the box, undecided where "
-        "colour cannot tell).",
-        "",
+        *_data_section(facts.sets, facts.attribution),
         "## Figures on the held-out photos",
         "",
         "These photos chose the weights and the threshold: they flatter. The figures to quote "
@@ -78,6 +84,47 @@ def write_card(
         "## Settings",
         "",
         *_table({**asdict(settings), **asdict(augment)}),
+    ]
+    with atomic_path(path) as temporary:
+        temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def yolo_card(
+    path: Path,
+    name: str,
+    credit: Sequence[str],
+    command: str,
+    sets: Sequence[tuple[str, int, int, int]],
+    tables: Sequence[Mapping[str, object]],
+    figures: Mapping[str, float],
+) -> None:
+    """The card of an Ultralytics network.
+
+    Parameters
+    ----------
+    sets : as in `CardFacts`.
+    tables : settings, then augmentation.
+    """
+    lines = [
+        f"# {path.stem}",
+        "",
+        f"Finds holds and volumes in photos of indoor climbing walls: {name}, trained and exported "
+        "by Ultralytics (AGPL-3.0: its licence reaches these weights and what is built on them).",
+        "",
+        *_data_section(sets, credit),
+        "## Figures on the held-out photos",
+        "",
+        "These photos chose the thresholds: they flatter.",
+        "",
+        *_table({key: f"{value:.3f}" for key, value in figures.items()}),
+        "",
+        "## Command",
+        "",
+        f"    {command}",
+        "",
+        "## Settings",
+        "",
+        *_table({key: value for table in tables for key, value in table.items()}),
     ]
     with atomic_path(path) as temporary:
         temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -10,10 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from walltopo.core import InputError, Progress
+from walltopo.core import Progress
 from walltopo.train.audit import audit
-from walltopo.train.batches import split_sources
-from walltopo.train.cache import cache_coco, cache_yolo
 from walltopo.train.calibrate import calibrate
 from walltopo.train.card import CardFacts, write_card
 from walltopo.train.choose import check_on
@@ -22,21 +20,10 @@ from walltopo.train.loop import Run, train
 from walltopo.train.net import VoteNet, build_net
 from walltopo.train.params import AugmentSettings, TrainSettings
 from walltopo.train.plots import plot_history
+from walltopo.train.sets import LabelledSet, open_sets
 from walltopo.workspace import read_json, write_json
 
 __all__ = ["Job", "export_run", "train_detector"]
-
-
-@dataclass(frozen=True)
-class _Set:
-    """One cached data set, parted."""
-
-    name: str
-    folder: Path
-    exact: bool
-    train: tuple[str, ...]
-    held_out: tuple[str, ...]
-    dropped: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -60,43 +47,7 @@ class Job:
     pretrained: Path | None = None
 
 
-def _photos_of(annotations: Path) -> Path:
-    for folder in (annotations.parent / "photos", annotations.parent / "images"):
-        if folder.is_dir():
-            return folder
-    return annotations.parent
-
-
-def _open_sets(job: Job, settings: TrainSettings, progress: Progress) -> list[_Set]:
-    sets = []
-    # Rendered photos tell little about real ones: where there are box sets, check on those.
-    only_exact = all(path.suffix == ".json" for path in job.datasets)
-    for path in job.datasets:
-        exact = path.suffix == ".json"
-        label = "-".join(path.with_suffix("").parts[-2:])
-        folder = job.out / "cache" / label
-        if exact:
-            names = cache_coco(path, _photos_of(path), folder, progress)
-            share = settings.held_out if only_exact else 0.0
-            kept, held_out = split_sources(names, share)
-            sets.append(_Set(label, folder, True, tuple(kept), tuple(held_out)))
-        elif (path / "images").is_dir() and (path / "labels").is_dir():
-            names = cache_yolo(path, folder, progress)
-            kept, held_out = split_sources(names, settings.held_out)
-            sets.append(_Set(label, folder, False, tuple(kept), tuple(held_out)))
-        else:
-            raise InputError(
-                f"{path}: neither a COCO file nor a YOLO folder",
-                "A YOLO folder holds images/ and labels/; a COCO set is named by its .json.",
-            )
-    if not any(s.held_out for s in sets):
-        progress.note("no photo is held out: checks look at photos that were trained on")
-    if not any(s.train for s in sets):
-        raise InputError(f"no labelled photos in {', '.join(str(p) for p in job.datasets)}")
-    return sets
-
-
-def _held_out(sets: Sequence[_Set], count: int) -> tuple[Path, list[str]]:
+def _held_out(sets: Sequence[LabelledSet], count: int) -> tuple[Path, list[str]]:
     """The photos to check on: evenly drawn from the held-out ones of the first set with any."""
     for item in sets:
         if item.held_out:
@@ -107,8 +58,8 @@ def _held_out(sets: Sequence[_Set], count: int) -> tuple[Path, list[str]]:
 
 
 def _drop_wrong(
-    job: Job, sets: Sequence[_Set], net: VoteNet | None, progress: Progress
-) -> list[_Set]:
+    job: Job, sets: Sequence[LabelledSet], net: VoteNet | None, progress: Progress
+) -> list[LabelledSet]:
     """Leave out photos whose labels do not fit; remembers its verdicts in the run's folder."""
     verdicts_file = job.out / "audit.json"
     if net is not None and not verdicts_file.is_file():
@@ -132,7 +83,7 @@ def _drop_wrong(
     ]
 
 
-def _shares(sets: Sequence[_Set], synthetic: float) -> list[float]:
+def _shares(sets: Sequence[LabelledSet], synthetic: float) -> list[float]:
     """Share of the crops per set: exact sets together `synthetic`, by photos within a kind."""
     photos = [len(s.train) for s in sets]
     exact = sum(n for s, n in zip(sets, photos, strict=True) if s.exact)
@@ -148,7 +99,7 @@ def _shares(sets: Sequence[_Set], synthetic: float) -> list[float]:
 def export_run(
     run: Run,
     job: Job,
-    sets: Sequence[_Set],
+    sets: Sequence[LabelledSet],
     settings: TrainSettings,
     augment: AugmentSettings,
     progress: Progress,
@@ -191,14 +142,14 @@ def train_detector(
     ------
     InputError : a data set cannot be read, or the folder holds another run's checkpoint.
     """
-    sets = _open_sets(job, settings, progress)
+    sets = open_sets(job.datasets, job.out, settings.held_out, progress)
     folder, names = _held_out(sets, settings.check_photos)
     checkpoint = job.out / "checkpoint.pt"
 
     def check(net: VoteNet) -> dict[str, float]:
         return check_on(net, folder, names)
 
-    def leg(parts: Sequence[_Set], until: float) -> Run:
+    def leg(parts: Sequence[LabelledSet], until: float) -> Run:
         used = [s for s in parts if s.train]
         return train(
             [(s.folder, s.train) for s in used],

@@ -14,7 +14,7 @@ from walltopo.core import StageError
 from walltopo.train.net import CLASSES, VoteNet
 from walltopo.workspace import atomic_path
 
-__all__ = ["export_onnx", "fuse", "set_metadata"]
+__all__ = ["export_onnx", "fuse", "set_metadata", "store_half"]
 
 
 def fuse(net: VoteNet) -> VoteNet:
@@ -48,7 +48,7 @@ class _Deployed(nn.Module):
         return torch.sigmoid(heat), votes, torch.sigmoid(mask)
 
 
-def _store_half(model: Any) -> Any:
+def store_half(model: Any) -> Any:
     """Weights stored as float16 and cast back on loading: half the file, the same arithmetic."""
     import onnx
     from onnx import numpy_helper
@@ -116,7 +116,7 @@ def export_onnx(
         del node.metadata_props[:]
         node.doc_string = ""
     if half:
-        model = _store_half(model)
+        model = store_half(model)
     onnx.checker.check_model(model)
     with atomic_path(path) as temporary:
         onnx.save(model, temporary)

@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import difflib
+import re
 import tomllib
 from dataclasses import dataclass, fields
 from pathlib import Path
 
 from walltopo.core import InputError, SettingsError, check_settings, setting
 
-__all__ = ["AUGMENTS", "AugmentSettings", "TrainSettings", "read_augment"]
+__all__ = [
+    "AUGMENTS",
+    "AugmentSettings",
+    "TrainSettings",
+    "YoloSettings",
+    "is_yolo",
+    "read_augment",
+]
 
 
 @dataclass(frozen=True)
@@ -131,3 +139,29 @@ class TrainSettings:
 
     def __post_init__(self) -> None:
         check_settings(self, "train")
+
+
+@dataclass(frozen=True)
+class YoloSettings:
+    """How long and with what Ultralytics trains one of its networks."""
+
+    minutes: float = setting(
+        60.0, "time to train, all resumed parts together", unit="min", low=0.01
+    )
+    size: int = setting(640, "photos are resized to this", unit="px", low=32)
+    batch: int = setting(8, "photos per step", low=1)
+    rate: float = setting(1e-2, "initial learning rate of SGD", low=1e-6, high=1.0)
+    momentum: float = setting(0.937, "momentum of SGD", low=0.0, high=0.999)
+    held_out: float = setting(0.08, "share of the sources kept for choosing", low=0.0, high=0.5)
+    patience: int = setting(50, "stop after so many epochs without gain", low=1)
+    threads: int = setting(1, "CPU threads", low=1)
+    seed: int = setting(0, "seed of weights and order", low=0)
+    device: str = setting("auto", "where to train", choices=("auto", "cpu", "cuda"))
+
+    def __post_init__(self) -> None:
+        check_settings(self, "yolo")
+
+
+def is_yolo(name: str) -> bool:
+    """Whether a model's name is one of Ultralytics' (`yolo11s-seg`, `rtdetr-l`)."""
+    return re.fullmatch(r"yolo(v8|v9|v10|11|12)[ntsmclxe](-seg)?|rtdetr-[lx]", name) is not None
