@@ -130,6 +130,12 @@ def test_resume_gives_the_same_bytes(gym: Path, tmp_path: Path) -> None:
     assert first == again
     with pytest.raises(InputError, match="another recipe \\(differs in seed"):
         generate(tmp_path / "a", tiny_recipe(photos=2, size=(160, 120), seed=1))
+    # A gym of before a setting existed is one with that setting at its default.
+    path = tmp_path / "a" / "truth" / "recipe.json"
+    old = json.loads(path.read_text())
+    del old["gym"]["round_volumes"]
+    path.write_text(json.dumps(old))
+    assert generate(tmp_path / "a", recipe)["rendered"] == 0
     (tmp_path / "b").mkdir()
     (tmp_path / "b" / "notes.txt").write_text("mine")
     with pytest.raises(InputError, match="not empty"):

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from walltopo.core import SettingsError
 from walltopo.synth import PRESETS, GymSettings, gym_preset
-from walltopo.synth.bodies import GymInstance
+from walltopo.synth.bodies import Facet, GymInstance
 from walltopo.synth.gym import Reset, set_up
 from walltopo.synth.light import hang_lamps
 from walltopo.synth.mesh import tessellate
@@ -112,6 +112,38 @@ def test_a_reset_keeps_light_and_paint() -> None:
     lamps = [hang_lamps(s.wall, SMALL, np.random.default_rng([4, 7])) for s in (before, after)]
     np.testing.assert_array_equal(lamps[0].centres, lamps[1].centres)
     assert [f.style for f in before.facets] == [f.style for f in after.facets]
+
+
+def _volume_of(facets: list[Facet]) -> float:
+    """Signed content of the body that the facets bound, cubic metres."""
+    total = 0.0
+    for corners in (facet.corners for facet in facets):
+        for k in range(1, len(corners) - 1):
+            total += float(np.linalg.det(corners[[0, k, k + 1]])) / 6
+    return total
+
+
+def test_round_volumes_are_closed_and_plane_facetted() -> None:
+    built = set_up(replace(SMALL, round_volumes=1.0), 4)
+    assert len(built.volumes) == SMALL.volumes
+    assert all(volume.colour != "wood" for volume in built.volumes)
+    for volume in built.volumes:
+        facets = [facet for facet in built.facets if facet.instance == volume.id]
+        assert {facet.kind for facet in facets} == {"dome"}
+        edges = [
+            (tuple(a.round(6)), tuple(b.round(6)))
+            for facet in facets
+            for a, b in zip(facet.corners, np.roll(facet.corners, -1, axis=0), strict=True)
+        ]
+        assert sorted(edges) == sorted((b, a) for a, b in edges), "every edge has its opposite"
+        for facet in facets:
+            spread = np.linalg.svd(facet.corners - facet.corners.mean(axis=0))[1]
+            assert len(facet.corners) == 3 or spread[-1] < 1e-9
+        assert _volume_of(facets) > 0.001
+        corners = np.concatenate([facet.corners for facet in facets])
+        assert ((corners - volume.position) @ volume.normal).max() > 0.05
+    flat_ones = set_up(SMALL, 4)
+    assert not any(facet.kind == "dome" for facet in flat_ones.facets)
 
 
 def test_no_hold_hides_in_a_fin() -> None:

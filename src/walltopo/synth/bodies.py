@@ -44,7 +44,8 @@ class Facet:
     Parameters
     ----------
     corners : (3 or 4, 3) float64 world, counter-clockwise seen from outside.
-    kind : what is painted on it: wall, fin, volume, floor, plate, concrete, ceiling.
+    kind : what is painted on it: wall, fin, volume, dome (a patch of a round volume), floor, plate,
+        concrete, ceiling.
     instance : id of the volume it belongs to, 0 = none.
     texel : size of a texel, metres.
     style : free number that its painter understands (colour number, plate number).

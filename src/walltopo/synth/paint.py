@@ -80,6 +80,18 @@ def _volume(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Genera
     tnut_holes(canvas, facet, rng)
 
 
+def _dome(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generator) -> None:
+    """A patch of a round volume: gelcoat, with shoe rubber and chalk on some patches."""
+    canvas.image[...] = np.array(work.volumes[facet.instance].rgb, np.float32)
+    speckle(canvas, rng, 0.03, 0.02)
+    patch = canvas.image.shape[0] * canvas.image.shape[1] * canvas.texel**2
+    scuffs, smears = rng.poisson(
+        patch * np.array([60 * work.settings.wear, 30 * work.settings.chalk])
+    )
+    strokes(canvas, rng, int(scuffs), 0.14, (0.02, 0.12), 0.0012, 0.5)
+    strokes(canvas, rng, int(smears), 0.92, (0.03, 0.15), 0.01, 0.8)
+
+
 def _floor(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generator) -> None:
     """Mats of vinyl, 2 x 1 m, with seams; footprints and chalk."""
     import cv2
@@ -154,6 +166,7 @@ _PAINTERS: dict[str, Callable[[Canvas, Facet, PaintWork, np.random.Generator], N
     "wall": _wall,
     "fin": _wall,
     "volume": _volume,
+    "dome": _dome,
     "floor": _floor,
     "concrete": _concrete,
     "ceiling": _ceiling,

@@ -28,6 +28,9 @@ class GymSettings:
         "painted", "surface of the panels", choices=("painted", "plywood", "textured")
     )
     volumes: int = setting(5, "volumes screwed to the wall", low=0, high=80)
+    round_volumes: float = setting(
+        0.0, "share of the volumes that are round, of fibreglass", low=0, high=1
+    )
     routes: int = setting(9, "routes set on it", low=1, high=120)
     holds_low: int = setting(8, "fewest holds of a route, footholds not counted", low=3, high=60)
     holds_high: int = setting(12, "most holds of a route, footholds not counted", low=3, high=60)

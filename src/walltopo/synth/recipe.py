@@ -63,7 +63,7 @@ def _check_folder(out: Path, recipe: Recipe) -> None:
     path = out / "truth" / "recipe.json"
     wanted = json.loads(json.dumps(recipe.as_dict()))
     if path.is_file():
-        present = read_json(path)
+        present = _with_defaults(read_json(path))
         if present != wanted:
             changed = sorted(k for k in wanted if wanted[k] != present.get(k))
             raise InputError(
@@ -75,6 +75,15 @@ def _check_folder(out: Path, recipe: Recipe) -> None:
             f"{out}: is not empty and no generated gym", "Choose a folder that does not exist yet."
         )
     write_json(path, wanted)
+
+
+def _with_defaults(recipe: dict[str, Any]) -> dict[str, Any]:
+    """A recipe of an older version: settings that it did not have yet are at their defaults."""
+    old = json.loads(json.dumps(Recipe().as_dict()))
+    merged = {**old, **recipe}
+    for part in ("gym", "photos"):
+        merged[part] = {**old[part], **merged[part]}
+    return merged
 
 
 def generate(out: Path, recipe: Recipe, progress: Progress | None = None) -> dict[str, Any]:

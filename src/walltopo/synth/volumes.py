@@ -1,6 +1,8 @@
-"""Volumes: plywood polyhedra screwed to the wall, that every route may use."""
+"""Volumes that every route may use: of plywood, or round ones of fibreglass."""
 
 from __future__ import annotations
+
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +14,7 @@ from walltopo.synth.tnuts import behind_fins
 __all__ = ["place_volumes", "volume_footprint"]
 
 Floats = NDArray[np.float64]
+DOME_SIDES, DOME_RINGS = 24, 6
 
 _PAINTS: dict[str, tuple[tuple[str, tuple[float, float, float]], ...]] = {
     "vivid": (
@@ -28,6 +31,12 @@ _PAINTS: dict[str, tuple[tuple[str, tuple[float, float, float]], ...]] = {
         ("grey", (0.40, 0.40, 0.40)),
     ),
 }
+
+
+def _polyhedron(rng: np.random.Generator) -> tuple[Floats, list[Floats]]:
+    """Outline (N, 2) and polygons of a volume of plywood."""
+    outline, top = _shape(rng)
+    return outline, _faces(outline, top)
 
 
 def _shape(rng: np.random.Generator) -> tuple[Floats, Floats]:
@@ -65,6 +74,35 @@ def _faces(outline: Floats, top: Floats) -> list[Floats]:
     return polygons
 
 
+def _dome(rng: np.random.Generator) -> tuple[Floats, list[Floats]]:
+    """Outline (24, 2) and polygons of a round volume: a flat oval dome, its edge rounded off."""
+    size, aspect = rng.uniform(0.2, 0.45), rng.uniform(0.6, 1.0)
+    depth = size * rng.uniform(0.35, 0.8)
+    turn = rng.uniform(0, 2 * np.pi)
+    angles = np.arange(DOME_SIDES) / DOME_SIDES * 2 * np.pi
+    oval = np.stack([np.cos(angles), aspect * np.sin(angles)], axis=1) * size
+    c, s = np.cos(turn), np.sin(turn)
+    outline = oval @ np.array([[c, s], [-s, c]])
+    rise = np.linspace(0.0, 0.5 * np.pi, DOME_RINGS + 1)[:-1]
+    heights = depth * np.sin(rise)
+    heights[0] = -0.02
+    rings = [
+        np.column_stack([outline * np.cos(angle), np.full(DOME_SIDES, height)])
+        for angle, height in zip(rise, heights, strict=True)
+    ]
+    apex = np.array([0.0, 0.0, depth])
+    after = np.roll(np.arange(DOME_SIDES), -1)
+    polygons = [
+        np.array([low[k], low[after[k]], high[after[k]], high[k]])
+        for low, high in pairwise(rings)
+        for k in range(DOME_SIDES)
+    ]
+    polygons += [np.array([rings[-1][k], rings[-1][after[k]], apex]) for k in range(DOME_SIDES)]
+    back = rings[0][::-1]
+    polygons += [np.array([back[0], back[k], back[k + 1]]) for k in range(1, DOME_SIDES - 1)]
+    return outline, polygons
+
+
 def place_volumes(
     wall: list[Facet], settings: GymSettings, rng: np.random.Generator
 ) -> tuple[list[Facet], list[GymInstance]]:
@@ -79,7 +117,9 @@ def place_volumes(
         if len(records) == settings.volumes:
             break
         host = wall[int(rng.choice(len(wall), p=areas / areas.sum()))]
-        outline, top = _shape(rng)
+        # No draw where none is round: gyms of before that setting stay as they were.
+        is_round = settings.round_volumes > 0 and rng.random() < settings.round_volumes
+        outline, polygons = _dome(rng) if is_round else _polyhedron(rng)
         weights = rng.dirichlet(np.ones(len(host.corners)) * 2)
         centre = weights @ host.corners
         radius = float(np.linalg.norm(outline, axis=1).max())
@@ -90,11 +130,14 @@ def place_volumes(
             continue
         taken.append((centre, radius))
         number = len(records) + 1
-        name, rgb = paint[int(rng.integers(len(paint)))]
+        # Fibreglass is never bare wood.
+        colours = [entry for entry in paint if entry[0] != "wood"] if is_round else paint
+        name, rgb = colours[int(rng.integers(len(colours)))]
         rotation = np.stack(host.frame, axis=1)
-        for polygon in _faces(outline, top):
+        kind = "dome" if is_round else "volume"
+        for polygon in polygons:
             world = centre + polygon @ rotation.T
-            facets.append(Facet(world, "volume", number, 0.003, int(rng.integers(1 << 16))))
+            facets.append(Facet(world, kind, number, 0.003, int(rng.integers(1 << 16))))
         records.append(
             GymInstance(
                 number, "volume", "volume", name, rgb, -1, centre, host.frame[2], role="volume"
