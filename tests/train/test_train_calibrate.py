@@ -45,10 +45,10 @@ def test_a_little_precision_is_given_for_recall() -> None:
 def test_the_networks_offset_is_told_from_the_labels(label_error: float) -> None:
     """The network is off by (+3, -2) in its input, the labels by something in the photo."""
     true = row(12)
-    scale = 0.5
+    scale = 1.0
 
     class Detector:
-        settings = SimpleNamespace(size=500)
+        settings = SimpleNamespace(size=1000)
 
         def detect(self, photo: Any) -> Found:
             boxes = true.copy()

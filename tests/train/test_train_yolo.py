@@ -49,6 +49,7 @@ class FakeTrainer:
 
     calls: list[tuple[str, Any]] = []  # noqa: RUF012
     interrupt = False
+    folder = Path()
 
     def __init__(self, source: Any) -> None:
         self.source = str(source)
@@ -156,7 +157,9 @@ def test_the_same_photos_as_ultralytics_reads_them(
     assert len(held) == len(sets[0].held_out) > 0
     assert "val: images/val" in data.read_text()
     for picture in train:
-        height, width = cv2.imread(str(picture)).shape[:2]
+        image = cv2.imread(str(picture))
+        assert image is not None
+        height, width = image.shape[:2]
         lines = (tmp_path / f"data/labels/train/{picture.stem}.txt").read_text().splitlines()
         name = picture.stem.split("-")[-1]
         original = (tmp_path / f"set/labels/{Path(name).stem}.txt").read_text().splitlines()
