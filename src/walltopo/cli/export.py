@@ -14,6 +14,7 @@ EXPORT_EXAMPLES = """\
 examples:
   walltopo export gym/ --format glb-web          # small, for the web: meshopt, WebP
   walltopo export gym/ --format obj --route 7    # one boulder alone
+  walltopo export gym/ --format usdz --route 7   # the same, to place in a room with an iPhone
   walltopo export gym/ --format labelme -o labels/
 """
 MERGE_EXAMPLES = """\
@@ -23,7 +24,7 @@ examples:
   walltopo merge s1 s2 -o gym
 """
 # As in walltopo.export.convert.FORMATS, which would import NumPy here.
-KINDS = ("glb", "glb-web", "obj", "ply", "painted-ply", "geojson", "csv", "labelme")
+KINDS = ("glb", "glb-web", "usdz", "obj", "ply", "painted-ply", "geojson", "csv", "labelme")
 
 
 def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -31,8 +32,8 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     export = commands.add_parser(
         "export",
         help="write a finished scan in another format",
-        description="Write the segmented wall of a scan as glTF, OBJ, PLY, CSV, GeoJSON or as "
-        "LabelMe outlines in its photos.",
+        description="Write the segmented wall of a scan as glTF, USDZ, OBJ, PLY, CSV, GeoJSON or "
+        "as LabelMe outlines in its photos.",
         epilog=EXPORT_EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

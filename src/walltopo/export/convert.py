@@ -18,6 +18,7 @@ FORMATS = {
     "obj": ".obj",
     "ply": ".ply",
     "painted-ply": ".ply",
+    "usdz": ".usdz",
     "geojson": ".geojson",
     "csv": ".csv",
     "labelme": "",
@@ -28,6 +29,17 @@ def _glb(path: Path, wall: Wall, settings: ExportSettings, web: bool) -> None:
     data = TierBuilder(wall, settings).glb("first" if web else "archive")
     with atomic_path(path) as temporary:
         temporary.write_bytes(data)
+
+
+def _usdz(path: Path, wall: Wall, settings: ExportSettings) -> None:
+    from walltopo.export.files.usdz import write_usdz
+    from walltopo.export.picture import encode_picture
+
+    look, picture = TierBuilder(wall, settings).look("first"), None
+    if look.picture is not None:
+        longest, quality = settings.first_texture, settings.texture_quality
+        picture, _ = encode_picture(look.picture, longest, "JPEG", quality)
+    write_usdz(path, look.surface, picture)
 
 
 def convert(
@@ -53,6 +65,8 @@ def convert(
     settings, progress = settings or ExportSettings(), progress or Silent()
     if kind in ("glb", "glb-web"):
         _glb(path, wall, settings, web=kind == "glb-web")
+    elif kind == "usdz":
+        _usdz(path, wall, settings)
     elif kind == "labelme":
         if scan is None:
             raise InputError("labelme needs a scan folder with its photos")
