@@ -20,6 +20,7 @@ from typing import Any
 
 from rich.console import Console
 
+from benchmarks.detectors import LOW_SCORE, thresholds
 from benchmarks.tables_lift import (
     PRESETS,
     Plan,
@@ -32,6 +33,7 @@ from benchmarks.tables_lift import (
 )
 from benchmarks.tables_page import write_page
 from walltopo.core import Camera, View
+from walltopo.datasets.model import Annotation, Dataset
 from walltopo.workspace import ScanFolder, hash_path, read_json, write_json
 
 console = Console()
@@ -43,7 +45,6 @@ CLASSES = {1: "hold", 2: "volume"}
 def labels_from_paint(data: Path, args: argparse.Namespace) -> Row:
     """Table 1: labels that a painted, reconstruction-like mesh gives, against true masks."""
     from walltopo.datasets.compare import compare
-    from walltopo.datasets.model import Annotation, Dataset
     from walltopo.datasets.project import project_labels
     from walltopo.datasets.refine import grabcut, refine_dataset
     from walltopo.evaluate.truth import read_truth
@@ -79,10 +80,13 @@ def labels_from_paint(data: Path, args: argparse.Namespace) -> Row:
 
 
 def detectors(data: Path, args: argparse.Namespace) -> Row:
-    """Table 2: the shipped detector on photos it never saw, at its own score threshold."""
+    """Table 2: the shipped detector on photos it never saw, ranked, and at its own thresholds."""
     from walltopo.datasets.read import read_dataset
+    from walltopo.detect.detector import open_detector
+    from walltopo.detect.params import DetectSettings
     from walltopo.evaluate.detector import evaluate_detections
 
+    least = thresholds(open_detector(DetectSettings()))
     rows: Row = {}
     for name, where in (
         ("hold-boxes/valid", "hold-boxes/valid"),
@@ -90,9 +94,20 @@ def detectors(data: Path, args: argparse.Namespace) -> Row:
     ):
         truth = read_dataset(data / where)
         photos = [photo.path for photo in truth.photos if photo.path]
-        found = detections(photos, args.work, f"detections-{name.replace('/', '-')}")
-        rows[name] = evaluate_detections(read_dataset(found), truth).as_dict()
-    return rows
+        kept = f"detections-{name.replace('/', '-')}"
+        found = read_dataset(detections(photos, args.work, kept, LOW_SCORE))
+        sure = Dataset(
+            tuple(
+                p.with_annotations(tuple(a for a in p.annotations if a.score >= least[a.label]))
+                for p in found.photos
+            ),
+            found.classes,
+        )
+        rows[name] = {
+            "ranked": evaluate_detections(found, truth).as_dict(),
+            "sure": evaluate_detections(sure, truth).as_dict(),
+        }
+    return {"sets": rows, "thresholds": {CLASSES[k]: v for k, v in least.items()}}
 
 
 def _plan(args: argparse.Namespace) -> Plan:

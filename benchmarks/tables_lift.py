@@ -8,6 +8,7 @@ searches; a run that was stopped goes on.
 
 from __future__ import annotations
 
+import hashlib
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -69,15 +70,23 @@ class Plan:
 
 
 def detector_hash() -> str:
-    """Names the shipped detector."""
-    return hash_path(shipped_model())[:8]
+    """Names the shipped detector: its weights and how it looks by default."""
+    text = f"{hash_path(shipped_model())} {DetectSettings()}"
+    return hashlib.blake2b(text.encode(), digest_size=4).hexdigest()
 
 
-def detections(photos: Sequence[Path], folder: Path, name: str = "detections") -> Path:
-    """The shipped detector's masks of some photos, kept under its hash."""
+def detections(
+    photos: Sequence[Path], folder: Path, name: str = "detections", score: float = 0.0
+) -> Path:
+    """The shipped detector's masks of some photos, kept under its hash.
+
+    Parameters
+    ----------
+    score : least score; 0 takes the detector's own.
+    """
     path = folder / f"{name}-{detector_hash()}.json"
     if not path.is_file():
-        detect_photos(photos, open_detector(DetectSettings()), path, Silent())
+        detect_photos(photos, open_detector(DetectSettings(score=score)), path, Silent())
     return path
 
 
