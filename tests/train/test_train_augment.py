@@ -100,7 +100,7 @@ def test_presets_and_files(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("mosiac = 0.5", "unknown augmentation 'mosiac'.*mosaic"),
+        ("mosiac = 0.5", "unknown setting 'mosiac'.*mosaic"),
         ("hue = 'red'", "hue: expected a number, got 'red'"),
         ("hue = 2", "hue"),
         ("hue = ", "not valid TOML"),

@@ -21,7 +21,7 @@ from walltopo.train.detector import Job, train_detector  # noqa: E402
 from walltopo.train.export import export_onnx, fuse  # noqa: E402
 from walltopo.train.loop import learning_rate, load_run  # noqa: E402
 from walltopo.train.loss import box_loss, heat_loss, mask_loss  # noqa: E402
-from walltopo.train.net import NetSize, build_net  # noqa: E402
+from walltopo.train.net import NET_SIZES, NetSize, build_net  # noqa: E402
 from walltopo.train.params import AugmentSettings, TrainSettings  # noqa: E402
 from walltopo.train.plots import plot_history  # noqa: E402
 from walltopo.train.warm import freeze_norms, load_exported  # noqa: E402
@@ -94,9 +94,7 @@ class Interrupted(Silent):
 def test_learns_resumes_and_exports(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, disc_set: Callable[..., Path]
 ) -> None:
-    from walltopo.train import loop
-
-    monkeypatch.setattr(loop, "build_net", lambda size=None: build_net(size or SMALL))
+    monkeypatch.setitem(NET_SIZES, "s", SMALL)
     data = disc_set(tmp_path / "set")
     job = Job((data,), tmp_path / "run", ("disc walls, made by this test",))
     augment = AugmentSettings(scale_low=0.9, scale_high=1.2)

@@ -149,7 +149,7 @@ def test_without_the_extra_it_says_so(tmp_path: Path) -> None:
 def test_the_same_photos_as_ultralytics_reads_them(
     tmp_path: Path, disc_set: Callable[..., Path]
 ) -> None:
-    sets = open_sets((disc_set(tmp_path / "set", 12),), tmp_path / "run", 0.3, Silent())
+    sets = open_sets((disc_set(tmp_path / "set", 12),), tmp_path / "cache", 0.3, Silent())
     data = write_yolo_set(sets, tmp_path / "data", segments=True)
     train = sorted((tmp_path / "data/images/train").iterdir())
     held = sorted((tmp_path / "data/images/val").iterdir())

@@ -17,6 +17,7 @@ from walltopo.train.params import (
     YoloSettings,
     is_yolo,
     read_augment,
+    read_values,
 )
 
 __all__ = ["register"]
@@ -62,7 +63,15 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         help="votes (default), or one of Ultralytics' networks (AGPL-3.0, extra [ultralytics]): "
         "yolo11s-seg, yolo11s, rtdetr-l and their sizes",
     )
-    _add_settings(parser.add_argument_group("training"), TrainSettings, YoloSettings)
+    group = parser.add_argument_group("training")
+    group.add_argument(
+        "--hyp",
+        type=Path,
+        metavar="FILE",
+        help="settings from a TOML file, such as tuned.toml of `walltopo tune detector`; the "
+        "options below go before it",
+    )
+    _add_settings(group, TrainSettings, YoloSettings)
     group = parser.add_argument_group("augmentation")
     group.add_argument(
         "--augment",
@@ -108,7 +117,7 @@ def _settings(args: argparse.Namespace, kind: type[Any]) -> Any:
             f"--{name.replace('_', '-')} is no setting of --model {args.model}",
             f"Its settings: {', '.join(sorted(known))}",
         )
-    return kind(**given)
+    return kind(**{**(read_values(args.hyp, kind) if args.hyp else {}), **given})
 
 
 def _augmentation(args: argparse.Namespace) -> AugmentSettings:

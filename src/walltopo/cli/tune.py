@@ -1,10 +1,12 @@
-"""`walltopo tune`: settings chosen by Bayesian optimisation on labelled walls."""
+"""`walltopo tune`: settings chosen by search on labelled walls and photos."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 from typing import Any
+
+from walltopo.cli.tune_detector import add_detector
 
 __all__ = ["register"]
 
@@ -27,7 +29,7 @@ Run again to go on; run on several machines with one database to share the work.
 
 def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add this group's commands."""
-    group = commands.add_parser("tune", help="choose settings on labelled walls")
+    group = commands.add_parser("tune", help="choose settings on labelled walls and photos")
     kinds = group.add_subparsers(dest="what", metavar="WHAT", required=True)
     for what, help in (
         ("lift", "the lift's settings, by instance AP"),
@@ -57,6 +59,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
             parser.add_argument("--method", choices=("robust", "literal"), default="robust")
             parser.add_argument("--figure", choices=("ap", "ap50", "ap25", "coco_ap"), default="ap")
         parser.set_defaults(run=_run)
+    add_detector(kinds)
 
 
 def _problem(what: str, walls: list[Any], method: str, figure: str) -> Any:

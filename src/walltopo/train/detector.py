@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,13 +17,15 @@ from walltopo.train.card import CardFacts, write_card
 from walltopo.train.choose import check_on
 from walltopo.train.export import export_onnx
 from walltopo.train.loop import Run, train
-from walltopo.train.net import VoteNet, build_net
+from walltopo.train.net import NET_SIZES, VoteNet, build_net
 from walltopo.train.params import AugmentSettings, TrainSettings
 from walltopo.train.plots import plot_history
 from walltopo.train.sets import LabelledSet, open_sets
 from walltopo.workspace import read_json, write_json
 
-__all__ = ["Job", "export_run", "train_detector"]
+__all__ = ["Job", "OnCheck", "export_run", "fit_detector", "train_detector"]
+
+OnCheck = Callable[[int, float], None]
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,7 @@ class Job:
     attribution : credit of the data, for the card.
     command : how the run was called, for the card.
     pretrained : an exported network to start from, or None for fresh weights.
+    cache : where labelled photos are cached, None for a folder of the run; runs may share one.
     """
 
     datasets: tuple[Path, ...]
@@ -45,6 +48,12 @@ class Job:
     attribution: tuple[str, ...] = ()
     command: str = "walltopo train"
     pretrained: Path | None = None
+    cache: Path | None = None
+
+    @property
+    def cached(self) -> Path:
+        """Folder of the cache."""
+        return self.cache or self.out / "cache"
 
 
 def _held_out(sets: Sequence[LabelledSet], count: int) -> tuple[Path, list[str]]:
@@ -133,6 +142,54 @@ def export_run(
     return {**figures, **used, "export_difference": difference}
 
 
+def fit_detector(
+    job: Job,
+    settings: TrainSettings,
+    augment: AugmentSettings,
+    progress: Progress,
+    on_check: OnCheck | None = None,
+) -> tuple[Run, list[LabelledSet]]:
+    """Train, or go on training, without the export.
+
+    Parameters
+    ----------
+    on_check : called after each check with its number from 1 and AP50 on held-out photos; what
+        it raises ends the training.
+    """
+    sets = open_sets(job.datasets, job.cached, settings.held_out, progress)
+    folder, names = _held_out(sets, settings.check_photos)
+    checks = 0
+
+    def check(net: VoteNet) -> dict[str, float]:
+        nonlocal checks
+        figures = check_on(net, folder, names)
+        checks += 1
+        if on_check is not None:
+            on_check(checks, figures["ap50"])
+        return figures
+
+    def leg(parts: Sequence[LabelledSet], until: float) -> Run:
+        used = [s for s in parts if s.train]
+        return train(
+            [(s.folder, s.train) for s in used],
+            _shares(used, settings.synthetic),
+            job.out / "checkpoint.pt",
+            check,
+            settings,
+            augment,
+            progress,
+            size=NET_SIZES[settings.network],
+            until=until,
+            pretrained=job.pretrained,
+        )
+
+    if 0 < settings.audit < 1 and not (job.out / "audit.json").is_file():
+        run = leg(sets, settings.audit)
+        _drop_wrong(job, sets, run.average, progress)
+    sets = _drop_wrong(job, sets, None, progress)
+    return leg(sets, 1.0), sets
+
+
 def train_detector(
     job: Job, settings: TrainSettings, augment: AugmentSettings, progress: Progress
 ) -> dict[str, Any]:
@@ -142,30 +199,5 @@ def train_detector(
     ------
     InputError : a data set cannot be read, or the folder holds another run's checkpoint.
     """
-    sets = open_sets(job.datasets, job.out, settings.held_out, progress)
-    folder, names = _held_out(sets, settings.check_photos)
-    checkpoint = job.out / "checkpoint.pt"
-
-    def check(net: VoteNet) -> dict[str, float]:
-        return check_on(net, folder, names)
-
-    def leg(parts: Sequence[LabelledSet], until: float) -> Run:
-        used = [s for s in parts if s.train]
-        return train(
-            [(s.folder, s.train) for s in used],
-            _shares(used, settings.synthetic),
-            checkpoint,
-            check,
-            settings,
-            augment,
-            progress,
-            until=until,
-            pretrained=job.pretrained,
-        )
-
-    if 0 < settings.audit < 1 and not (job.out / "audit.json").is_file():
-        run = leg(sets, settings.audit)
-        _drop_wrong(job, sets, run.average, progress)
-    sets = _drop_wrong(job, sets, None, progress)
-    run = leg(sets, 1.0)
+    run, sets = fit_detector(job, settings, augment, progress)
     return export_run(run, job, sets, settings, augment, progress)

@@ -73,7 +73,7 @@ def _optimiser(net: VoteNet, settings: TrainSettings) -> torch.optim.Optimizer:
         {"params": decayed, "weight_decay": settings.weight_decay},
         {"params": plain, "weight_decay": 0.0},
     ]
-    return torch.optim.AdamW(groups, lr=settings.rate)
+    return torch.optim.AdamW(groups, lr=settings.rate, betas=(settings.momentum, 0.999))
 
 
 def _new_run(

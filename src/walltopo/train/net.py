@@ -22,7 +22,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-__all__ = ["CLASSES", "NetSize", "VoteNet", "build_net"]
+__all__ = ["CLASSES", "NET_SIZES", "NetSize", "VoteNet", "build_net"]
 
 CLASSES = ("hold", "volume")
 _UNIT = 16.0  # px; a vote of 0 means this distance
@@ -39,6 +39,16 @@ class NetSize:
 
     def as_dict(self) -> dict[str, Any]:
         return asdict(self)
+
+
+# Weights in millions: 0.8, 2.8, 6.4, 9.8, 17.3.
+NET_SIZES = {
+    "n": NetSize(stem=12, widths=(16, 32, 64, 96), neck=48),
+    "s": NetSize(),
+    "m": NetSize(stem=24, widths=(48, 96, 192, 288), neck=96),
+    "l": NetSize(stem=24, widths=(48, 96, 192, 288), depths=(3, 4, 4, 3), neck=128),
+    "x": NetSize(stem=32, widths=(64, 128, 256, 384), depths=(3, 4, 4, 3), neck=160),
+}
 
 
 def conv(inputs: int, outputs: int, size: int = 3, stride: int = 1) -> nn.Sequential:

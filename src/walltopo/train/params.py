@@ -7,6 +7,7 @@ import re
 import tomllib
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 
 from walltopo.core import InputError, SettingsError, check_settings, setting
 
@@ -17,6 +18,7 @@ __all__ = [
     "YoloSettings",
     "is_yolo",
     "read_augment",
+    "read_values",
 ]
 
 
@@ -89,25 +91,39 @@ def read_augment(name: str) -> AugmentSettings:
     """
     if name in AUGMENTS:
         return AUGMENTS[name]
-    path = Path(name)
-    if not path.is_file():
+    if not Path(name).is_file():
         raise InputError(
             f"{name}: no such file of augmentation settings",
             f"Give {', '.join(AUGMENTS)}, or a TOML file.",
         )
+    return AugmentSettings(**read_values(Path(name), AugmentSettings))
+
+
+def read_values(path: Path, kind: type[Any]) -> dict[str, Any]:
+    """Fields of a settings class from a TOML file.
+
+    Raises
+    ------
+    InputError : no such file.
+    SettingsError : no TOML, an unknown key (the nearest known one is named), a wrong type.
+    """
+    if not path.is_file():
+        raise InputError(f"{path}: no such file of settings")
     try:
         values = tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise SettingsError(f"{path}: not valid TOML ({error})") from error
-    known = [field.name for field in fields(AugmentSettings)]
+    known: dict[str, Any] = {field.name: type(field.default) for field in fields(kind)}
     for key, value in values.items():
         if key not in known:
             near = difflib.get_close_matches(key, known, 1)
             hint = f"Did you mean {near[0]}?" if near else f"Known: {', '.join(known)}"
-            raise SettingsError(f"{path}: unknown augmentation {key!r}", hint)
-        if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise SettingsError(f"{path}: {key}: expected a number, got {value!r}")
-    return AugmentSettings(**{key: float(value) for key, value in values.items()})
+            raise SettingsError(f"{path}: unknown setting {key!r}", hint)
+        wanted = (int, float) if known[key] is float else known[key]
+        if isinstance(value, bool) or not isinstance(value, wanted):
+            told = "a number" if known[key] is float else f"of type {known[key].__name__}"
+            raise SettingsError(f"{path}: {key}: expected {told}, got {value!r}")
+    return {key: known[key](value) for key, value in values.items()}
 
 
 @dataclass(frozen=True)
@@ -120,6 +136,10 @@ class TrainSettings:
     crop: int = setting(480, "side of a training crop, a multiple of 32", unit="px", low=64)
     batch: int = setting(8, "crops per step", low=1)
     rate: float = setting(2e-3, "peak learning rate of AdamW", low=1e-6, high=1.0)
+    momentum: float = setting(0.9, "decay of AdamW's mean of the gradient", low=0.0, high=0.999)
+    network: str = setting(
+        "s", "size of the network, smallest to largest", choices=("n", "s", "m", "l", "x")
+    )
     weight_decay: float = setting(0.02, "weight decay of AdamW", low=0.0, high=1.0)
     warmup: float = setting(0.02, "share of the time spent raising the rate", low=0.0, high=0.5)
     ema: float = setting(0.998, "decay of the averaged weights", low=0.0, high=0.99999)

@@ -41,9 +41,9 @@ def _photos_of(annotations: Path) -> Path:
 
 
 def open_sets(
-    datasets: Sequence[Path], out: Path, held_out: float, progress: Progress
+    datasets: Sequence[Path], cache: Path, held_out: float, progress: Progress
 ) -> list[LabelledSet]:
-    """Cache data sets below `out` and part each into training and held-out photos.
+    """Cache data sets in folders of `cache` and part each into training and held-out photos.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def open_sets(
     for path in datasets:
         exact = path.suffix == ".json"
         label = "-".join(path.with_suffix("").parts[-2:])
-        folder = out / "cache" / label
+        folder = cache / label
         if exact:
             names = cache_coco(path, _photos_of(path), folder, progress)
             share = held_out if only_exact else 0.0

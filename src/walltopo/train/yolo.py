@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -11,17 +10,14 @@ from typing import Any
 from walltopo.core import EnvironmentLacksError, InputError, Progress
 from walltopo.train.calibrate import calibrate
 from walltopo.train.card import yolo_card
-from walltopo.train.detector import Job
+from walltopo.train.detector import Job, OnCheck
 from walltopo.train.export import set_metadata, store_half
 from walltopo.train.params import AugmentSettings, YoloSettings
 from walltopo.train.sets import LabelledSet, open_sets
 from walltopo.train.yolo_data import write_yolo_set
 from walltopo.workspace import atomic_path, read_json, write_json
 
-__all__ = ["train_arguments", "train_yolo"]
-
-# Called after each epoch with its number and mAP50 on the held-out photos.
-OnEpoch = Callable[[int, float], None]
+__all__ = ["fit_yolo", "train_arguments", "train_yolo"]
 
 
 def _library() -> Any:
@@ -97,7 +93,7 @@ def _ap50(metrics: dict[str, Any]) -> float:
 
 
 def _fit(
-    job: Job, name: str, arguments: dict[str, Any], progress: Progress, on_epoch: OnEpoch | None
+    job: Job, name: str, arguments: dict[str, Any], progress: Progress, on_epoch: OnCheck | None
 ) -> None:
     """Train, or go on; what was trained to the end is left alone."""
     record = job.out / "history.json"
@@ -165,29 +161,20 @@ def train_yolo(
     settings: YoloSettings,
     augment: AugmentSettings,
     progress: Progress,
-    on_epoch: OnEpoch | None = None,
+    on_epoch: OnCheck | None = None,
 ) -> dict[str, Any]:
     """Train one of Ultralytics' networks and export it; returns held-out figures.
 
     Parameters
     ----------
-    job : as for the vote network; `pretrained` is a `.pt` file.
-    name : such as `yolo11s-seg`, `yolo11s`, `rtdetr-l`.
+    job, name, on_epoch : see `fit_yolo`.
 
     Raises
     ------
     EnvironmentLacksError : the extra is not installed.
     InputError : a data set or the pretrained weights cannot be read.
     """
-    import torch
-
-    _library()
-    torch.set_num_threads(settings.threads)
-    sets = open_sets(job.datasets, job.out, settings.held_out, progress)
-    data = write_yolo_set(sets, job.out / "data", segments=name.endswith("-seg"))
-    progress.step(f"training {name}", 1)
-    _fit(job, name, train_arguments(settings, augment, data, job.out), progress, on_epoch)
-    progress.advance()
+    sets = fit_yolo(job, name, settings, augment, progress, on_epoch)
     path = _export(job, name, settings)
     figures = calibrate(path, *_checked(sets), progress)
     counts = [(s.name, len(s.train), len(s.held_out), len(s.dropped)) for s in sets]
@@ -195,3 +182,33 @@ def train_yolo(
     card = job.out / "holds.md"
     yolo_card(card, name, job.attribution, job.command, counts, tables, figures)
     return figures
+
+
+def fit_yolo(
+    job: Job,
+    name: str,
+    settings: YoloSettings,
+    augment: AugmentSettings,
+    progress: Progress,
+    on_epoch: OnCheck | None = None,
+) -> list[LabelledSet]:
+    """Train one of Ultralytics' networks, or go on, without the export.
+
+    Parameters
+    ----------
+    job : as for the vote network; `pretrained` is a `.pt` file.
+    name : such as `yolo11s-seg`, `yolo11s`, `rtdetr-l`.
+    on_epoch : called after each epoch with its number and Ultralytics' mAP50 on held-out photos.
+    """
+    import torch
+
+    _library()
+    torch.set_num_threads(settings.threads)
+    sets = open_sets(job.datasets, job.cached, settings.held_out, progress)
+    segments = name.endswith("-seg")
+    folder = job.cached / ("yolo-outlines" if segments else "yolo-boxes")
+    data = write_yolo_set(sets, folder, segments)
+    progress.step(f"training {name}", 1)
+    _fit(job, name, train_arguments(settings, augment, data, job.out), progress, on_epoch)
+    progress.advance()
+    return sets
