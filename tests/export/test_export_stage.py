@@ -28,7 +28,7 @@ def test_writes_everything(make_scan: MakeScan) -> None:
     assert rows["metric"] is True
     assert [row["route"] for row in rows["holds"]] == [1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4]
     names = {path.name for path in (scan.root / "page").iterdir()}
-    assert names == {"viewer.js", "first.glb", "first.js", "detail.glb", "detail.js"}
+    assert names == {"viewer.js", "start.js", "first.glb", "first.js", "detail.glb", "detail.js"}
     script = (scan.root / "page" / "first.js").read_text()
     packed = re.search(r'="([^"]+)"', script)
     assert packed is not None

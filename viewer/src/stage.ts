@@ -143,6 +143,8 @@ export class Stage {
   constructor(readonly canvas: HTMLCanvasElement) {
     this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: "default" });
     this.renderer.autoClear = false;
+    // Asking how a shader was compiled makes the page wait for it.
+    this.renderer.debug.checkShaderErrors = false;
     this.camera.up.set(0, 0, 1);
     this.controls = new CameraControls(this.camera, canvas);
     this.controls.updateCameraUp();

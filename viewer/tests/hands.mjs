@@ -150,6 +150,21 @@ export const hands = {
     await close();
   },
 
+  async "the first tier is asked for once, before the viewer runs"(browser, { web }) {
+    const asked = [];
+    const prepare = (page) => void page.on("request", (request) => asked.push(request.url()));
+    const { page, log, close } = await open(browser, web, { prepare });
+    const names = asked.map((url) => url.split("/").pop());
+    assert.equal(names.filter((name) => name === "first.glb").length, 1, `asked for ${names}`);
+    const timing = await page.evaluate(() => {
+      const find = (name) => performance.getEntriesByType("resource").find((entry) => entry.name.endsWith(name));
+      return [find("first.glb").startTime, find("viewer.js").responseEnd, find("first.glb").initiatorType];
+    });
+    assert.equal(timing[2], "link");
+    fine(log);
+    await close();
+  },
+
   async "a finer model that is missing is no error"(browser, { web }) {
     const prepare = (page) => page.route("**/detail.glb", (route) => route.fulfill({ status: 404 }));
     const { page, close } = await open(browser, web, { prepare });

@@ -1,37 +1,73 @@
-// node tests/pictures.mjs INDEX.html OUT.jpg [whole|route|phone] [route id]
+// node tests/pictures.mjs INDEX.html OUT.jpg [whole|route|phone|phone-route] [route id]
+// node tests/pictures.mjs --readme GYM SPRAYWALL [FOLDER]
 //
 // Pictures of a finished scan's page for the README, as JPEG below 200 kB.
 //   whole: 1280 x 720, the wall as it opens;  route: the same, one route lit and framed;
-//   phone: 390 x 844 at two pixels a point, the route lit (without an id: as it opens).
-// The heading is the scan folder's name.
+//   phone: 390 x 844 at two pixels a point, as it opens;  phone-route: the route lit.
+// Without an id the route with the most holds is lit. The heading is the scan folder's name.
+// --readme takes all of the README's pictures of two scan folders into FOLDER (docs/pictures).
 
 import { statSync } from "node:fs";
-import { resolve } from "node:path";
+import { join, resolve } from "node:path";
 import { pathToFileURL } from "node:url";
-import { ask, open, ready, settle, start } from "./browser.mjs";
+import { arrive, ask, open, ready, start } from "./browser.mjs";
 
 const MOST_BYTES = 200_000;
-const [source, out, kind = "whole", id] = process.argv.slice(2);
-if (!source || !out || !["whole", "route", "phone"].includes(kind)) {
-  process.stderr.write("usage: node tests/pictures.mjs INDEX.html OUT.jpg [whole|route|phone] [route id]\n");
-  process.exit(2);
-}
-const size =
-  kind === "phone" ? { width: 390, height: 844, phone: true, scale: 2 } : { width: 1280, height: 720 };
-const browser = await start();
-try {
-  const { page } = await open(browser, pathToFileURL(resolve(source)).href, size);
+const KINDS = ["whole", "route", "phone", "phone-route"];
+const README = [
+  ["gym", "whole", "viewer-gym-a.jpg"],
+  ["gym", "route", "viewer-gym-a-route.jpg"],
+  ["gym", "phone", "viewer-gym-a-phone.jpg"],
+  ["gym", "phone-route", "viewer-gym-a-phone-route.jpg"],
+  ["spraywall", "whole", "viewer-spraywall.jpg"],
+];
+
+/** One picture; says what it wrote. */
+async function take(browser, source, out, kind, id) {
+  const phone = kind.startsWith("phone");
+  const size = phone ? { width: 390, height: 844, phone, scale: 2 } : { width: 1280, height: 720 };
+  const { page, close } = await open(browser, pathToFileURL(resolve(source)).href, size);
   await ready(page, "detail");
-  if (kind !== "whole" && id !== undefined) {
-    await ask(page, (wall, route) => wall.selectRoute(route, { move: true }), Number(id));
-    await page.waitForTimeout(600); // the fade
-    await settle(page);
+  if (kind.endsWith("route")) {
+    await ask(
+      page,
+      (wall, wished) => {
+        const most = (a, b) => b.holds.length - a.holds.length || a.id - b.id;
+        wall.selectRoute(wished ?? wall.routes.sort(most)[0].id, { move: true });
+      },
+      id === undefined ? null : Number(id),
+    );
   }
+  await arrive(page);
+  await page.waitForTimeout(300); // the words that were said fade
   for (let quality = 88; quality >= 40; quality -= 8) {
     await page.screenshot({ path: out, type: "jpeg", quality });
     if (statSync(out).size < MOST_BYTES) break;
   }
   process.stdout.write(`${out}: ${Math.round(statSync(out).size / 1000)} kB\n`);
+  await close();
+}
+
+const [first, second, third, fourth] = process.argv.slice(2);
+const all = first === "--readme";
+if (!first || !second || (all ? !third : !KINDS.includes(third ?? "whole"))) {
+  process.stderr.write(
+    `usage: node tests/pictures.mjs INDEX.html OUT.jpg [${KINDS.join("|")}] [route id]\n` +
+      "       node tests/pictures.mjs --readme GYM SPRAYWALL [FOLDER]\n",
+  );
+  process.exit(2);
+}
+const browser = await start();
+try {
+  if (all) {
+    const scans = { gym: second, spraywall: third };
+    const folder = fourth ?? resolve(import.meta.dirname, "../../docs/pictures");
+    for (const [scan, kind, name] of README) {
+      await take(browser, join(scans[scan], "index.html"), join(folder, name), kind);
+    }
+  } else {
+    await take(browser, first, second, third ?? "whole", fourth);
+  }
 } finally {
   await browser.close();
 }

@@ -26,19 +26,37 @@ PAGE = """<!doctype html>
 <meta name="referrer" content="no-referrer">
 <title>{title}</title>
 <link rel="icon" href="data:,">
+<script src="{assets}/start.js"></script>
 <style>
 html, body {{ margin: 0; height: 100%; overflow: hidden; }}
 html {{ background: light-dark(#eef0f3, #15171b); }}
 wall-topo {{ display: block; position: fixed; inset: 0; }}
+wall-topo:not(:defined) {{ display: grid; place-content: center; text-align: center;
+  font: 15px/1.4 system-ui, sans-serif; color: light-dark(#566070, #a3adbd); }}
+wall-topo strong {{ font-size: 19px; font-weight: 650; color: light-dark(#14181f, #eceff4); }}
 </style>
 </head>
 <body>
 <wall-topo src="{assets}/first.glb" detail="{assets}/detail.glb" heading="{title}" links>
+<strong>{title}</strong> <p>Loading the wall …</p>
 </wall-topo>
 <script src="{assets}/viewer.js"></script>
 <noscript>This page draws the wall with JavaScript; please switch it on.</noscript>
 </body>
 </html>
+"""
+
+# A page from disk may not fetch, so it cannot be told to in the page itself.
+START = """\
+// Asks for the first tier while the viewer's script is still on its way.
+if (location.protocol !== "file:") {
+  const link = document.createElement("link");
+  link.rel = "preload";
+  link.as = "fetch";
+  link.crossOrigin = "anonymous";
+  link.href = document.currentScript.src.replace(/start\\.js$/, "first.glb");
+  document.head.append(link);
+}
 """
 
 
@@ -75,5 +93,6 @@ def write_page(index: Path, folder: Path, title: str) -> None:
     folder : the folder of the tiers, a sibling of `index`.
     """
     shutil.copyfile(viewer_script(), folder / "viewer.js")
+    (folder / "start.js").write_text(START, encoding="ascii")
     text = PAGE.format(title=html.escape(title), assets=folder.name)
     index.write_text(text, encoding="utf-8")
