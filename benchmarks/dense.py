@@ -1,14 +1,17 @@
 """Dense mesh and texture of a rendered gym against its exact truth.
 
-    python -m benchmarks.dense SCAN --truth ../shared/data/gym-a
-    python -m benchmarks.dense SCAN --truth ../shared/data/gym-a --held-out 12
+    python -m benchmarks.dense SCAN --photos DATA/gym-a/photos --truth DATA/gym-a
+    python -m benchmarks.dense SCAN --truth DATA/gym-a --held-out 12 --pictures FOLDER
+    python -m benchmarks.dense NEW --photos DATA/gym-a-reset/photos --truth DATA/gym-a-reset \\
+        --reference SCAN DATA/gym-a
 
-SCAN holds `photos/`, `sparse/` and `scale.json` (a scan up to `scale`). Without `mesh.ply` there,
-the dense and texture stages are run in it first, and their seconds and memory printed. Accuracy:
-distance of points sampled evenly on the mesh to the truth's surface. Completeness: distance of
-points on the truth that at least 3 of its first 60 photos see to the mesh. The scan's frame is
-its own: one rigid motion between camera centres, without scale, leads to the truth's.
-`--held-out N` makes mesh and texture anew without every N-th photo and renders those views.
+Stages whose results SCAN lacks are run in it, from `--photos` on, and their seconds and memory
+printed. Accuracy: distance of points sampled evenly on the mesh to the truth's surface.
+Completeness: distance of points on the truth that at least 3 of its first photos see to the mesh.
+The scan's frame is its own: one rigid motion between camera centres, without scale, leads to the
+truth's. With `--reference` the scan is registered into that one, and the motion is that of the
+reference's cameras: nothing is fitted to the new scan. `--held-out N` makes mesh and texture anew
+without every N-th photo and renders those views.
 """
 
 from __future__ import annotations
@@ -25,6 +28,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.reconstruction_poses import run_stages as run_to_scale
 from walltopo.core import Mesh, Silent, View
 from walltopo.formats.colmap import read_views
 from walltopo.formats.ply import read_mesh
@@ -119,11 +123,18 @@ def distance_near(points: Floats, mesh: Mesh) -> Floats:
     return np.asarray(cKDTree(mesh.centroids[near]).query(points)[0])
 
 
-def compare(scan: ScanFolder, truth_folder: Path) -> None:
-    """Print accuracy, completeness and holds of the scan's mesh."""
+def compare(scan: ScanFolder, truth_folder: Path, frame: tuple[Path, Path] | None = None) -> None:
+    """Print accuracy, completeness and holds of the scan's mesh.
+
+    Parameters
+    ----------
+    frame : scan and truth whose cameras lead to the truth's frame; this scan's own if None.
+    """
     data = np.load(truth_folder / "gt.npz")
     truth = Mesh(data["vertices"].astype(float), data["faces"])
-    rotation, shift = to_truth(read_views(scan.sparse), data["cam_from_world"])
+    known, there = frame or (scan.root, truth_folder)
+    poses = np.load(there / "gt.npz")["cam_from_world"]
+    rotation, shift = to_truth(read_views(ScanFolder(known).sparse), poses)
     mesh = read_mesh(scan.mesh)
     mesh = Mesh(mesh.vertices @ rotation.T + shift, mesh.faces)
     points, _ = sample(mesh, np.ones(len(mesh.faces)), _SAMPLES, 1)
@@ -159,9 +170,14 @@ def run_stages(scan: ScanFolder) -> None:
     for name, stage in stages.items():
         start, cpu = time.perf_counter(), time.process_time()
         metrics = stage()
-        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
         wall, used = time.perf_counter() - start, time.process_time() - cpu
-        print(f"{name}: {wall:.0f} s ({used:.0f} CPU-s), peak {peak:.2f} GB; {metrics}")
+        print(f"{name}: {wall:.0f} s ({used:.0f} CPU-s); {metrics}", flush=True)
+    # Mapping is a process of its own.
+    own, child = (
+        resource.getrusage(who).ru_maxrss / 1e6
+        for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
+    )
+    print(f"peak memory: {max(own, child):.2f} GB (mapping {child:.2f} GB)", flush=True)
 
 
 def shade(mesh: Mesh, texture: Texture, view: View) -> tuple[Image, NDArray[np.bool_]]:
@@ -232,15 +248,22 @@ def reader(scan: ScanFolder, mode: int) -> Callable[[str], Image]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("scan", type=Path)
+    parser.add_argument("--photos", type=Path, help="to scan, where SCAN has no cameras yet")
+    parser.add_argument(
+        "--reference", nargs=2, type=Path, metavar=("SCAN", "TRUTH"), help="registered into it"
+    )
     parser.add_argument("--truth", type=Path, help="folder with gt.npz and scene.json")
     parser.add_argument("--held-out", type=int, default=0, metavar="N")
     parser.add_argument("--pictures", type=Path, help="where to put rendered held-out views")
     args = parser.parse_args()
     scan = ScanFolder(args.scan)
+    if not scan.sparse.is_dir():
+        reference = str(args.reference[0]) if args.reference else ""
+        run_to_scale(args.photos, args.scan, reference=reference)
     if not scan.mesh.is_file():
         run_stages(scan)
     if args.truth:
-        compare(scan, args.truth)
+        compare(scan, args.truth, tuple(args.reference) if args.reference else None)
     if args.held_out:
         held_out(scan, args.held_out, args.pictures)
 

@@ -204,8 +204,9 @@ def test_without_overlap_there_is_a_clear_error() -> None:
 def test_neighbours_are_near_and_not_oneself() -> None:
     world, _, _ = scene()
     partners = choose_neighbours(world, 3, 9.0)
-    assert all(0 < len(p) <= 3 for p in partners)
+    assert all(0 < len(p) == len(set(p)) for p in partners)
     assert all(k not in p for k, p in enumerate(partners))
+    assert all(k in partners[j] for k, p in enumerate(partners) for j in p)
 
 
 @settings(max_examples=25, deadline=None)

@@ -2,7 +2,8 @@
 
 Each photo's partners are chosen such that together they see what it sees: a partner counts for
 the points under a good angle that the ones before it left, so that the corner of a photo where
-only one other photo looks gets that one.
+only one other photo looks gets that one. Partners are mutual: where just two photos look, each
+must have its own depth, or neither could confirm the other's.
 """
 
 from __future__ import annotations
@@ -65,7 +66,8 @@ def choose_neighbours(scene: Scene, count: int, best_angle_deg: float) -> list[l
 
     Returns
     -------
-    list per view of at most `count` indices of views; empty where nothing overlaps.
+    list per view of indices of views: at most `count` of its own choice, then those that chose
+    it; empty where nothing overlaps.
     """
     n = len(scene.views)
     best = float(np.deg2rad(best_angle_deg))
@@ -81,7 +83,17 @@ def choose_neighbours(scene: Scene, count: int, best_angle_deg: float) -> list[l
             if j != i and len(shared) >= _MIN_SHARED:
                 worth[j, shared] = _point_worth(scene, i, j, own[shared], best)
         partners.append(_cover(worth, _unit(centres - centres[i]), count))
-    return partners
+    return _mutual(partners)
+
+
+def _mutual(partners: list[list[int]]) -> list[list[int]]:
+    """Each view's partners, then the views that have it as a partner."""
+    both = [list(own) for own in partners]
+    for i, own in enumerate(partners):
+        for j in own:
+            if i not in both[j]:
+                both[j].append(i)
+    return both
 
 
 def _cover(worth: Floats, directions: Floats, count: int) -> list[int]:

@@ -29,7 +29,7 @@ class DenseSettings:
     max_size: int = setting(
         1600, "longer side of the photos that stereo sees", unit="px", low=200, high=8000
     )
-    neighbours: int = setting(4, "stereo partners of each photo", low=1, high=20)
+    neighbours: int = setting(4, "stereo partners that each photo chooses", low=1, high=20)
     best_angle_deg: float = setting(
         9.0, "triangulation angle that stereo partners should have", unit="deg", low=1, high=40
     )

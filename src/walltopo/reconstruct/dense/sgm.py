@@ -112,15 +112,11 @@ def _consistent(
     """The depth maps without what the maps of their partners speak against (see `confirmed`)."""
     number = {item.view.name: k for k, item in enumerate(maps)}
     names = [view.name for view in scene.views]
-    asks: dict[str, set[str]] = {name: set() for name in names}
-    for name, others in zip(names, partners, strict=True):
-        for other in others:
-            asks[name].add(names[other])
-            asks[names[other]].add(name)
+    asks = {names[k]: [names[j] for j in sorted(own)] for k, own in enumerate(partners)}
     progress.step("checking depth maps against each other", len(maps))
     result: list[DepthMap] = []
     for k, item in enumerate(maps):
-        others = sorted(number[n] for n in asks[item.view.name] if n in number)
+        others = [number[name] for name in asks[item.view.name] if name in number]
         result.append(confirmed(k, maps, others, edge, unless_pairs))
         progress.advance()
     return result
