@@ -27,8 +27,8 @@ TINT_RADIUS = 1.0  # metres: spread of the window over which the wall's tint is 
 SHARPEN = 3  # power of the probability: Louvain wants few, sure links
 FAINT = 0.01  # links below are left out
 
-WEIGHTS = (0.156, -2.163, -18.421, -0.397, 1.735, -2.960, -9.822, -18.376)
-BIAS = 2.875
+WEIGHTS = (1.396, -3.006, -18.504, -2.768, 0.324, -1.729, 0.201, -10.911)
+BIAS = 3.026
 
 
 def balanced_paint(linear: Floats, tint: Floats) -> Floats:

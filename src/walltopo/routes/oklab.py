@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["features", "linear_from_srgb8", "oklab_from_linear", "srgb8_from_linear"]
+__all__ = ["DARK", "features", "linear_from_srgb8", "oklab_from_linear", "srgb8_from_linear"]
 
 Floats = NDArray[np.float64]
 

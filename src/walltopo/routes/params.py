@@ -63,7 +63,7 @@ class ClassifySettings:
         choices=("sharp", "area"),
     )
     review_below: float = setting(
-        0.5, "Holds with a lower confidence are listed for a look", low=0, high=1
+        0.25, "Holds with a lower confidence are listed for a look", low=0, high=1
     )
     typical_hold: float = setting(
         0.15,
@@ -72,7 +72,10 @@ class ClassifySettings:
         low=0.02,
         high=1,
     )
-    downclimb: str = setting("", "Colour of the downclimb holds; empty: none is known")
+    downclimb: str = setting(
+        "auto",
+        "Colour of the downclimb holds; auto: a colour of few, scattered, large jugs; empty: none",
+    )
 
     def __post_init__(self) -> None:
         check_settings(self, "classify")
@@ -101,7 +104,7 @@ class RoutesSettings:
         choices=("colour", "paint"),
     )
     paint_resolution: float = setting(
-        2.5, "With link = paint: resolution of Louvain over all colours", low=0, high=100
+        2.0, "With link = paint: resolution of Louvain over all colours", low=0, high=100
     )
     min_holds: int = setting(2, "Groups with fewer holds are left without a route", low=1, high=50)
     proxy_faces: int = setting(

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh, View
-from walltopo.routes.oklab import linear_from_srgb8, oklab_from_linear
+from walltopo.routes.oklab import DARK, linear_from_srgb8, oklab_from_linear
 
 __all__ = ["HoldView", "WallLight", "load_photo", "look", "paint_of", "wall_patches"]
 
@@ -18,7 +18,8 @@ Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]
 
 MIN_PIXELS = 12  # a hold seen with fewer pixels says nothing about its colour
-SHADE, SHINE = 40, 85  # percentiles of lightness between which a hold's pixels are kept
+SHADE, SHINE = 10, 85  # percentiles of lightness between which a hold's pixels are kept
+CHALK = 60  # percentile of saturation from which they are kept: chalk takes colour away
 CLIPPED = 252  # 8-bit value from which on a channel may be overexposed
 WALL_STEP = 4  # every fourth pixel of every fourth row measures the light on the wall
 MARGIN = 0.12  # of the box, around a cutout
@@ -93,17 +94,20 @@ def load_photo(path: Path, width: int, height: int) -> Image:
 def paint_of(pixels: Image) -> tuple[Floats, float]:
     """Typical linear RGB of a hold's pixels, and which share of the pixels used is clipped.
 
-    Of all pixels the lit side counts, without the brightest: the darker part is in the shade
-    of the hold itself, the top 15 % are highlights, chalk and screw heads.
+    The darkest pixels are deep shade, the brightest are highlights and screw heads; of the
+    others the more saturated count, for chalk and dust only ever take colour away, and shade
+    leaves it as it is. The three percentiles were chosen on generated gyms (docs/colours.md).
 
     Parameters
     ----------
     pixels : (n, 3) uint8 sRGB, n >= 1.
     """
     linear = linear_from_srgb8(pixels)
-    lightness = oklab_from_linear(linear)[:, 0]
-    low, high = np.percentile(lightness, [SHADE, SHINE])
-    kept = (lightness >= low) & (lightness <= high)
+    lab = oklab_from_linear(linear)
+    low, high = np.percentile(lab[:, 0], [SHADE, SHINE])
+    kept = (lab[:, 0] >= low) & (lab[:, 0] <= high)
+    saturation = np.linalg.norm(lab[:, 1:], axis=1) / (lab[:, 0] + DARK)
+    kept &= saturation >= np.percentile(saturation[kept], CHALK)
     clipped = float((pixels[kept] >= CLIPPED).any(axis=1).mean())
     return np.median(linear[kept], axis=0), clipped
 
