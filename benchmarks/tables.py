@@ -1,7 +1,8 @@
 """The published tables, in one command.
 
     python -m benchmarks.tables [DATA] [--work DIR] [--scan SCAN] [--gyms N] [--trials N]
-        [--photos N] [--only labels,detectors,lift,given,routes,endtoend]
+        [--photos N] [--presets modern,oldschool-dark]
+        [--only labels,detectors,lift,given,routes,endtoend]
 
 Writes docs/results.md. Every part keeps its figures in DIR (default build/tables) and is not run
 again while they are there and were made with the same detector and plan, so the command can be
@@ -111,7 +112,7 @@ def detectors(data: Path, args: argparse.Namespace) -> Row:
 
 
 def _plan(args: argparse.Namespace) -> Plan:
-    return Plan(args.work, args.gyms, args.photos, args.trials)
+    return Plan(args.work, args.gyms, args.photos, args.trials, tuple(args.presets.split(",")))
 
 
 def lift(_data: Path, args: argparse.Namespace) -> Row:
@@ -130,8 +131,9 @@ def given_masks(data: Path, args: argparse.Namespace) -> Row:
         "literal, resolution 10": ("literal", {"resolution": 10.0}),
         "ours, defaults": ("robust", {}),
     }
-    if kept.is_file():
-        settings |= four_ways(read_json(kept), "modern")
+    tuned = read_json(kept) if kept.is_file() else {}
+    if "modern literal" in tuned:
+        settings |= four_ways(tuned, "modern")
     tables: Row = {}
     for masks in ("noisy", "clean"):
         wall = Wall("gym-a", "test", gym, masks=gym / f"{masks}.json", cameras=gym / "cameras")
@@ -145,7 +147,8 @@ def routes(data: Path, args: argparse.Namespace) -> Row:
     from walltopo.tune.walls import Wall
 
     walls = [Wall(name, "test", data / name) for name in ("gym-a", "gym-a-reset")]
-    gyms = [folder for preset in PRESETS for folder in test_gyms(_plan(args), preset)]
+    plan = _plan(args)
+    gyms = [folder for preset in plan.presets for folder in test_gyms(plan, preset)]
     walls += [Wall(folder.name, "test", folder / "truth") for folder in gyms]
     problem = RoutesProblem([load_routes_wall(wall) for wall in walls])
     return problem.evaluate({r.name: r.default for r in problem.ranges})
@@ -177,7 +180,7 @@ def _setup(name: str, args: argparse.Namespace) -> Row:
     """What a part's figures depend on besides code: other values, other figures."""
     setup: Row = {}
     if name in ("lift", "routes"):
-        setup |= {"gyms": args.gyms, "photos": args.photos}
+        setup |= {"gyms": args.gyms, "photos": args.photos, "presets": args.presets}
     if name == "lift":
         setup["trials"] = args.trials
     if name in ("lift", "detectors"):
@@ -209,8 +212,9 @@ def main() -> None:
     parser.add_argument("--only", default=",".join(PARTS), help="parts, comma-separated")
     parser.add_argument("--scan", type=Path, help="a finished scan of gym-a, for the last table")
     parser.add_argument("--gyms", type=int, default=3, help="test gyms of each preset")
-    parser.add_argument("--trials", type=int, default=40, help="of each tuning")
+    parser.add_argument("--trials", type=int, default=30, help="of each tuning")
     parser.add_argument("--photos", type=int, default=32, help="of each generated gym")
+    parser.add_argument("--presets", default=",".join(PRESETS), help="of the generated gyms")
     parser.add_argument("--output", type=Path, default=Path("docs/results.md"))
     args = parser.parse_args()
     args.work.mkdir(parents=True, exist_ok=True)

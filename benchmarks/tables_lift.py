@@ -61,12 +61,13 @@ console = Console()
 
 @dataclass(frozen=True)
 class Plan:
-    """How much is done: folder for what is kept, test gyms, photos a gym, trials a search."""
+    """How much is done: where it is kept, test gyms, photos a gym, trials a search, presets."""
 
     work: Path
     gyms: int
     photos: int
     trials: int
+    presets: tuple[str, ...] = PRESETS
 
 
 def detector_hash() -> str:
@@ -196,10 +197,10 @@ def four_ways(tuned: Mapping[str, Row], preset: str) -> dict[str, tuple[str, dic
 
 
 def lift_table(plan: Plan) -> Row:
-    """Both presets, and in `tuned.json` what the searches found."""
+    """The plan's presets, and in `tuned.json` what the searches found."""
     tables: Row = {}
     tuned: dict[str, Row] = {}
-    for preset in PRESETS:
+    for preset in plan.presets:
         train, val = _walls(plan, preset, "train"), _walls(plan, preset, "val")
         for method in ("literal", "robust"):
             tuned[f"{preset} {method}"] = _tuned(plan, preset, method, train, val)
