@@ -128,15 +128,11 @@ def judge_row(
     print(f"{row} {np.median(apart):.1f} / {apart.max():.1f} mm | {error:+.2f} % | {tilt:.2f}° |")
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--scan", type=Path, required=True)
-    parser.add_argument("--truth", type=Path, required=True)
-    args = parser.parse_args()
-    scan, truth = ScanFolder(args.scan), load_truth(args.truth)
-    names, plates = sorted(truth), built_in_plates()[:3]
-    detections = detect_in_photos(scan.photos, names, plates, Silent())
-    shown = dict(zip(names, coverage(args.truth, names), strict=True))
+def thin_photos(scan: ScanFolder, truth_folder: Path, detections: Sequence[Detection]) -> None:
+    """Print the table of walls with ever fewer photos."""
+    truth, plates = load_truth(truth_folder), built_in_plates()[:3]
+    names = sorted(truth)
+    shown = dict(zip(names, coverage(truth_folder, names), strict=True))
     wall, measures = names[:_WALL], names[_WALL:]
     head = "| photos | registered | holds in >= 3 photos | centres, median / worst | scale | up |"
     print(f"{head}\n|---|---|---|---|---|---|")
@@ -146,7 +142,12 @@ def main() -> int:
             views = map_subset(scan, kept, Path(work))
             label = f"{len(wall[::step])} of the wall + 12 of the measures"
             judge_row(label, views, len(kept), detections, plates, truth, shown)
-    views = read_views(scan.sparse)
+
+
+def thin_measures(scan: ScanFolder, truth_folder: Path, detections: Sequence[Detection]) -> None:
+    """Print the table of ever fewer plates and photos of them."""
+    truth, plates = load_truth(truth_folder), built_in_plates()[:3]
+    views, measures = read_views(scan.sparse), sorted(truth)[_WALL:]
     print("\n| measures seen | registered | centres, median / worst | scale | up |")
     print("|---|---|---|---|---|")
     for plate_count in (3, 2, 1):
@@ -158,7 +159,21 @@ def main() -> int:
                 if d.marker in plate.ids and d.photo in measures[4 * number :][:photos]
             ]
             label = f"{plate_count} in {photos} photos each"
-            judge_row(label, views, len(names), some, plates, truth)
+            judge_row(label, views, len(truth), some, plates, truth)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--scan", type=Path, required=True)
+    parser.add_argument("--truth", type=Path, required=True)
+    parser.add_argument("--table", choices=("photos", "measures", "both"), default="both")
+    args = parser.parse_args()
+    scan, names = ScanFolder(args.scan), sorted(load_truth(args.truth))
+    detections = detect_in_photos(scan.photos, names, built_in_plates()[:3], Silent())
+    if args.table != "measures":
+        thin_photos(scan, args.truth, detections)
+    if args.table != "photos":
+        thin_measures(scan, args.truth, detections)
     return 0
 
 
