@@ -255,3 +255,17 @@ def test_a_classifier_of_cutouts_names_types_and_roles(scan: ScanFolder, tmp_pat
     assert (holds[2].colour, holds[2].role) == ("sea", "downclimb")
     assert "sea" in {entry["name"] for entry in read_json(scan.attributes)["palette"]}
     assert holds[6].type == "unknown"  # no photo shows it
+
+
+def test_what_lies_on_a_printed_plate_is_no_hold(scan: ScanFolder) -> None:
+    run(scan, ClassifySettings(), Silent())
+    place = np.array(read_holds(scan.attributes)[1].position)
+    sheet = np.array([[-0.2, 0, 0.15], [0.2, 0, 0.15], [0.2, 0, -0.15], [-0.2, 0, -0.15]])
+    near, far = (place + sheet).tolist(), (place + sheet + [0, 1.0, 0]).tolist()
+    unplaced = {"corners": []}
+    for plates, left_out in (([{"corners": far}, unplaced], []), ([{"corners": near}], [2])):
+        write_json(scan.scale, {"version": 1, "metric": True, "plates": plates})
+        run(scan, ClassifySettings(), Silent())
+        rows = read_json(scan.attributes)["left_out"]
+        assert [row["id"] for row in rows] == left_out
+    assert rows[0]["reason"] == "lies on a printed plate"

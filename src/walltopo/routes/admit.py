@@ -7,7 +7,7 @@ listed for review instead. What lies on a printed plate is no hold either.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,9 +21,11 @@ from walltopo.routes.records import Hold
 from walltopo.routes.samples import HoldView
 from walltopo.workspace import ScanFolder, read_json
 
-__all__ = ["Lifted", "confirmed", "doubtful", "left_out_rows", "read_instances"]
+__all__ = ["Lifted", "confirmed", "doubtful", "left_out_rows", "on_plates", "read_instances"]
 
 CUTOUTS_OF_DOUBTFUL = 1
+# Nearer to a plate than this share of half its height is on it.
+PLATE_REACH = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +75,30 @@ def doubtful(lifted: Lifted, least_score: float) -> set[int]:
     return {number for number, score in lifted.scores.items() if score < least_score}
 
 
+def on_plates(positions: Mapping[int, NDArray[np.float64]], scan: ScanFolder) -> set[int]:
+    """Ids of the instances that lie on a printed plate of the measure.
+
+    Parameters
+    ----------
+    positions : instance id to its (3,) place in the world frame.
+    """
+    plates = read_json(scan.scale)["plates"] if scan.scale.is_file() else []
+    found: set[int] = set()
+    for plate in plates:
+        corners = np.array(plate.get("corners", []), dtype=np.float64).reshape(-1, 3)
+        if len(corners) != 4:
+            continue
+        middle = corners.mean(axis=0)
+        right, up = (corners[1] - corners[0]) / 2, (corners[0] - corners[3]) / 2
+        out = np.cross(right, up) / np.linalg.norm(right)  # as long as half the sheet is high
+        for number, position in positions.items():
+            offset = np.asarray(position) - middle
+            shares = [abs(offset @ axis) / (axis @ axis) for axis in (right, up)]
+            if max(shares) <= 1 and abs(offset @ out) <= PLATE_REACH * (out @ out):
+                found.add(number)
+    return found
+
+
 def confirmed(holds: Sequence[Hold], edits: Sequence[Mapping[str, Any]], unit: float) -> set[int]:
     """Ids of doubtful holds that a setter keeps (`"kept": true` in `holds.edits.json`)."""
     found = (find_hold(holds, e["at"], e["id"], unit) for e in edits if e.get("kept", False))
@@ -80,7 +106,10 @@ def confirmed(holds: Sequence[Hold], edits: Sequence[Mapping[str, Any]], unit: f
 
 
 def left_out_rows(
-    holds: Sequence[Hold], scores: Mapping[int, float], seen: Mapping[int, Sequence[HoldView]]
+    holds: Sequence[Hold],
+    scores: Mapping[int, float],
+    plated: Set[int],
+    seen: Mapping[int, Sequence[HoldView]],
 ) -> tuple[list[dict[str, Any]], dict[int, list[HoldView]]]:
     """The list `left_out` of `attributes.json`, the surest first, and the cutouts to keep of it."""
     ranked = sorted(holds, key=lambda hold: (-scores[hold.id], hold.id))
@@ -88,6 +117,8 @@ def left_out_rows(
     rows = []
     for hold in ranked:
         entry = hold.to_json()
-        rows.append({key: entry[key] for key in keys} | {"score": round(scores[hold.id], 4)})
+        reason = "lies on a printed plate" if hold.id in plated else "few photos confirm it"
+        told = {"score": round(scores[hold.id], 4), "reason": reason}
+        rows.append({key: entry[key] for key in keys} | told)
     cutouts = {h.id: best_views(seen.get(h.id, ()), CUTOUTS_OF_DOUBTFUL) for h in ranked}
     return rows, cutouts

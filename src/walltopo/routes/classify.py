@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, View
-from walltopo.routes.admit import confirmed, doubtful, left_out_rows, read_instances
+from walltopo.routes.admit import confirmed, doubtful, left_out_rows, on_plates, read_instances
 from walltopo.routes.colour import Coloured, assign_colours, find_palette, paint_over_views
 from walltopo.routes.cutouts import best_views, write_cutouts
+from walltopo.routes.downclimb import with_downclimbs
 from walltopo.routes.edits import apply_hold_edits
 from walltopo.routes.geometry import Shape, measure_shapes
 from walltopo.routes.hold_type import measures, shipped_model
@@ -200,7 +201,8 @@ def run(scan: ScanFolder, settings: ClassifySettings, progress: Progress) -> dic
     paints = paint_over_views(seen, light, positions, settings.max_views)
     scale = {"spread": settings.colour_spread, "lightness_weight": settings.lightness_weight}
     volumes = {number for number, kind in kinds.items() if kind == "volume"}
-    doubted = doubtful(lifted, settings.least_score)
+    plated = on_plates(positions, scan)
+    doubted = doubtful(lifted, settings.least_score) | plated
     sure = {number: paint for number, paint in paints.items() if number not in doubted}
     entries = palette or find_palette(sure, volumes, **scale)
     colours = assign_colours(paints, entries, **scale)
@@ -222,10 +224,14 @@ def run(scan: ScanFolder, settings: ClassifySettings, progress: Progress) -> dic
             for hold in holds
         ]
         entries = with_class_colours(entries, holds)
+    if settings.downclimb == "auto" and not any(hold.role == "downclimb" for hold in holds):
+        holds, jugs = with_downclimbs(holds, unit)
+        if jugs:
+            progress.note(f"taken for downclimb holds, of no route: {', '.join(jugs)}")
     holds, lost = apply_hold_edits(holds, edits["holds"], unit)
     for line in lost:
         progress.note(f"{scan.hold_edits.name}: {line}")
-    rows, cutouts = left_out_rows(left_out, lifted.scores, seen)
+    rows, cutouts = left_out_rows(left_out, lifted.scores, plated, seen)
     for number, looks in seen.items():
         if number not in doubted:
             cutouts[number] = best_views(looks, settings.cutouts)

@@ -246,13 +246,14 @@ def left_out_section(facts: Facts, cutouts: Path, pictures: bool) -> str:
     for row in facts.left_out[:MOST_CUTOUTS]:
         x, y, z = (float(v) for v in row["position"])
         sure = f"{text(row['class'])}, {100 * float(row['score']):.0f} % certain"
-        words = f"{sure}<br>{x:.2f}, {y:.2f}, {z:.2f}"
+        words = f"{sure}, {text(row['reason'])}<br>{x:.2f}, {y:.2f}, {z:.2f}"
         tiles.append(_tile(facts, cutouts if pictures else None, int(row["id"]), words))
     more = len(facts.left_out) - MOST_CUTOUTS
     rest = f"<p>{more} more are in attributes.json.</p>" if more > 0 else ""
     intro = (
-        f"<p>{len(facts.left_out)} instances that few photos confirm are not shown as holds "
-        "(<code>classify.least_score</code>). To keep one, add its id and place to "
+        f"<p>{len(facts.left_out)} instances that few photos confirm "
+        "(<code>classify.least_score</code>), or that lie on a printed plate, are not shown as "
+        "holds. To keep one, add its id and place to "
         '<code>holds.edits.json</code>: <code>{"id": 7, "at": [x, y, z], "kept": true}</code>.</p>'
     )
     return section("Left out as doubtful", intro + _tiles(tiles) + rest)
