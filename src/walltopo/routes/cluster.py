@@ -13,6 +13,7 @@ from walltopo.core import Mesh, Progress, Silent
 from walltopo.routes.edits import RouteBook, apply_route_edits
 from walltopo.routes.geodesic import pair_lengths
 from walltopo.routes.grouping import Grouping, group_by_paint, group_holds
+from walltopo.routes.kinship import kinship
 from walltopo.routes.likeness import FLATTEN, balanced_paint
 from walltopo.routes.oklab import linear_from_srgb8
 from walltopo.routes.order import describe_route, memberships
@@ -55,6 +56,7 @@ def _group(mesh: Mesh, holds: Sequence[Hold], settings: RoutesSettings, unit: fl
         far=settings.max_hold_dist * unit,
         ratio=settings.flatten_ratio,
         resolution=settings.resolution,
+        kinship=lambda pairs: kinship(holds, pairs, settings.maker_weight),
         seed=settings.seed,
     )
 

@@ -97,6 +97,12 @@ class RoutesSettings:
     resolution: float = setting(
         0.5, "Resolution of Louvain: larger gives more, smaller routes", low=0, high=100
     )
+    maker_weight: float = setting(
+        0.75,
+        "How much less similar two holds of one colour are whose makers are known and differ",
+        low=0,
+        high=1,
+    )
     link: str = setting(
         "colour",
         "colour: holds of one colour name are linked; paint: holds of like paint, for scans "
