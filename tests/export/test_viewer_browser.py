@@ -142,11 +142,13 @@ def edited_files(scan: ScanFolder) -> str:
 
     holds, routes = read_hold_edits(scan.hold_edits), read_route_edits(scan.route_edits)
     entries = {entry["id"]: entry for entry in holds["holds"]}
+    strokes = holds["strokes"]
     expected = [
+        entries.get(2, {}).get("colour") == "red",
         entries.get(5, {}).get("colour") == "green",
         entries.get(5, {}).get("type") == "crimp",
         entries.get(9, {}).get("deleted") is True,
-        bool(holds["strokes"]) and holds["strokes"][0]["hold"] == 7,
+        bool(strokes) and strokes[0]["hold"] == 7 and strokes[-1]["hold"] == 0,
         routes["split"] and routes["split"][0]["holds"] == [2, 6],
         routes["merge"] and routes["merge"][0]["routes"] == [3, 4],
         routes["rename"] and routes["rename"][0]["name"] == "<b>Heron</b>",

@@ -37,6 +37,7 @@ export class Editor {
   private tables: Tables;
   private readonly bar = h("div", { class: "edit", role: "toolbar", "aria-label": "Edit" });
   private readonly buttons = new Map<string, HTMLButtonElement>();
+  private readonly size = h("input", { type: "range", min: 1, max: 12, value: 3, "aria-label": "Brush, cm" });
   private readonly gone = new AbortController();
 
   constructor(
@@ -111,6 +112,13 @@ export class Editor {
         { class: "pill", onClick: () => this.editHold(hold, { deleted: true }) },
         "Not a hold",
       ),
+      this.doubtful().includes(hold) &&
+        hold.colour !== null &&
+        h(
+          "button",
+          { class: "pill", onClick: () => this.editHold(hold, { colour: hold.colour! }) },
+          "It is right",
+        ),
       h("p", {}, `Certainty ${Math.round(hold.score * 100)} %`),
     );
   }
@@ -319,16 +327,15 @@ export class Editor {
     };
     add("check", "Check", () => this.checkNext());
     add("undo", "Undo", () => this.undo()).prepend(icon("undo"));
+    const save = add("save", "Save", () => void this.save());
+    save.classList.add("main");
+    save.prepend(icon("save"));
     add("mark", "Mark holds", () => this.setMode("mark"));
     add("make", "Make a route", () => this.makeRoute());
     add("paint", "Paint", () => this.setMode("paint"));
     add("erase", "Erase", () => this.setMode("erase"));
-    const size = h("input", { type: "range", min: 1, max: 12, value: 3, "aria-label": "Brush, cm" });
-    size.addEventListener("input", () => (this.radius = Number(size.value) / 100));
-    this.bar.append(size);
-    const save = add("save", "Save", () => void this.save());
-    save.classList.add("main");
-    save.prepend(icon("save"));
+    this.size.addEventListener("input", () => (this.radius = Number(this.size.value) / 100));
+    this.bar.append(this.size);
     this.host.view.append(this.bar);
     this.refreshBar();
   }
@@ -341,6 +348,7 @@ export class Editor {
     is("check").title = "The next hold that the scan was not sure of";
     is("undo").disabled = this.past.length === 0;
     is("save").disabled = JSON.stringify(this.edits) === this.saved;
+    this.size.hidden = this.mode !== "paint" && this.mode !== "erase";
     is("make").hidden = this.marked.size === 0;
     is("make").textContent = `Make a route of ${this.marked.size}`;
     for (const mode of ["mark", "paint", "erase"]) {

@@ -50,9 +50,10 @@ export function swatch(route: Route, tables: Tables): string {
     const values = found.map((c) => c[k] ?? 0).sort((a, b) => a - b);
     return Math.round(values[values.length >> 1] ?? 128);
   });
-  return `rgb(${middle.join(" ")})`;
+  return `rgb(${middle.join(", ")})`;
 }
 
+/** With commas: three.js reads no other way of writing it. */
 export function holdSwatch(hold: Hold): string {
-  return hold.colour_rgb ? `rgb(${hold.colour_rgb.map((v) => Math.round(v)).join(" ")})` : "#888";
+  return hold.colour_rgb ? `rgb(${hold.colour_rgb.map((v) => Math.round(v)).join(", ")})` : "#888";
 }

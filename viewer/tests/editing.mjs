@@ -10,6 +10,12 @@ export const editing = {
     const { page, log, close } = await open(browser, edit, { width: 1200, height: 800 });
     const wall = page.locator("wall-topo");
     const route = (id) => ask(page, (el, hold) => el.holds.find((h) => h.id === hold)?.route, id);
+    await wall.getByRole("button", { name: "Check 1" }).click();
+    assert.equal(await ask(page, (el) => el.selectedHold), 2, "the hold that the scan was not sure of");
+    await wall.getByRole("button", { name: "It is right" }).click();
+    assert.equal(await wall.getByRole("button", { name: "Check" }).count(), 0);
+    await ask(page, (el) => el.home());
+    await settle(page);
     await tapHold(page, 5);
     const before = await route(5);
     await wall.getByLabel("Route", { exact: true }).selectOption("1");
@@ -44,6 +50,17 @@ export const editing = {
     await page.mouse.down();
     await page.mouse.move(at.x + 4, at.y);
     await page.mouse.up();
+    await settle(page);
+    const ball = () => ask(page, (el) => el.stage.strokes.children.at(-1)?.material.color.getHexString());
+    assert.equal(await ball(), "28963c", "the ball has the hold's colour");
+    await wall.getByRole("button", { name: "Erase" }).click();
+    await page.mouse.click(at.x, at.y + 5);
+    assert.equal(await ball(), "ffffff");
+    await page.mouse.click(at.x, at.y + 9);
+    const balls = () => ask(page, (el) => el.stage.strokes.children.length);
+    const count = await balls();
+    await wall.getByRole("button", { name: "Undo" }).click();
+    assert.equal(await balls(), count - 1, "undo takes the stroke away");
     await settle(page);
     await wall.getByRole("button", { name: "Save", exact: true }).click();
     await page.waitForFunction(() =>
