@@ -193,3 +193,19 @@ def test_sheet(tmp_path: Path) -> None:
     photos = tuple(wall(tmp_path / f"{k}.jpg", k) for k in range(3))
     assert write_sheet(tmp_path / "s.png", Dataset(photos, CLASSES), cell=200) == 3
     assert write_sheet(tmp_path / "s.png", Dataset(photos, CLASSES), ["1.jpg"], cell=200) == 1
+
+
+def test_points_lie_deep_inside_and_apart() -> None:
+    from walltopo.datasets.refine import inner_points
+
+    bitmap = np.zeros((40, 90), bool)
+    bitmap[5:35, 5:85] = True
+    bitmap[15:25, 35:55] = False
+    mask = Mask(bitmap, 100, 200, 400, 400, 1, 1.0)
+    points = inner_points(mask)
+    for x, y in points:
+        assert bitmap[int(y - 200), int(x - 100)]
+    gaps = np.linalg.norm(points[:, None] - points[None], axis=2)[np.triu_indices(3, 1)]
+    assert gaps.min() > 8
+    dot = inner_points(Mask(np.ones((1, 1), bool), 3, 4, 10, 10, 1, 1.0))
+    np.testing.assert_allclose(dot, [[3.5, 4.5]] * 3)

@@ -56,9 +56,12 @@ class FakeNetwork:
 class FakeSam:
     """Fills the left half of every box; has nothing for boxes left of x = 5."""
 
+    told: dict[str, Any] = {}  # noqa: RUF012
+
     def __init__(self, weights: str) -> None: ...
 
     def __call__(self, photo: np.ndarray, bboxes: list[list[float]], **options: Any) -> list[Any]:
+        FakeSam.told = options
         bitmaps = np.zeros((len(bboxes), *photo.shape[:2]))
         for k, (x0, y0, x1, y1) in enumerate(bboxes):
             if x0 >= 5:
@@ -114,6 +117,57 @@ def test_where_sam_sees_nothing_the_ellipse_stays() -> None:
     )
     assert masks[0].box == (0, 0, 20, 10)
     assert masks[1].box == (40, 40, 10, 20)
+
+
+@pytest.mark.usefixtures("library")
+def test_sam_is_told_points_of_a_known_shape_and_says_when_it_sees_nothing() -> None:
+    from walltopo.detect.families import SamMasks
+
+    boxes = np.array([[0.0, 0, 20, 10], [40, 40, 60, 60]])
+    points = np.array([[[10.0, 5], [4, 4]], [[50, 50], [45, 45]]])
+    sam, photo = SamMasks(Path("mobile_sam.pt")), np.zeros((80, 100, 3), np.uint8)
+    scores, labels = np.array([0.9, 0.8]), np.array([1, 1])
+    nothing, half = sam.look(photo, boxes, scores, labels, points)
+    assert nothing is None
+    assert half is not None
+    assert half.box == (40, 40, 10, 20)
+    assert FakeSam.told["points"] == points.tolist()
+    assert FakeSam.told["labels"] == [[1, 1], [1, 1]]
+    sam.look(photo, boxes, scores, labels)
+    assert "points" not in FakeSam.told
+    assert sam.look(photo, boxes[:0], scores[:0], labels[:0]) == []
+
+
+@pytest.mark.usefixtures("library")
+def test_refining_labels_by_sam(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A shape's points are told, a box's are not; disagreement keeps the label."""
+    from walltopo.cli.dataset import _sam
+    from walltopo.core import Mask
+
+    monkeypatch.setenv("WALLTOPO_CACHE", str(tmp_path))
+    (tmp_path / "sam2.1_t.pt").write_bytes(b"")
+    masks = [
+        Mask(np.ones((20, 20), bool), 40, 40, 100, 80, 1, 1.0),
+        Mask(np.ones((20, 20), bool), 10, 40, 100, 80, 2, 1.0),
+    ]
+    refine = _sam("sam2.1-t")
+    asked: list[dict[str, Any]] = []
+    photo = np.zeros((80, 100, 3), np.uint8)
+    monkeypatch.setattr(FakeSam, "__call__", spy(FakeSam.__call__, asked), raising=True)
+    box, shape = refine(photo, masks, [True, False])
+    assert (box.box, shape.box) == ((40, 40, 10, 20), (10, 40, 10, 20))
+    assert (box.label, shape.label) == (1, 2)
+    assert ["points" in options for options in asked] == [False, True]
+    (told,) = asked[1]["points"]
+    assert told[0] == pytest.approx([20, 50], abs=1)
+
+
+def spy(function: Any, seen: list[dict[str, Any]]) -> Any:
+    def called(*args: Any, **options: Any) -> Any:
+        seen.append(options)
+        return function(*args, **options)
+
+    return called
 
 
 @pytest.mark.usefixtures("library")

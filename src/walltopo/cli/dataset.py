@@ -49,6 +49,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     convert.add_argument(
         "--refine", choices=("grabcut", "sam"), help="masks of boxes, or better masks"
     )
+    _add_sam(convert)
     show = add("show", "a contact sheet with the labels drawn", _show)
     show.add_argument("-o", "--output", type=Path, required=True, metavar="PNG")
     show.add_argument("--count", type=int, default=12, help="photos on it (12)")
@@ -69,6 +70,15 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     _register_meshes(kinds)
 
 
+def _add_sam(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--sam",
+        choices=("mobile-sam", "sam-b", "sam2.1-t", "sam2.1-b"),
+        default="mobile-sam",
+        help="which Segment Anything --refine sam asks (mobile-sam)",
+    )
+
+
 def _register_meshes(kinds: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     paint = kinds.add_parser("paint", help="write a scan's result as a painted mesh")
     paint.add_argument("scan", type=Path, metavar="SCAN", help="the scan folder")
@@ -85,6 +95,7 @@ def _register_meshes(kinds: argparse._SubParsersAction[argparse.ArgumentParser])
     project.add_argument(
         "--refine", choices=("grabcut", "sam"), help="better masks from the pictures"
     )
+    _add_sam(project)
     project.add_argument("-o", "--output", type=Path, required=True, metavar="DIR")
     project.set_defaults(run=_project)
     read = kinds.add_parser("unpaint", help="a painted mesh back into a scan's instances")
@@ -94,13 +105,13 @@ def _register_meshes(kinds: argparse._SubParsersAction[argparse.ArgumentParser])
     read.set_defaults(run=_unpaint)
 
 
-def _refined(dataset: Any, name: str | None) -> Any:
+def _refined(dataset: Any, name: str | None, model: str) -> Any:
     if name is None:
         return dataset
     from walltopo.cli.console import console
     from walltopo.datasets.refine import grabcut, refine_dataset
 
-    refiner = grabcut if name == "grabcut" else _sam()
+    refiner = grabcut if name == "grabcut" else _sam(model)
     with console.status("refining masks"):
         result, taken = refine_dataset(dataset, refiner)
     total = sum(len(photo.annotations) for photo in result.photos)
@@ -108,21 +119,34 @@ def _refined(dataset: Any, name: str | None) -> Any:
     return result
 
 
-def _sam() -> Any:
-    """A refiner that asks Segment Anything for each object's box."""
+def _sam(model: str) -> Any:
+    """A refiner that tells Segment Anything each object's box, and points inside it if known."""
     import numpy as np
 
     from walltopo.core import Silent
+    from walltopo.datasets.refine import inner_points
     from walltopo.detect.families import SamMasks
     from walltopo.detect.fetch import SAM_WEIGHTS, fetch
 
-    sam = SamMasks(fetch(SAM_WEIGHTS["mobile-sam"], Silent()))
+    sam = SamMasks(fetch(SAM_WEIGHTS[model], Silent()))
 
-    def refine(image: Any, masks: Any, are_boxes: Any) -> Any:
+    def ask(image: Any, masks: Any, with_points: bool) -> Any:
         boxes = np.array([m.box for m in masks], dtype=np.float64).reshape(-1, 4)
         boxes[:, 2:] += boxes[:, :2]
         scores = np.array([m.score for m in masks], dtype=np.float64)
-        return sam.masks(image, boxes, scores, np.array([m.label for m in masks], dtype=np.int64))
+        labels = np.array([m.label for m in masks], dtype=np.int64)
+        points = np.array([inner_points(m) for m in masks]) if with_points else None
+        return sam.look(image, boxes, scores, labels, points)
+
+    def refine(image: Any, masks: Any, are_boxes: Any) -> Any:
+        answers: list[Any] = [None] * len(masks)
+        # The middle of a mere box need not be on the object: SAM gets no points there.
+        for plain in (True, False):
+            mine = [k for k, is_box in enumerate(are_boxes) if bool(is_box) == plain]
+            found = ask(image, [masks[k] for k in mine], not plain) if mine else []
+            for k, mask in zip(mine, found, strict=True):
+                answers[k] = mask
+        return answers
 
     return refine
 
@@ -131,7 +155,7 @@ def _convert(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.datasets.read import read_dataset, write_dataset
 
-    dataset = _refined(read_dataset(args.source, args.photos), args.refine)
+    dataset = _refined(read_dataset(args.source, args.photos), args.refine, args.sam)
     write_dataset(args.target, dataset, args.to, copy_photos=not args.no_photos)
     objects = sum(len(photo.annotations) for photo in dataset.photos)
     console.print(f"{len(dataset.photos)} photos, {objects} objects -> {args.target} ({args.to})")
@@ -278,7 +302,7 @@ def _project(args: argparse.Namespace) -> int:
             photos,
             args.min_pixels,
         )
-    dataset = _refined(dataset, args.refine)
+    dataset = _refined(dataset, args.refine, args.sam)
     write_coco(args.output / "annotations.json", dataset)
     write_coco(args.output / "rle" / "annotations.json", dataset, rle=True)
     objects = sum(len(photo.annotations) for photo in dataset.photos)

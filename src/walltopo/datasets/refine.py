@@ -12,7 +12,7 @@ from walltopo.core import Mask, Progress, Silent
 from walltopo.datasets.model import Annotation, Dataset, Photo
 from walltopo.datasets.shapes import ellipse, mask_of
 
-__all__ = ["Refiner", "grabcut", "grabcut_one", "mask_iou", "refine_dataset"]
+__all__ = ["Refiner", "grabcut", "grabcut_one", "inner_points", "mask_iou", "refine_dataset"]
 
 Image = NDArray[np.uint8]
 
@@ -39,6 +39,27 @@ def mask_iou(a: Mask, b: Mask) -> float:
         boards.append(board)
     union = np.count_nonzero(boards[0] | boards[1])
     return float(np.count_nonzero(boards[0] & boards[1]) / union) if union else 0.0
+
+
+def inner_points(mask: Mask, count: int = 3) -> NDArray[np.float64]:
+    """(count, 2) points x, y in pixels that lie deep inside a mask and apart from each other.
+
+    The first is the one furthest from the border; each next is as deep as can be while the
+    points before it, like the border, are kept at a distance. Small masks repeat a point.
+    """
+    import cv2
+
+    inside = np.pad(mask.bitmap.astype(np.uint8), 1)
+    points = np.zeros((count, 2))
+    for k in range(count):
+        depth = cv2.distanceTransform(inside, cv2.DIST_L2, 5)
+        y, x = np.unravel_index(int(depth.argmax()), depth.shape)
+        if depth[y, x] == 0:
+            points[k:] = points[0]
+            break
+        points[k] = mask.x + x - 0.5, mask.y + y - 0.5
+        inside[y, x] = 0
+    return points
 
 
 def grabcut(image: Image, masks: Sequence[Mask], are_boxes: Sequence[bool]) -> list[Mask | None]:

@@ -54,23 +54,36 @@ class SamMasks:
         scores: NDArray[np.float64],
         labels: NDArray[np.int64],
     ) -> tuple[Mask, ...]:
-        """One mask per box, cropped to a little more than the box; its ellipse if SAM has none.
+        """One mask per box; its ellipse where SAM has none. Parameters as in `look`."""
+        size = (photo.shape[1], photo.shape[0])
+        inscribed = box_masks(boxes, scores, labels, size)
+        drawn = self.look(photo, boxes, scores, labels)
+        return tuple(mask or rough for mask, rough in zip(drawn, inscribed, strict=True))
+
+    def look(
+        self,
+        photo: NDArray[np.uint8],
+        boxes: NDArray[np.float64],
+        scores: NDArray[np.float64],
+        labels: NDArray[np.int64],
+        points: NDArray[np.float64] | None = None,
+    ) -> list[Mask | None]:
+        """SAM's mask per box, cropped to a little more than the box; None where it has none.
 
         Parameters
         ----------
         photo : (H, W, 3) uint8, RGB.
         boxes : (n, 4) x0, y0, x1, y1 in pixels.
+        points : (n, k, 2) x, y of pixels that belong to each object, told to SAM too.
         """
         size = (photo.shape[1], photo.shape[0])
-        inscribed = box_masks(boxes, scores, labels, size)
         if len(boxes) == 0:
-            return ()
+            return []
+        told: dict[str, Any] = {"bboxes": boxes.tolist()}
+        if points is not None:
+            told |= {"points": points.tolist(), "labels": np.ones(points.shape[:2], int).tolist()}
         result = self._model(
-            np.ascontiguousarray(photo[..., ::-1]),
-            bboxes=boxes.tolist(),
-            conf=0.0,
-            verbose=False,
-            **self._options,
+            np.ascontiguousarray(photo[..., ::-1]), conf=0.0, verbose=False, **told, **self._options
         )[0]
         bitmaps: Any = [] if result.masks is None else np.asarray(result.masks.data.cpu()) > 0
         if len(bitmaps) != len(boxes):
@@ -81,9 +94,8 @@ class SamMasks:
             x0, y0 = np.maximum(np.floor(box[:2] - margin), 0).astype(int)
             x1, y1 = np.minimum(np.ceil(box[2:] + margin), size).astype(int)
             crop = np.asarray(bitmaps[k][y0:y1, x0:x1], dtype=np.bool_)
-            mask = tight_mask(crop, int(x0), int(y0), size, int(labels[k]), float(scores[k]))
-            drawn.append(mask or inscribed[k])
-        return tuple(drawn)
+            drawn.append(tight_mask(crop, int(x0), int(y0), size, int(labels[k]), float(scores[k])))
+        return drawn
 
 
 class UltralyticsDetector:
