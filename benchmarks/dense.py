@@ -11,7 +11,8 @@ Completeness: distance of points on the truth that at least 3 of its first photo
 The scan's frame is its own: one rigid motion between camera centres, without scale, leads to the
 truth's. With `--reference` the scan is registered into that one, and the motion is that of the
 reference's cameras: nothing is fitted to the new scan. `--held-out N` makes mesh and texture anew
-without every N-th photo and renders those views.
+without every N-th photo and renders those views; `--within M` does so with the photos taken
+within M metres of the middle one only.
 """
 
 from __future__ import annotations
@@ -204,13 +205,23 @@ def shade(mesh: Mesh, texture: Texture, view: View) -> tuple[Image, NDArray[np.b
     return np.asarray(picture, dtype=np.uint8), covered
 
 
-def held_out(scan: ScanFolder, every: int, folder: Path | None) -> None:
-    """PSNR and SSIM of views that neither the mesh nor the texture was made from."""
+def held_out(scan: ScanFolder, every: int, within: float, folder: Path | None) -> None:
+    """PSNR and SSIM of views that neither the mesh nor the texture was made from.
+
+    Parameters
+    ----------
+    every : each such photo, by name, is held out.
+    within : only photos whose cameras are so near to the middle photo's, world units.
+    folder : for pictures of each, the rendering left and the photo right.
+    """
     from skimage.metrics import structural_similarity
 
     from walltopo.reconstruct.dense.stereo import undistort
 
     scene = read_scene(scan.sparse)
+    middle = scene.views[len(scene.views) // 2].centre
+    near = [k for k, v in enumerate(scene.views) if np.linalg.norm(v.centre - middle) <= within]
+    scene = scene.subset(near)
     out = list(range(every // 2, len(scene.views), every))
     rest = scene.subset([k for k in range(len(scene.views)) if k not in out])
     settings = DenseSettings()
@@ -237,7 +248,10 @@ def held_out(scan: ScanFolder, every: int, folder: Path | None) -> None:
             both = np.hstack([even, photo])[..., ::-1]
             cv2.imwrite(str(folder / f"{Path(view.name).stem}.png"), both)
     mean = np.mean(rows, axis=0)
-    print(f"held-out views: mean PSNR {mean[0]:.2f} dB, mean SSIM {mean[1]:.3f} where covered")
+    print(
+        f"held-out views, {len(out)} of {len(scene.views)}: mean PSNR {mean[0]:.2f} dB, "
+        f"mean SSIM {mean[1]:.3f} where covered"
+    )
 
 
 def reader(scan: ScanFolder, mode: int) -> Callable[[str], Image]:
@@ -254,6 +268,9 @@ def main() -> None:
     )
     parser.add_argument("--truth", type=Path, help="folder with gt.npz and scene.json")
     parser.add_argument("--held-out", type=int, default=0, metavar="N")
+    parser.add_argument(
+        "--within", type=float, default=np.inf, metavar="M", help="of a part of the scan only"
+    )
     parser.add_argument("--pictures", type=Path, help="where to put rendered held-out views")
     args = parser.parse_args()
     scan = ScanFolder(args.scan)
@@ -265,7 +282,7 @@ def main() -> None:
     if args.truth:
         compare(scan, args.truth, tuple(args.reference) if args.reference else None)
     if args.held_out:
-        held_out(scan, args.held_out, args.pictures)
+        held_out(scan, args.held_out, args.within, args.pictures)
 
 
 if __name__ == "__main__":
