@@ -124,6 +124,7 @@ def test_learns_resumes_and_exports(
     assert "disc walls" in (job.out / "holds.md").read_text()
     assert (job.out / "history.svg").read_text().startswith("<svg")
     detector = OnnxDetector(job.out / "holds.onnx", DetectSettings(size=256, score=0.05))
+    assert detector.model.many, "tiles may go together"
     found = detector.detect(read_photo(data / "images" / "wall0.png"))
     assert found.width == 240
 

@@ -9,11 +9,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from walltopo.detect.at_once import run_batched
 from walltopo.detect.found import Found
 from walltopo.detect.looks import fuse, mirrored
 from walltopo.detect.onnx_session import OnnxModel, open_onnx
 from walltopo.detect.params import DetectSettings
-from walltopo.detect.tiles import Tile, merge_tiles, tiles_of
+from walltopo.detect.tiles import merge_tiles, tiles_of
 from walltopo.detect.votes import decode_votes
 from walltopo.detect.yolo import decode_rtdetr, decode_yolo, letterbox
 
@@ -78,37 +79,51 @@ class OnnxDetector:
         side = min(self.model.size) if self.model.size else self.settings.tile
         tile = max(_STRIDE, int(side / scale))
         overlap = int(self.settings.overlap / scale)
-        parts: list[tuple[Tile, Found]] = []
-        for window in tiles_of(width, height, tile, overlap):
-            crop = photo[window.y0 : window.y1, window.x0 : window.x1]
-            parts.append((window, self._look(crop, scale)))
+        windows = tiles_of(width, height, tile, overlap)
+        crops = [photo[w.y0 : w.y1, w.x0 : w.x1] for w in windows]
+        inputs = [self._prepare(crop, scale) for crop in crops]
+        most = self.settings.batch if self.model.many else 1
+        parts = [
+            (window, self._decode(output, crop.shape[1], crop.shape[0], scale))
+            for window, crop, output in zip(
+                windows, crops, run_batched(self._run, inputs, most), strict=True
+            )
+        ]
         if len(parts) == 1:
             return parts[0][1]
         return merge_tiles(parts, width, height)
 
-    def _look(self, photo: NDArray[np.uint8], scale: float) -> Found:
-        """One tile, or the whole photo."""
-        size = (photo.shape[1], photo.shape[0])
+    def _prepare(self, photo: NDArray[np.uint8], scale: float) -> NDArray[np.generic]:
+        """One tile, or the whole photo, as the network wants it."""
+        if self.model.head == "votes":
+            return prepare(photo, scale)
+        rows, cols = self.model.size or padded_size(photo, scale)
+        if self.model.head == "rtdetr":
+            stretched = cv2.resize(photo, (cols, rows), interpolation=cv2.INTER_LINEAR)
+            return letterbox(np.asarray(stretched, dtype=np.uint8), 1.0, rows, cols)[0]
+        return letterbox(photo, scale, rows, cols)[0]
+
+    def _decode(
+        self, outputs: list[NDArray[np.float32]], width: int, height: int, scale: float
+    ) -> Found:
+        """Objects of one tile from the network's outputs for it."""
+        size = (width, height)
         model, classes, least = self.model, len(self.model.classes), min(self.scores.values())
         if model.head == "votes":
-            heat, votes, mask = self._run(prepare(photo, scale)[None])
+            heat, votes, mask = outputs
             # What one look hardly sees counts if the other sees it well.
             least *= _HARDLY if self.settings.again else 1.0
             found = decode_votes(heat, votes, mask, least, scale, size, model.number("nms", 0.5))
             return _moved(found, model.numbers("offset", [0.0, 0.0]), scale)
-        rows, cols = model.size or padded_size(photo, scale)
         if model.head == "rtdetr":
-            stretched = cv2.resize(photo, (cols, rows), interpolation=cv2.INTER_LINEAR)
-            whole = letterbox(np.asarray(stretched, dtype=np.uint8), 1.0, rows, cols)
-            return decode_rtdetr(self._run(whole)[0], classes, least, size)
-        output, *rest = self._run(letterbox(photo, scale, rows, cols))
-        prototypes = rest[0] if rest else None
-        return decode_yolo(output, prototypes, classes, least, scale, size)
+            return decode_rtdetr(outputs[0], classes, least, size)
+        prototypes = outputs[1] if len(outputs) > 1 else None
+        return decode_yolo(outputs[0], prototypes, classes, least, scale, size)
 
     def _run(self, values: NDArray[np.generic]) -> list[NDArray[np.float32]]:
-        """The network's outputs for its only photo."""
+        """The network's outputs for (n, ...) inputs, n first."""
         outputs = self.model.session.run(None, {self._input: values})
-        return [np.asarray(output[0], dtype=np.float32) for output in outputs]
+        return [np.asarray(output, dtype=np.float32) for output in outputs]
 
 
 def _moved(found: Found, offset: list[float], scale: float) -> Found:

@@ -24,6 +24,7 @@ class OnnxModel:
     head : how its outputs are read: `votes`, `yolo-seg`, `yolo-det` or `rtdetr`.
     classes : class names by label (>= 1).
     size : (height, width) of the input in pixels, None where it is free.
+    many : whether it takes several photos at once.
     metadata : the file's own key-value pairs.
     """
 
@@ -32,6 +33,7 @@ class OnnxModel:
     head: str
     classes: dict[int, str]
     size: tuple[int, int] | None
+    many: bool
     metadata: dict[str, str]
 
     def number(self, key: str, default: float) -> float:
@@ -146,4 +148,5 @@ def open_onnx(path: Path, device: str, threads: int) -> OnnxModel:
     shape = session.get_inputs()[0].shape
     rows, cols = (shape[1], shape[2]) if head == "votes" else (shape[2], shape[3])
     fixed = (rows, cols) if isinstance(rows, int) and isinstance(cols, int) else None
-    return OnnxModel(path, session, head, parse_classes(metadata["names"], path), fixed, metadata)
+    classes = parse_classes(metadata["names"], path)
+    return OnnxModel(path, session, head, classes, fixed, not isinstance(shape[0], int), metadata)

@@ -46,6 +46,12 @@ class DetectSettings:
         low=128,
         high=8192,
     )
+    batch: int = setting(
+        0,
+        "tiles the network looks at in one go, if its file allows; 0: as many as memory takes",
+        low=0,
+        high=256,
+    )
     overlap: int = setting(192, "overlap of neighbouring tiles", unit="px", low=0, high=2048)
     device: str = setting(
         "auto",

@@ -37,7 +37,7 @@ def fuse(net: VoteNet) -> VoteNet:
 
 
 class _Deployed(nn.Module):
-    """(1, H, W, 3) uint8 RGB in; heat and mask as probabilities, votes in pixels out."""
+    """(n, H, W, 3) uint8 RGB in; heat and mask as probabilities, votes in pixels out."""
 
     def __init__(self, net: VoteNet) -> None:
         super().__init__()
@@ -84,8 +84,9 @@ def export_onnx(
     import onnx
 
     deployed = _Deployed(fuse(net)).eval()
-    example = torch.randint(0, 256, (1, 128, 160, 3), dtype=torch.uint8)
-    rows, cols = (
+    example = torch.randint(0, 256, (2, 128, 160, 3), dtype=torch.uint8)
+    photos, rows, cols = (
+        torch.export.Dim("photos", min=1, max=256),
         torch.export.Dim("rows32", min=1, max=256),
         torch.export.Dim("cols32", min=1, max=256),
     )
@@ -95,7 +96,7 @@ def export_onnx(
         dynamo=True,
         input_names=["photo"],
         output_names=["heat", "votes", "mask"],
-        dynamic_shapes={"photo": {1: 32 * rows, 2: 32 * cols}},
+        dynamic_shapes={"photo": {0: photos, 1: 32 * rows, 2: 32 * cols}},
         verbose=False,
     )
     model = program.model_proto
@@ -103,7 +104,7 @@ def export_onnx(
         "head": "votes",
         "names": json.dumps(list(CLASSES)),
         "stride": "32",
-        "input": "uint8 RGB (1, H, W, 3); the network scales it itself",
+        "input": "uint8 RGB (n, H, W, 3); the network scales it itself",
         "score": "0.3",
         "nms": "0.5",
         **{k: v if isinstance(v, str) else json.dumps(v) for k, v in (metadata or {}).items()},
