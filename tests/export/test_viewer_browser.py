@@ -88,6 +88,29 @@ def without_ids(scan: ScanFolder, folder: Path) -> Path:
     return folder / "index.html"
 
 
+def strange(scan: ScanFolder, folder: Path) -> Path:
+    """A page whose model has tables of another program beside one hold and one route of ours."""
+    from walltopo.export.webpage import write_tier
+
+    shutil.copytree(scan.root / "page", folder / "page")
+    shutil.copyfile(scan.page, folder / "index.html")
+    data = (scan.root / "page" / "first.glb").read_bytes()
+    length = struct.unpack_from("<I", data, 12)[0]
+    document = json.loads(data[20 : 20 + length])
+    tables = document["scenes"][0]["extras"]["walltopo"]
+    good = tables["holds"][0]
+    tables["holds"] = [None, 7, {"id": "x"}, {"id": 3}, {"id": 4, "position": [0, None, 1]}, good]
+    tables["holds"].append({"id": 2, "position": [1, -0.1, 2], "colour_rgb": "red"})
+    tables["routes"] = [{"id": 9}, {"id": 8, "holds": [1, 2, 99], "colour": None}, "none"]
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    rest = data[20 + length :]
+    head = struct.pack("<4sIIII", b"glTF", 2, 20 + len(text) + len(rest), len(text), 0x4E4F534A)
+    for name in ("first", "detail"):
+        write_tier(folder / "page", name, head + text + rest)
+    return folder / "index.html"
+
+
 def broken(scan: ScanFolder, folder: Path, data: bytes | None) -> Path:
     """A page whose model is damaged (or absent)."""
     from walltopo.export.webpage import write_tier
@@ -179,6 +202,7 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Sca
     room = tmp_path_factory.mktemp("viewer")
     scan = exported(room / "scan")
     (scan.root / "embed.html").write_text(EMBED)
+    shutil.copyfile(VIEWER.parent / "examples" / "embed.html", scan.root / "example.html")
     good = (scan.root / "page" / "first.glb").read_bytes()
     pages = [
         broken(scan, room / "absent", None),
@@ -187,6 +211,7 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Sca
     ]
     odd = {
         "plain": without_ids(scan, room / "plain"),
+        "strange": strange(scan, room / "strange"),
         "none": exported(room / "none", holds=0, textured=False, cells=24).page,
         "many": exported(
             room / "many", ExportSettings(), holds=2000, cells=300, textured=False, cameras=False
@@ -205,6 +230,7 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Sca
         "web": web,
         "report": scan.report.as_uri(),
         "embed": (scan.root / "embed.html").as_uri(),
+        "example": (scan.root / "example.html").as_uri(),
         "broken": [page.as_uri() for page in pages],
         "large": model_alone(room / "large", large_model()).as_uri(),
         "endless": model_alone(room / "endless", endless_model()).as_uri(),

@@ -45,6 +45,7 @@ export class WallTopo extends HTMLElement {
   private readonly tools = new Map<string, HTMLButtonElement>();
   private route: number | null = null;
   private hold: number | null = null;
+  private touched: Vector3 | null = null;
   private measuring = false;
   private editor: Editor | null = null;
   private loading: AbortController | null = null;
@@ -440,7 +441,7 @@ export class WallTopo extends HTMLElement {
     this.layout();
     const taps = {
       tap: (x: number, y: number) => this.tapped(x, y),
-      double: (x: number, y: number) => this.focusOn(x, y),
+      double: () => this.lookCloser(),
     };
     listenForTaps(this.canvas, taps, signal);
     this.canvas.addEventListener("keydown", (event) => this.key(event));
@@ -459,6 +460,7 @@ export class WallTopo extends HTMLElement {
 
   private tapped(x: number, y: number): void {
     const hit = this.stage!.pick(x, y);
+    this.touched = hit?.point ?? null;
     if (this.measuring) {
       if (!hit) return;
       const length = this.overlay.measure(hit.point, this.tables.metric);
@@ -472,9 +474,9 @@ export class WallTopo extends HTMLElement {
     else this.choose(null, null);
   }
 
-  private focusOn(x: number, y: number): void {
-    const hit = this.stage!.pick(x, y);
-    if (hit && !this.measuring) this.views!.closer(hit.point);
+  /** Closer to where the first of two taps was: what it chose may have moved the picture since. */
+  private lookCloser(): void {
+    if (this.touched && !this.measuring) this.views!.closer(this.touched);
   }
 
   private key(event: KeyboardEvent): void {

@@ -4,7 +4,7 @@ import { Box3, BufferAttribute, BufferGeometry, Matrix4, Mesh, Texture } from "t
 import type { MeshBasicMaterial, Object3D } from "three";
 import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
 import { MeshoptDecoder } from "three/examples/jsm/libs/meshopt_decoder.module.js";
-import type { Hold, Route, Tables } from "./types";
+import type { Hold, Route, Tables, Vec3 } from "./types";
 
 /** One drawable part of the wall: positions in the scan's frame (metres, z up). */
 export interface Part {
@@ -107,13 +107,39 @@ function partOf(mesh: Mesh): Part {
   return { geometry, map: uv ? (material.map ?? null) : null, coloured: Boolean(color) };
 }
 
+function isPlace(value: unknown): value is Vec3 {
+  return Array.isArray(value) && value.length === 3 && value.every((v) => Number.isFinite(v));
+}
+
+/** Rows with a whole number as id; what else lies there is another program's. */
+function rowsOf<T extends { id: number }>(value: unknown): T[] {
+  const rows = (Array.isArray(value) ? value : []) as (T | null)[];
+  return rows.filter((row): row is T => Number.isInteger(row?.id) && row!.id >= 0);
+}
+
 function tablesOf(scene: Object3D, title: string): Tables {
-  const raw = scene.userData["walltopo"] as
-    | { title?: string; metric?: boolean; holds?: Hold[]; routes?: Route[] }
-    | undefined;
-  const holds = new Map((raw?.holds ?? []).map((hold) => [hold.id, hold]));
-  const routes = new Map((raw?.routes ?? []).map((route) => [route.id, route]));
-  return { title: raw?.title ?? title, metric: raw?.metric ?? true, holds, routes };
+  const raw = (scene.userData["walltopo"] ?? {}) as Record<string, unknown>;
+  const holds = new Map<number, Hold>();
+  for (const hold of rowsOf<Hold>(raw["holds"])) {
+    if (!isPlace(hold.position)) continue;
+    if (!isPlace(hold.normal)) hold.normal = [0, 0, 0];
+    if (!isPlace(hold.colour_rgb)) hold.colour_rgb = null;
+    holds.set(hold.id, { ...hold, route: hold.route ?? null, score: hold.score ?? 0 });
+  }
+  const routes = new Map<number, Route>();
+  for (const route of rowsOf<Route>(raw["routes"])) {
+    const known = (Array.isArray(route.holds) ? route.holds : []).filter((id) => holds.has(id));
+    if (known.length === 0) continue;
+    routes.set(route.id, { ...route, holds: known });
+  }
+  for (const hold of holds.values()) {
+    if (hold.route !== null && !routes.has(hold.route)) hold.route = null;
+  }
+  for (const { id, holds: members } of routes.values()) {
+    for (const member of members) holds.get(member)!.route ??= id;
+  }
+  const heading = typeof raw["title"] === "string" ? raw["title"] : title;
+  return { title: heading, metric: raw["metric"] !== false, holds, routes };
 }
 
 /** Why a wall did not load, for people. A typed array that cannot be had is a RangeError. */

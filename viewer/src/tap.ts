@@ -6,7 +6,8 @@ const TWICE = 300; // milliseconds between two taps of a double tap
 
 export interface TapHandlers {
   tap(x: number, y: number): void;
-  double(x: number, y: number): void;
+  /** The second of two taps at one place; the first was a tap. */
+  double(): void;
 }
 
 /** Until `signal` says that the element is gone. */
@@ -32,7 +33,7 @@ export function listenForTaps(element: HTMLElement, on: TapHandlers, signal: Abo
       event.timeStamp - before.time < TWICE &&
       Math.hypot(x - before.x, y - before.y) < 3 * SLOP;
     before = again ? null : { x, y, time: event.timeStamp };
-    if (again) on.double(x, y);
+    if (again) on.double();
     else on.tap(x, y);
   };
   window.addEventListener("pointerup", up, { signal });

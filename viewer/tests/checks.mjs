@@ -227,13 +227,17 @@ export const checks = {
     await close();
   },
 
-  async "models without ids, without holds, with 2000 holds"(browser, { odd, shots }) {
+  async "models without ids, without holds, with 2000 holds, with strange tables"(browser, { odd, shots }) {
     for (const [kind, url] of Object.entries(odd)) {
       const { page, log, close } = await open(browser, url);
       assert.notEqual(await page.getAttribute("wall-topo", "data-ready"), "error", kind);
       const count = await ask(page, (wall) => wall.holds.length);
-      assert.equal(count, kind === "many" ? 2000 : 0, kind);
-      if (kind === "many") {
+      assert.equal(count, { many: 2000, strange: 2 }[kind] ?? 0, kind);
+      if (kind === "strange") {
+        assert.deepEqual(await ask(page, (wall) => wall.routes.map(({ id, holds }) => [id, holds])), [[8, [1, 2]]]);
+        await tapHold(page, 1);
+        assert.equal((await state(page)).hold, 1);
+      } else if (kind === "many") {
         await tapHold(page, 1234);
         assert.equal((await state(page)).hold, 1234);
       } else {
@@ -349,6 +353,15 @@ export const checks = {
     const heard = await page.evaluate(() => window.heard);
     assert.deepEqual(heard.map((event) => event.type), ["wall-load", "hold-select", "route-select"]);
     assert.equal(heard[1].detail.hold.id, 4);
+    fine(log);
+    await close();
+  },
+
+  async "the example page works"(browser, { example, shots }) {
+    const { page, log, close } = await open(browser, example);
+    await tapHold(page, 4);
+    assert.match(await page.locator("#said").textContent(), /^Route 2: 3 holds/);
+    await page.screenshot({ path: `${shots}/example.png` });
     fine(log);
     await close();
   },

@@ -37,7 +37,11 @@ export const hands = {
     await page.touchscreen.tap(at.x, at.y);
     await page.touchscreen.tap(at.x, at.y);
     await arrive(page);
-    assert.ok(distance(await camera(page)) < 0.8 * distance(whole), "two taps did not look closer");
+    const looked = await camera(page);
+    assert.ok(distance(looked) < 0.8 * distance(whole), "two taps did not look closer");
+    const hold = await ask(page, (wall) => wall.holds.find(({ id }) => id === 8).position);
+    const off = Math.hypot(...hold.map((value, k) => value - looked[3 + k]));
+    assert.ok(off < 0.3, `two taps looked ${off} m beside the hold`);
     fine(log);
     await close();
   },
