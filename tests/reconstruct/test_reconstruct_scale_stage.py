@@ -15,7 +15,7 @@ from walltopo.reconstruct.params import ScaleSettings
 from walltopo.reconstruct.scale import run
 from walltopo.reconstruct.similarity import rotation_with_z
 from walltopo.reconstruct.upright import TYPICAL_DISTANCE, turned_photos, up_from_cameras
-from walltopo.workspace import ScanFolder, read_json, write_json
+from walltopo.workspace import ScanFolder, hash_path, read_json, write_json
 
 CAMERA = Camera("SIMPLE_RADIAL", 320, 240, (250.0, 160.0, 120.0, 0.02))
 
@@ -159,6 +159,14 @@ def test_a_rerun_replaces_the_old_result(scan: ScanFolder) -> None:
     record, views = scaled(scan, distance="p-0-p-1=1.0")
     assert record["method"] == "distance"
     assert np.linalg.norm(views["p-0.jpg"].centre - views["p-1.jpg"].centre) == pytest.approx(1)
+
+
+def test_a_failing_rerun_leaves_the_old_result(scan: ScanFolder) -> None:
+    scaled(scan, distance="p-0-p-1=1.0")
+    before = hash_path(scan.scale), hash_path(scan.sparse)
+    with pytest.raises(StageError, match="no plate is seen"):
+        run(scan, ScaleSettings(method="measure"), Silent())
+    assert (hash_path(scan.scale), hash_path(scan.sparse)) == before
 
 
 def test_a_photo_on_its_side_has_no_say_about_up() -> None:
