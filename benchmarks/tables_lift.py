@@ -72,7 +72,10 @@ class Plan:
 
 def detector_hash() -> str:
     """Names the shipped detector: its weights and how it looks by default."""
-    text = f"{hash_path(shipped_model())} {DetectSettings()}"
+    settings = DetectSettings()
+    # What decides the masks; where and how fast the network runs does not.
+    looks = [getattr(settings, name) for name in ("score", "size", "tile", "overlap", "again")]
+    text = f"{hash_path(shipped_model())} {looks}"
     return hashlib.blake2b(text.encode(), digest_size=4).hexdigest()
 
 
