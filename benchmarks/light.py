@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import cv2
@@ -39,7 +39,7 @@ Bools = NDArray[np.bool_]
 WAYS = {
     "colour": "colours by name (default)",
     "paint": "link = paint",
-    "known": "colours of the routes known",
+    "known": "one colour name a route",
 }
 
 
@@ -181,26 +181,34 @@ def _regress(tables: list[tuple[Ints, Floats, Ints]]) -> tuple[Floats, float]:
     return model.coef_[0] / spread, float(model.intercept_[0])
 
 
-def fit(photos: list[DimPhoto]) -> None:
-    """Print the weights, and ARI of the settings around the default on gyms left out of a fit."""
-    holds = [of_generated(photo) for photo in photos]
+def _left_out(holds: list[PhotoHolds], part: list[int], sharpen: int, resolution: float) -> str:
+    """ARI of each photo by a fit to the other half of the gyms: mean, worst."""
     tables = [_pairs(one) for one in holds]
-    part = [int(photo.name.split("_")[0]) % 2 for photo in photos]
     fits = [_regress([t for t, p in zip(tables, part, strict=True) if p != k]) for k in (0, 1)]
-    for sharpen in (2, 3, 4):
-        for resolution in (1.5, 2.0, 2.5, 3.0):
-            values = []
-            for one, (pairs, cues, _), side in zip(holds, tables, part, strict=True):
-                weights, bias = fits[side]
-                link = (1 / (1 + np.exp(-(cues @ weights + bias)))) ** sharpen
-                links = np.zeros((len(one.points), len(one.points)))
-                links[pairs[:, 0], pairs[:, 1]] = np.where(link < likeness.FAINT, 0, link)
-                values.append(score(one, louvain(links + links.T, resolution, 0)))
-            print(
-                f"sharpen {sharpen}, resolution {resolution}: mean {np.mean(values):.3f}, "
-                f"worst {np.min(values):.3f}"
-            )
-    weights, bias = _regress(tables)
+    values = []
+    for one, (pairs, cues, _), side in zip(holds, tables, part, strict=True):
+        weights, bias = fits[side]
+        link = (1 / (1 + np.exp(-(cues @ weights + bias)))) ** sharpen
+        links = np.zeros((len(one.points), len(one.points)))
+        links[pairs[:, 0], pairs[:, 1]] = np.where(link < likeness.FAINT, 0, link)
+        values.append(score(one, louvain(links + links.T, resolution, 0)))
+    return f"mean {np.mean(values):.3f}, worst {np.min(values):.3f}"
+
+
+def fit(photos: list[DimPhoto]) -> None:
+    """Print the weights, and ARI on gyms left out of a fit: other settings, other colours."""
+    holds = [of_generated(photo) for photo in photos]
+    part = [int(photo.name.split("_")[0]) % 2 for photo in photos]
+    usual = likeness.SHARPEN, RoutesSettings().paint_resolution
+    for sharpen, resolution in [(k, r) for k in (2, 3, 4) for r in (1.5, 2.0, 2.5, 3.0)]:
+        told = _left_out(holds, part, sharpen, resolution)
+        print(f"sharpen {sharpen}, resolution {resolution}: {told}")
+    as_seen = [replace(one, tint=np.ones_like(one.tint)) for one in holds]
+    print(f"colours as seen, not balanced by the wall: {_left_out(as_seen, part, *usual)}")
+    for way in ("colour", "known"):
+        values = [ari(one, way) for one in holds]
+        print(f"{WAYS[way]}: mean {np.mean(values):.3f}, worst {np.min(values):.3f}")
+    weights, bias = _regress([_pairs(one) for one in holds])
     print(f"WEIGHTS = ({', '.join(f'{w:.3f}' for w in weights)})\nBIAS = {bias:.3f}")
 
 

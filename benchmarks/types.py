@@ -86,9 +86,11 @@ def main() -> None:
         shape |= {(gym.name, n): name for n, name in by_shape(gym, types).items()}
         verdict |= {(gym.name, n): v for n, v in by_cutouts(gym, classifier).items()}
     told("by shape", shape, truth)
-    for level in LEVELS:
-        said = {k: v.name for k, v in verdict.items() if v.confidence >= level}
-        told(f"by cutouts, confidence from {level}", said, truth)
+    for level in sorted({*LEVELS, classifier.certain}):
+        sure = {key: one.name for key, one in verdict.items() if one.confidence >= level}
+        said = {key: classifier.meaning(name).type for key, name in sure.items()}
+        own = " (the network's own)" if level == classifier.certain else ""
+        told(f"by cutouts, confidence from {level}{own}", said, truth)
         both = {key: shape.get(key, "unknown") for key in truth}
         both = {
             k: said.get(k, "unknown") if name == "unknown" else name for k, name in both.items()

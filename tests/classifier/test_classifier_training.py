@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from walltopo.classifier.meaning import Meaning
 from walltopo.classifier.params import ClassifierSettings
 from walltopo.classifier.samples import Cutouts, read_cutouts
 from walltopo.classifier.split import hold_split
@@ -55,6 +56,13 @@ def test_a_folder_per_class(folders: Path) -> None:
     assert cutouts.counts() == dict.fromkeys(KINDS, 8)
     assert cutouts.pictures.shape == (48, 32, 32, 3)
     assert cutouts.meanings["ring"].type == "jug"
+
+
+def test_the_meaning_of_classes_can_be_given(folders: Path) -> None:
+    cutouts = read_cutouts([folders], "type", 32).meaning({"disc": Meaning("sloper")})
+    assert cutouts.meanings == {"disc": Meaning("sloper")}
+    with pytest.raises(InputError, match="no cutout of class blob"):
+        cutouts.meaning({"blob": Meaning("sloper")})
 
 
 def test_holds_are_split_whole_and_each_class_by_the_same_share(folders: Path) -> None:
@@ -215,7 +223,6 @@ def colour_network(names: list[str]) -> object:
 
 def test_any_onnx_classifier_with_names_is_read(tmp_path: Path) -> None:
     onnx = pytest.importorskip("onnx")
-    from walltopo.classifier.meaning import Meaning
     from walltopo.classifier.model import open_classifier
 
     path = tmp_path / "other.onnx"

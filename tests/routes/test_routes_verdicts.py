@@ -19,6 +19,7 @@ from walltopo.routes.verdicts import (
     classifier_of,
     cutout_weights,
     follow,
+    followed,
     verdicts,
     with_class_colours,
 )
@@ -38,6 +39,10 @@ class ByColour:
 
     names = ("jug", "pinch")
     side = 32
+    certain = 0.0
+
+    def meaning(self, name: str) -> Meaning:
+        return Meaning(name, "red" if name == "jug" else "")
 
     def confidences(self, pictures: np.ndarray) -> np.ndarray:
         red = pictures[:, 16, 16, 0] > 150
@@ -72,13 +77,27 @@ def test_a_hold_follows_its_class() -> None:
     jug = follow(HOLD, sure, Meaning("jug", maker="Acme"), 0.5)
     assert (jug.type, jug.type_confidence, jug.maker, jug.colour) == ("jug", 0.8, "Acme", "red")
     assert (jug.role, jug.review) == ("hold", False)
-    blue = follow(replace(HOLD, review=True), sure, Meaning("unknown", "blue"), 0.5)
+    blue = follow(HOLD, sure, Meaning("unknown", "blue"), 0.5)
     assert (blue.type, blue.colour, blue.colour_confidence) == ("crimp", "blue", 0.8)
-    assert not blue.review  # the class knows the colour that the palette doubted
     assert follow(HOLD, sure, Meaning("jug", role="downclimb"), 0.5).role == "downclimb"
-    assert follow(HOLD, Verdict("x", 0.2), Meaning("jug"), 0.5).review
     volume = replace(HOLD, kind="volume", role="volume", type="volume")
     assert follow(volume, sure, Meaning("jug"), 0.5) == volume
+
+
+def test_what_is_not_certain_is_unknown() -> None:
+    doubted = follow(HOLD, Verdict("x", 0.4), Meaning("jug", "blue", "Acme", "downclimb"), 0.5)
+    assert (doubted.type, doubted.type_confidence) == ("unknown", 0.0)
+    assert (doubted.colour, doubted.maker, doubted.role) == ("red", "", "hold")
+
+
+def test_what_the_model_doubts_is_for_review() -> None:
+    """Hold 3 has a doubtful colour, which the class knows; hold 4 an undecided type."""
+    holds = [replace(HOLD, review=True), replace(HOLD, id=4)]
+    undecided = [view((200, 0, 0)), view((0, 0, 200))]
+    seen = {3: [view((200, 0, 0))], 4: undecided}
+    settings = ClassifySettings(model="my.onnx", review_below=0.3, cutout_weight="area")
+    found = followed(holds, seen, ByColour(), settings)  # type: ignore[arg-type]
+    assert [hold.id for hold in found if hold.review] == [4]
 
 
 def test_colours_that_only_classes_name_join_the_palette() -> None:
@@ -88,7 +107,7 @@ def test_colours_that_only_classes_name_join_the_palette() -> None:
     assert with_class_colours(palette, holds)[1].rgb == (10, 250, 10)
 
 
-def test_settings_that_name_no_classifier(tmp_path: Path) -> None:
+def test_which_classifier_the_settings_name(tmp_path: Path) -> None:
     assert classifier_of(ClassifySettings()) is None
     with pytest.raises(SettingsError, match=r"classify\.classes"):
         classifier_of(ClassifySettings(classes=str(tmp_path / "classes.toml")))

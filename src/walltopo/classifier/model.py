@@ -49,6 +49,7 @@ class CutoutClassifier:
     path : the file; session : `onnxruntime.InferenceSession`.
     names : its classes; meanings : what each says of a hold, same order.
     side : of the pictures it takes, pixels.
+    certain : confidence below which it should not be believed; 0 where the file does not tell.
     """
 
     path: Path
@@ -56,6 +57,7 @@ class CutoutClassifier:
     names: tuple[str, ...]
     meanings: tuple[Meaning, ...]
     side: int
+    certain: float = 0.0
 
     def confidences(self, pictures: NDArray[np.uint8]) -> Floats:
         """(n, classes) in [0, 1], rows sum to 1, of (n, side, side, 3) uint8 RGB pictures."""
@@ -107,10 +109,14 @@ def _side(shape: Sequence[Any], metadata: Mapping[str, str], path: Path) -> int:
         if shape[2] != shape[3]:
             raise InputError(f"{path}: expected square pictures, got {tuple(shape)}")
         return shape[2]
+    return int(_number(metadata, "side", DEFAULT_SIDE, path))
+
+
+def _number(metadata: Mapping[str, str], key: str, default: float, path: Path) -> float:
     try:
-        return int(metadata.get("side", DEFAULT_SIDE))
+        return float(metadata.get(key, default))
     except ValueError as error:
-        raise InputError(f"{path}: metadata side: {metadata['side']!r} is no number") from error
+        raise InputError(f"{path}: metadata {key}: {metadata[key]!r} is no number") from error
 
 
 def open_classifier(path: Path, classes: Mapping[str, Meaning] | None = None) -> CutoutClassifier:
@@ -148,7 +154,8 @@ def open_classifier(path: Path, classes: Mapping[str, Meaning] | None = None) ->
         )
     meanings = tuple(meanings_of(names, {**own, **(classes or {})}))
     side = _side(session.get_inputs()[0].shape, metadata, path)
-    return CutoutClassifier(path, session, names, meanings, side)
+    certain = _number(metadata, "certain", 0.0, path)
+    return CutoutClassifier(path, session, names, meanings, side, certain)
 
 
 def judge(confidences: Floats, weights: Floats, names: Sequence[str]) -> Verdict:

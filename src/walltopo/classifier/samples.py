@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -50,6 +50,20 @@ class Cutouts:
         pairs = {(int(hold), int(label)) for hold, label in zip(self.hold, self.label, strict=True)}
         found = Counter(self.names[label] for _, label in pairs)
         return {name: found[name] for name in self.names}
+
+    def meaning(self, given: Mapping[str, Meaning]) -> Cutouts:
+        """The same cutouts whose classes mean what `given` says.
+
+        Raises
+        ------
+        InputError : `given` has a class that no cutout is of.
+        """
+        missing = sorted(set(given) - set(self.names))
+        if missing:
+            raise InputError(
+                f"no cutout of class {', '.join(missing)}", f"There are: {', '.join(self.names)}."
+            )
+        return replace(self, meanings={**self.meanings, **given})
 
 
 @dataclass(frozen=True, eq=False)

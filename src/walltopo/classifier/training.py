@@ -15,6 +15,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from walltopo.classifier.meaning import to_json
+from walltopo.classifier.model import judge
 from walltopo.classifier.net import CutoutNet
 from walltopo.classifier.params import ClassifierSettings
 from walltopo.classifier.samples import Cutouts
@@ -25,6 +26,7 @@ from walltopo.workspace import atomic_path
 __all__ = ["Trained", "train", "write_onnx"]
 
 Bools = NDArray[np.bool_]
+RIGHT = 0.9
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +39,7 @@ class Trained:
     accuracy : share of the held-out holds named right, all their cutouts together.
     per_cutout : share of the held-out cutouts.
     epoch : the best one; holds : (trained on, held out).
+    certain : least confidence from which `RIGHT` of the held-out holds named are named right.
     """
 
     net: CutoutNet
@@ -44,6 +47,7 @@ class Trained:
     per_cutout: float
     epoch: int
     holds: tuple[int, int]
+    certain: float
 
 
 def _varied(pictures: Tensor, settings: ClassifierSettings, rng: torch.Generator) -> Tensor:
@@ -85,19 +89,35 @@ def _tensor(pictures: NDArray[np.uint8]) -> Tensor:
     return torch.from_numpy(pictures).permute(0, 3, 1, 2).float() / 255
 
 
-def _check(net: CutoutNet, cutouts: Cutouts, held: Bools) -> tuple[float, float]:
-    """Accuracy per hold and per cutout."""
+def _answers(net: CutoutNet, pictures: NDArray[np.uint8]) -> NDArray[np.float64]:
+    """(n, classes) confidences."""
     net.eval()
     with torch.no_grad():
-        blocks = [net(_tensor(part)) for part in np.array_split(cutouts.pictures[held], 8)]
-    chance = torch.softmax(torch.cat(blocks), dim=1).numpy()
+        blocks = [net(_tensor(part)) for part in np.array_split(pictures, 8) if len(part)]
+    return np.asarray(torch.softmax(torch.cat(blocks), dim=1).numpy(), dtype=np.float64)
+
+
+def _check(net: CutoutNet, cutouts: Cutouts, held: Bools) -> tuple[float, float, float]:
+    """Accuracy per hold and per cutout, and `Trained.certain`."""
+    chance = _answers(net, cutouts.pictures[held])
     label, hold = cutouts.label[held], cutouts.hold[held]
+    confidences, right = [], []
+    for number in np.unique(hold):
+        rows = np.flatnonzero(hold == number)
+        verdict = judge(chance[rows], np.ones(len(rows)), cutouts.names)
+        confidences.append(verdict.confidence)
+        right.append(verdict.name == cutouts.names[label[rows[0]]])
     single = float((chance.argmax(axis=1) == label).mean())
-    _, row = np.unique(hold, return_inverse=True)
-    sums = np.zeros((row.max() + 1, chance.shape[1]))
-    np.add.at(sums, row, chance)
-    first = np.array([np.flatnonzero(row == k)[0] for k in range(len(sums))])
-    return float((sums.argmax(axis=1) == label[first]).mean()), single
+    return float(np.mean(right)), single, _certain(np.array(confidences), np.array(right))
+
+
+def _certain(confidences: NDArray[np.float64], right: Bools) -> float:
+    """The lowest of 20 levels from which enough of what is named is right; 1 if none is."""
+    for level in np.arange(0.0, 1.0, 0.05):
+        named = confidences >= level
+        if named.any() and right[named].mean() >= RIGHT:
+            return round(float(level), 2)
+    return 1.0
 
 
 def train(cutouts: Cutouts, settings: ClassifierSettings, progress: Progress) -> Trained:
@@ -116,7 +136,7 @@ def train(cutouts: Cutouts, settings: ClassifierSettings, progress: Progress) ->
     steps = settings.epochs * max(1, len(label) // settings.batch)
     optimizer = torch.optim.AdamW(net.parameters(), lr=settings.rate, weight_decay=0.02)
     schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, settings.rate, total_steps=steps)
-    best: tuple[float, float, int, dict[str, Any]] = (-1.0, 0.0, 0, {})
+    best: tuple[float, float, float, int, dict[str, Any]] = (-1.0, 0.0, 0.0, 0, {})
     taken = max(1, len(label) // settings.batch) * settings.batch
     progress.step("training", settings.epochs)
     for epoch in range(1, settings.epochs + 1):
@@ -130,15 +150,15 @@ def train(cutouts: Cutouts, settings: ClassifierSettings, progress: Progress) ->
             loss.backward()
             optimizer.step()
             schedule.step()
-        accuracy, single = _check(net, cutouts, held)
+        accuracy, single, certain = _check(net, cutouts, held)
         if accuracy >= best[0]:
             state = {name: value.clone() for name, value in net.state_dict().items()}
-            best = (accuracy, single, epoch, state)
+            best = (accuracy, single, certain, epoch, state)
         progress.detail(f"epoch {epoch}: {accuracy:.3f} of the held-out holds right")
         progress.advance()
-    net.load_state_dict(best[3])
+    net.load_state_dict(best[4])
     counts = len(np.unique(cutouts.hold[~held])), len(np.unique(cutouts.hold[held]))
-    return Trained(net.eval(), best[0], best[1], best[2], counts)
+    return Trained(net.eval(), best[0], best[1], best[3], counts, best[2])
 
 
 class _Deployed(nn.Module):
@@ -181,6 +201,7 @@ def write_onnx(trained: Trained, cutouts: Cutouts, path: Path) -> None:
         "classes": to_json(cutouts.meanings),
         "side": str(side),
         "accuracy": f"{trained.accuracy:.4f}",
+        "certain": str(trained.certain),
     }
     del model.metadata_props[:]
     for key, value in facts.items():

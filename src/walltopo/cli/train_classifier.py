@@ -66,11 +66,17 @@ def add_classifier_word(
         "--family",
         choices=("small", "yolo"),
         default="small",
-        help="small: walltopo's own network, a third of a million weights; yolo: YOLO11-cls "
+        help="small: walltopo's own network, 0.6 million weights; yolo: YOLO11-cls "
         "(default: small)",
     )
     parser.add_argument(
         "--base", default="", help="with --family yolo: weights or layout to start from"
+    )
+    parser.add_argument(
+        "--classes",
+        type=Path,
+        metavar="TOML",
+        help="what classes mean (type, colour, maker, role), kept in the file; see docs/colours.md",
     )
     for field in dataclasses.fields(ClassifierSettings):
         unit = f" [{field.metadata['unit']}]" if field.metadata["unit"] else ""
@@ -86,6 +92,7 @@ def add_classifier_word(
 
 def run(args: argparse.Namespace) -> int:
     """Train, export, say how good it is."""
+    from walltopo.classifier.meaning import read_classes
     from walltopo.classifier.samples import read_cutouts
     from walltopo.cli.console import console
     from walltopo.cli.listener import TerminalListener
@@ -105,6 +112,8 @@ def run(args: argparse.Namespace) -> int:
     with TerminalListener(console) as progress:
         progress.step("reading cutouts")
         cutouts = read_cutouts(args.sources, args.label, settings.side)
+        if args.classes is not None:
+            cutouts = cutouts.meaning(read_classes(args.classes))
         counts = ", ".join(f"{name} {count}" for name, count in cutouts.counts().items())
         progress.note(f"{len(cutouts.label)} cutouts; holds per class: {counts}")
         if args.family == "yolo":

@@ -25,7 +25,7 @@ from walltopo.routes.params import ClassifySettings
 from walltopo.routes.records import Hold
 from walltopo.routes.samples import HoldView, load_photo, look, wall_patches
 from walltopo.routes.units import unit_of
-from walltopo.routes.verdicts import classifier_of, follow, verdicts, with_class_colours
+from walltopo.routes.verdicts import classifier_of, followed, with_class_colours
 from walltopo.workspace import ScanFolder, read_json, write_json
 
 __all__ = ["gather", "run", "with_types"]
@@ -216,13 +216,7 @@ def run(scan: ScanFolder, settings: ClassifySettings, progress: Progress) -> dic
     holds = [hold for hold in described if hold.id not in doubted]
     holds = with_tints(with_types(holds, shapes, unit), light, unit)
     if classifier is not None:
-        said = verdicts(classifier, seen, settings.cutout_weight, settings.max_views)
-        holds = [
-            follow(hold, verdict, classifier.meaning(verdict.name), settings.review_below)
-            if (verdict := said.get(hold.id))
-            else hold
-            for hold in holds
-        ]
+        holds = followed(holds, seen, classifier, settings)
         entries = with_class_colours(entries, holds)
     if settings.downclimb == "auto" and not any(hold.role == "downclimb" for hold in holds):
         holds, jugs = with_downclimbs(holds, unit)

@@ -16,7 +16,16 @@ from numpy.typing import NDArray
 
 from walltopo.routes.oklab import features
 
-__all__ = ["FAINT", "FLATTEN", "REACH", "TINT_RADIUS", "balanced_paint", "cues_of", "likeness"]
+__all__ = [
+    "FAINT",
+    "FLATTEN",
+    "REACH",
+    "SHARPEN",
+    "TINT_RADIUS",
+    "balanced_paint",
+    "cues_of",
+    "likeness",
+]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -18,17 +18,24 @@ from walltopo.routes.params import ClassifySettings
 from walltopo.routes.records import Hold
 from walltopo.routes.samples import HoldView
 
-__all__ = ["classifier_of", "cutout_weights", "follow", "verdicts", "with_class_colours"]
+__all__ = [
+    "classifier_of",
+    "cutout_weights",
+    "follow",
+    "followed",
+    "verdicts",
+    "with_class_colours",
+]
 
 UNKNOWN = "unknown"
 
 
 def classifier_of(settings: ClassifySettings) -> CutoutClassifier | None:
-    """The classifier that the settings name; None where they name none."""
+    """The classifier that the settings name; None where types come from the shape."""
     if not settings.model:
         if settings.classes:
             raise SettingsError(
-                "classify.classes tells what classify.model's classes mean; it is empty"
+                "classify.classes tells what classify.model's classes mean, but no model is given"
             )
         return None
     classes = read_classes(Path(settings.classes)) if settings.classes else None
@@ -79,10 +86,15 @@ def verdicts(
     return found
 
 
-def follow(hold: Hold, verdict: Verdict, meaning: Meaning, review_below: float) -> Hold:
-    """The hold as a verdict has it; what the class does not tell stays."""
+def follow(hold: Hold, verdict: Verdict, meaning: Meaning, certain: float) -> Hold:
+    """The hold as a verdict has it; what the class does not tell stays.
+
+    Below `certain` the type is "unknown", and nothing else is believed.
+    """
     if hold.kind == "volume":
         return hold
+    if verdict.confidence < certain:
+        return replace(hold, type=UNKNOWN, type_confidence=0.0)
     changes: dict[str, object] = {"maker": meaning.maker}
     if meaning.type != UNKNOWN:
         changes |= {"type": meaning.type, "type_confidence": verdict.confidence}
@@ -90,10 +102,33 @@ def follow(hold: Hold, verdict: Verdict, meaning: Meaning, review_below: float) 
         changes |= {"colour": meaning.colour, "colour_confidence": verdict.confidence}
     if meaning.role != "hold":
         changes["role"] = meaning.role
-    doubtful = verdict.confidence < review_below
-    # A colour that the class tells replaces the palette's doubt about it.
-    review = doubtful if meaning.colour else hold.review or doubtful
-    return replace(hold, **changes, review=review)  # type: ignore[arg-type]
+    return replace(hold, **changes)  # type: ignore[arg-type]
+
+
+def followed(
+    holds: Sequence[Hold],
+    seen: Mapping[int, Sequence[HoldView]],
+    classifier: CutoutClassifier,
+    settings: ClassifySettings,
+) -> list[Hold]:
+    """All holds as the classifier has them; holds that no photo shows stay as they are.
+
+    Holds that it is not sure of are for review.
+    """
+    said = verdicts(classifier, seen, settings.cutout_weight, settings.max_views)
+    result = []
+    for hold in holds:
+        verdict = said.get(hold.id)
+        if verdict is not None:
+            meaning = classifier.meaning(verdict.name)
+            doubtful = verdict.confidence < settings.review_below
+            hold = follow(hold, verdict, meaning, classifier.certain)
+            if hold.kind != "volume":
+                # A colour that the class tells replaces the palette's doubt about it.
+                told = bool(meaning.colour) and not doubtful
+                hold = replace(hold, review=doubtful or (hold.review and not told))
+        result.append(hold)
+    return result
 
 
 def with_class_colours(palette: Sequence[Entry], holds: Sequence[Hold]) -> list[Entry]:
