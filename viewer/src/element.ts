@@ -223,7 +223,8 @@ export class WallTopo extends HTMLElement {
 
   private loaded(stage: Stage): void {
     this.panel.fill(this.tables);
-    this.panel.sheet.set(this.tables.routes.size ? "half" : "low");
+    const room = this.tables.routes.size > 0 && this.clientHeight >= LOW;
+    this.panel.sheet.set(room ? "half" : "low");
     this.message.hidden = true;
     this.layout();
     this.choose(null, null);
@@ -465,8 +466,9 @@ export class WallTopo extends HTMLElement {
       if (!hit) return;
       const length = this.overlay.measure(hit.point, this.tables.metric);
       this.stage!.redraw();
-      this.say(length ?? "Tap the second point.");
-      if (length) this.emit("measure", { text: length });
+      if (!length) return this.say("Tap the second point.");
+      this.announce(length);
+      this.emit("measure", { text: length });
       return;
     }
     if (this.editor?.tapped(hit)) return;
