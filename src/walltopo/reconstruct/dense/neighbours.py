@@ -25,6 +25,9 @@ _MIN_ASIDE = np.deg2rad(18.0)
 _ANGLE_SPREAD = 0.55
 # What a point still counts for once a partner at the best angle sees it.
 _LEFT_OVER = 0.3
+# Photos whose worth over all points is below this share of the best one's make no pair: matching
+# from too far aside finds false depths, which would speak against the true ones.
+_LEAST_WORTH = 0.05
 # A partner that adds less than this share of what the first gave is not worth its time.
 _LEAST_GAIN = 0.02
 # How much of a partner's worth a direction loses that another partner already looks from.
@@ -67,7 +70,7 @@ def choose_neighbours(scene: Scene, count: int, best_angle_deg: float) -> list[l
     Returns
     -------
     list per view of indices of views: at most `count` of its own choice, then those that chose
-    it; empty where nothing overlaps.
+    it, if they are useful to it; empty where nothing overlaps.
     """
     n = len(scene.views)
     best = float(np.deg2rad(best_angle_deg))
@@ -75,6 +78,7 @@ def choose_neighbours(scene: Scene, count: int, best_angle_deg: float) -> list[l
     for k, seen in enumerate(scene.seen):
         visible[k, seen] = True
     centres = np.array([view.centre for view in scene.views])
+    useful = np.zeros((n, n), dtype=np.bool_)
     partners: list[list[int]] = []
     for i, own in enumerate(scene.seen):
         worth = np.zeros((n, len(own)))
@@ -82,16 +86,19 @@ def choose_neighbours(scene: Scene, count: int, best_angle_deg: float) -> list[l
             shared = np.flatnonzero(visible[j, own])
             if j != i and len(shared) >= _MIN_SHARED:
                 worth[j, shared] = _point_worth(scene, i, j, own[shared], best)
+        total = worth.sum(axis=1)
+        useful[i] = total > _LEAST_WORTH * total.max()
+        worth[~useful[i]] = 0.0
         partners.append(_cover(worth, _unit(centres - centres[i]), count))
-    return _mutual(partners)
+    return _mutual(partners, useful)
 
 
-def _mutual(partners: list[list[int]]) -> list[list[int]]:
-    """Each view's partners, then the views that have it as a partner."""
+def _mutual(partners: list[list[int]], useful: NDArray[np.bool_]) -> list[list[int]]:
+    """Each view's partners, then the views that have it as a partner and are useful to it."""
     both = [list(own) for own in partners]
     for i, own in enumerate(partners):
         for j in own:
-            if i not in both[j]:
+            if useful[j, i] and i not in both[j]:
                 both[j].append(i)
     return both
 

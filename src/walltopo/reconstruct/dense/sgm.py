@@ -112,11 +112,15 @@ def _consistent(
     """The depth maps without what the maps of their partners speak against (see `confirmed`)."""
     number = {item.view.name: k for k, item in enumerate(maps)}
     names = [view.name for view in scene.views]
-    asks = {names[k]: [names[j] for j in sorted(own)] for k, own in enumerate(partners)}
+    asks: dict[str, set[str]] = {name: set() for name in names}
+    for name, own in zip(names, partners, strict=True):
+        for other in own:
+            asks[name].add(names[other])
+            asks[names[other]].add(name)
     progress.step("checking depth maps against each other", len(maps))
     result: list[DepthMap] = []
     for k, item in enumerate(maps):
-        others = [number[name] for name in asks[item.view.name] if name in number]
+        others = sorted(number[name] for name in asks[item.view.name] if name in number)
         result.append(confirmed(k, maps, others, edge, unless_pairs))
         progress.advance()
     return result
