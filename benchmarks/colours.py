@@ -2,9 +2,9 @@
 
     python -m benchmarks.colours [DATA]
 
-DATA is the folder of the test data (default ../shared/data). Printed: the untrained default,
-and with a palette learnt on the other scan of the same gym (`gym-a-reset`), where a setter is
-played by the truth: each cluster of that scan gets the name of its holds' majority.
+DATA is the folder of the test data (default ../shared/data). Printed: the untrained default on
+both scans of the gym, and the first with a palette learnt on the other (`gym-a-reset`), where a
+setter is played by the truth: each cluster of that scan gets the name of its holds' majority.
 """
 
 from __future__ import annotations
@@ -69,10 +69,13 @@ def paints_of(
     return paint_over_views(seen, light, positions, settings.max_views), colours, volumes
 
 
-def setters_palette(folder: Path, settings: ClassifySettings) -> list[Entry]:
-    """The palette of another scan, its clusters named by a setter who knows the truth."""
-    paints, colours, volumes = paints_of(folder, False, settings)
-    entries = find_palette(paints, volumes, **scale(settings))
+def setters_palette(
+    paints: dict[int, HoldPaint],
+    colours: dict[int, str],
+    entries: list[Entry],
+    settings: ClassifySettings,
+) -> list[Entry]:
+    """The palette of a scan, its clusters named by a setter who knows the truth."""
     found = assign_colours(paints, entries, **scale(settings))
     named = []
     for entry in entries:
@@ -110,7 +113,10 @@ def main() -> None:
     print(f"{len(paints)} instances in 72 photos read in {time.process_time() - begun:.1f} CPU-s")
     found = find_palette(paints, volumes, **scale(settings))
     report("untrained default", paints, truth, found, settings)
-    palette = setters_palette(data / "gym-a-reset", settings)
+    others, colours, others_volumes = paints_of(data / "gym-a-reset", False, settings)
+    entries = find_palette(others, others_volumes, **scale(settings))
+    report("the other scan, untrained default", others, colours, entries, settings)
+    palette = setters_palette(others, colours, entries, settings)
     report("with a palette from the other scan", paints, truth, palette, settings)
 
 
