@@ -54,15 +54,22 @@ STAGES = (
         "walltopo.reconstruct.scale",
         ("photos", "photo_list", "sparse_raw", "aligned"),
         ("sparse", "scale"),
+        version=2,
     ),
-    Stage("dense", "walltopo.reconstruct.dense.stage", ("photos", "sparse", "scale"), ("mesh",)),
+    Stage(
+        "dense",
+        "walltopo.reconstruct.dense.stage",
+        ("photos", "sparse", "scale"),
+        ("mesh",),
+        version=2,
+    ),
     Stage(
         "texture",
         "walltopo.reconstruct.texture",
         ("photos", "sparse", "mesh"),
         ("texture", "texture_uv"),
     ),
-    Stage("detect", "walltopo.detect.stage", ("photos", "photo_list"), ("detections",)),
+    Stage("detect", "walltopo.detect.stage", ("photos", "photo_list"), ("detections",), version=2),
     Stage(
         "lift",
         "walltopo.lift.stage",
@@ -74,12 +81,14 @@ STAGES = (
         "walltopo.routes.classify",
         ("photos", "sparse", "scale", "mesh", "instances", "instance_records", "hold_edits"),
         ("attributes", "cutouts"),
+        version=2,
     ),
     Stage(
         "routes",
         "walltopo.routes.cluster",
         ("mesh", "scale", "instances", "attributes", "route_edits"),
         ("routes",),
+        version=2,
     ),
     Stage(
         "export",
@@ -100,6 +109,7 @@ STAGES = (
             "hold_edits",
         ),
         ("holds", "glb", "report", "page", "page_assets"),
+        version=2,
     ),
 )
 

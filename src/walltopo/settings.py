@@ -35,7 +35,9 @@ class Settings:
     dense: DenseSettings = field(default_factory=DenseSettings)
     texture: TextureSettings = field(default_factory=TextureSettings)
     detect: DetectSettings = field(default_factory=DetectSettings)
-    lift: LiftParams = field(default_factory=LiftParams)
+    # The library's defaults suit masks whose errors go both ways; the shipped detector's masks are
+    # rather too small and miss volumes in many photos. Chosen on generated gyms (docs/lift.md).
+    lift: LiftParams = field(default_factory=lambda: LiftParams(threshold=0.4, least_support=0.05))
     classify: ClassifySettings = field(default_factory=ClassifySettings)
     routes: RoutesSettings = field(default_factory=RoutesSettings)
     export: ExportSettings = field(default_factory=ExportSettings)

@@ -57,7 +57,10 @@ class LiftParams:
         1.0, "Louvain resolution: larger gives more, smaller clusters", low=0.0
     )
     threshold: float = setting(
-        0.5, "a triangle is kept at this share of positive evidence", low=0.0, high=1.0
+        0.5,
+        "a triangle is kept at this share of positive evidence (published: 0.5)",
+        low=0.0,
+        high=1.0,
     )
     drop_duplicates: bool = setting(
         True, "robust: of two masks of the same object in one photo keep the surer one"
