@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from walltopo.core import InputError, Mesh
 from walltopo.formats.ply import write_ply
-from walltopo.synth.holds import HOLD_KINDS, SIZES, STYLES, make_hold
+from walltopo.synth.holds import HOLD_KINDS, SIZES, STYLES, make_hold, vertex_normals
 from walltopo.synth.scanned import read_hold, scanned_holds
 
 
@@ -76,3 +76,9 @@ def test_scanned_holds_refuse_a_house(tmp_path: Path) -> None:
         scanned_holds(tmp_path)
     with pytest.raises(InputError, match="no scanned holds"):
         scanned_holds(tmp_path / "nothing")
+
+
+def test_normals_are_unit_also_where_triangles_have_no_area() -> None:
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [2, 2, 0], [2, 2, 0], [2, 2, 0]], float)
+    normals = vertex_normals(points, np.array([[0, 1, 2], [3, 4, 5]], np.int32))
+    np.testing.assert_allclose(normals, np.tile([0, 0, 1], (6, 1)))

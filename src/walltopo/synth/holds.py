@@ -280,7 +280,7 @@ def _largest_piece(
 def vertex_normals(
     points: NDArray[np.float64], triangles: NDArray[np.int32]
 ) -> NDArray[np.float64]:
-    """(V, 3) area-weighted unit normals."""
+    """(V, 3) area-weighted unit normals; z where the triangles have no area or cancel out."""
     a, b, c = (points[triangles[:, k]] for k in range(3))
     cross = np.cross(b - a, c - a)
     summed = np.stack(
@@ -293,4 +293,5 @@ def vertex_normals(
         ],
         axis=1,
     )
-    return summed / np.maximum(np.linalg.norm(summed, axis=1, keepdims=True), 1e-12)
+    length = np.linalg.norm(summed, axis=1, keepdims=True)
+    return np.where(length > 0, summed / np.where(length > 0, length, 1.0), [0.0, 0.0, 1.0])
