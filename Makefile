@@ -6,7 +6,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PAGE := demo-scan/index.html
 
-.PHONY: help demo test lint docs viewer system system-venv system-compiler browser clean
+.PHONY: help demo test lint docs viewer pictures system system-venv system-compiler browser clean
 .DEFAULT_GOAL := help
 
 help:
@@ -15,6 +15,7 @@ help:
 	@echo "make lint     ruff and mypy"
 	@echo "make docs     write the generated parts of docs/"
 	@echo "make viewer   build the web viewer into the package (needs node)"
+	@echo "make pictures GYM=SCAN SPRAYWALL=SCAN   retake the README's pictures"
 	@echo "make system   install the system packages that the two commands want (Debian, root)"
 
 # Debian splits venv from python; containers often come without it.
@@ -54,6 +55,9 @@ docs: $(VENV)/dev-ready
 
 viewer:
 	cd viewer && npm ci --no-audit --no-fund && npm run build
+
+pictures:
+	cd viewer && node tests/pictures.mjs --readme $(abspath $(GYM)) $(abspath $(SPRAYWALL))
 
 # The browser tests want Chromium and node; where they cannot be had, those tests skip and say so.
 browser:
