@@ -27,10 +27,10 @@ from benchmarks.tables_lift import (
     Plan,
     detections,
     detector_hash,
-    four_ways,
     lift_rows,
     lift_table,
     test_gyms,
+    ways_to_lift,
 )
 from benchmarks.tables_page import write_page
 from walltopo.core import Camera, View
@@ -133,7 +133,7 @@ def given_masks(data: Path, args: argparse.Namespace) -> Row:
     }
     tuned = read_json(kept) if kept.is_file() else {}
     if "modern literal" in tuned:
-        settings |= four_ways(tuned, "modern")
+        settings |= ways_to_lift(tuned, "modern")
     tables: Row = {}
     for masks in ("noisy", "clean"):
         wall = Wall("gym-a", "test", gym, masks=gym / f"{masks}.json", cameras=gym / "cameras")

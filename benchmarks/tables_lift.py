@@ -1,4 +1,4 @@
-"""The lift's table: four ways to lift on generated gyms, tuned and judged on different ones.
+"""The lift's table: ways to lift on generated gyms, tuned and judged on different ones.
 
 Gyms of a preset are numbered: 0 is tuned on; 1 chooses among the search's best trials and
 the defaults; the others are only reported on. Everything is kept in the work folder: gyms, the
@@ -29,6 +29,7 @@ from walltopo.evaluate.semantics import class_of_faces, confusion, semantic_metr
 from walltopo.lift import LiftParams
 from walltopo.lift.methods import run_method
 from walltopo.routes.params import ClassifySettings
+from walltopo.settings import Settings as ScanSettings
 from walltopo.synth.params import gym_preset
 from walltopo.synth.recipe import Recipe, generate
 from walltopo.tune.lift_problem import LiftProblem, LiftWall, load_lift_wall
@@ -41,10 +42,12 @@ __all__ = [
     "Plan",
     "detections",
     "detector_hash",
-    "four_ways",
     "lift_rows",
     "lift_table",
+    "load_wall",
+    "scan_defaults",
     "test_gyms",
+    "ways_to_lift",
 ]
 
 PRESETS = ("modern", "oldschool-dark")
@@ -110,17 +113,17 @@ def test_gyms(plan: Plan, preset: str) -> list[Path]:
     return [gym_folder(plan, preset, len(USES) + k) for k in range(plan.gyms)]
 
 
+def load_wall(plan: Plan, preset: str, number: int) -> LiftWall:
+    """A gym with its photos and the shipped detector's masks, made where they are not there."""
+    folder = gym_folder(plan, preset, number)
+    masks = detections(sorted((folder / "photos").glob("*.jpg")), folder)
+    use = "train" if USES[number : number + 1] == ("train",) else "test"
+    return load_lift_wall(Wall(folder.name, use, folder / "truth", masks=masks))
+
+
 def _walls(plan: Plan, preset: str, use: str) -> list[LiftWall]:
     uses = USES + ("test",) * plan.gyms
-    walls = []
-    for number in (k for k, own in enumerate(uses) if own == use):
-        folder = gym_folder(plan, preset, number)
-        masks = detections(sorted((folder / "photos").glob("*.jpg")), folder)
-        wall = Wall(
-            folder.name, "train" if use == "train" else "test", folder / "truth", masks=masks
-        )
-        walls.append(load_lift_wall(wall))
-    return walls
+    return [load_wall(plan, preset, k) for k, own in enumerate(uses) if own == use]
 
 
 def _tuned(
@@ -189,12 +192,19 @@ def lift_rows(walls: Sequence[LiftWall], settings: Settings) -> Row:
     return rows
 
 
-def four_ways(tuned: Mapping[str, Row], preset: str) -> dict[str, tuple[str, dict[str, Any]]]:
+def scan_defaults() -> dict[str, Any]:
+    """What a scan's lift sets otherwise than the library."""
+    library, scan = asdict(LiftParams()), asdict(ScanSettings().lift)
+    return {name: value for name, value in scan.items() if value != library[name]}
+
+
+def ways_to_lift(tuned: Mapping[str, Row], preset: str) -> dict[str, tuple[str, dict[str, Any]]]:
     """The rows of the table: name to method and settings."""
     return {
         "literal, defaults": ("literal", {}),
         "literal, tuned": ("literal", tuned[f"{preset} literal"]["values"]),
         "ours, defaults": ("robust", {}),
+        "ours, a scan's defaults": ("robust", scan_defaults()),
         "ours, tuned": ("robust", tuned[f"{preset} robust"]["values"]),
     }
 
@@ -208,6 +218,6 @@ def lift_table(plan: Plan) -> Row:
         for method in ("literal", "robust"):
             tuned[f"{preset} {method}"] = _tuned(plan, preset, method, train, val)
         del train, val
-        tables[preset] = lift_rows(_walls(plan, preset, "test"), four_ways(tuned, preset))
+        tables[preset] = lift_rows(_walls(plan, preset, "test"), ways_to_lift(tuned, preset))
     write_json(plan.work / "tuned.json", tuned)
     return {"tables": tables, "tuned": tuned}

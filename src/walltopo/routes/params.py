@@ -13,9 +13,9 @@ __all__ = ["ClassifySettings", "RoutesSettings"]
 class ClassifySettings:
     """How colour, type and geometry of each hold are found (section `classify`)."""
 
-    # Chosen on generated gyms: 0.2 hides true volumes there (benchmarks/least_score.py).
+    # The middle of the best range on generated gyms (benchmarks/least_score.py).
     least_score: float = setting(
-        0.1,
+        0.15,
         "Instances with a lower score (few views confirm them) are no holds but listed as doubtful",
         low=0.0,
         high=1.0,
