@@ -262,7 +262,7 @@ def test_what_lies_on_a_printed_plate_is_no_hold(scan: ScanFolder) -> None:
     place = np.array(read_holds(scan.attributes)[1].position)
     sheet = np.array([[-0.2, 0, 0.15], [0.2, 0, 0.15], [0.2, 0, -0.15], [-0.2, 0, -0.15]])
     near, far = (place + sheet).tolist(), (place + sheet + [0, 1.0, 0]).tolist()
-    unplaced = {"corners": []}
+    unplaced: dict[str, list[list[float]]] = {"corners": []}
     for plates, left_out in (([{"corners": far}, unplaced], []), ([{"corners": near}], [2])):
         write_json(scan.scale, {"version": 1, "metric": True, "plates": plates})
         run(scan, ClassifySettings(), Silent())

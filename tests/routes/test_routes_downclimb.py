@@ -12,7 +12,7 @@ from walltopo.routes.records import Hold
 
 def wall(unit: float = 1.0) -> list[Hold]:
     """A red and a blue route, and three large grey jugs far apart."""
-    holds = []
+    holds: list[Hold] = []
     for number in range(8):
         kind = ("jug", "crimp", "foothold", "unknown")[number % 4]
         for colour, x in (("red", 1.0), ("blue", 4.0)):
