@@ -21,6 +21,7 @@ from walltopo.classifier.params import ClassifierSettings
 from walltopo.classifier.samples import Cutouts
 from walltopo.classifier.split import hold_split
 from walltopo.core import Progress, StageError
+from walltopo.formats.onnx_file import label_export
 from walltopo.workspace import atomic_path
 
 __all__ = ["Trained", "train", "write_onnx"]
@@ -203,13 +204,7 @@ def write_onnx(trained: Trained, cutouts: Cutouts, path: Path) -> None:
         "accuracy": f"{trained.accuracy:.4f}",
         "certain": str(trained.certain),
     }
-    del model.metadata_props[:]
-    for key, value in facts.items():
-        entry = model.metadata_props.add()
-        entry.key, entry.value = key, value
-    for node in model.graph.node:  # the exporter leaves its stack traces (and paths) in here
-        del node.metadata_props[:]
-        node.doc_string = ""
+    label_export(model, facts)
     with atomic_path(path) as temporary:
         onnx.save(model, temporary)
     session = onnxruntime.InferenceSession(str(path), providers=["CPUExecutionProvider"])

@@ -15,6 +15,7 @@ from walltopo.classifier.params import ClassifierSettings
 from walltopo.classifier.samples import Cutouts
 from walltopo.classifier.split import hold_split
 from walltopo.core import EnvironmentLacksError, Progress
+from walltopo.formats.onnx_file import set_metadata
 from walltopo.workspace import atomic_path
 
 __all__ = ["BASE", "train_yolo", "write_folders"]
@@ -89,17 +90,9 @@ def train_yolo(
 
 def _label(path: Path, cutouts: Cutouts, side: int) -> None:
     """Put the classes' own names and meanings in place of the folders' numbers."""
-    import onnx
-
-    model = onnx.load(path)
-    facts = {entry.key: entry.value for entry in model.metadata_props}
-    facts |= {
+    facts = {
         "names": json.dumps(list(cutouts.names)),
         "classes": to_json(cutouts.meanings),
         "side": str(side),
     }
-    del model.metadata_props[:]
-    for key, value in facts.items():
-        entry = model.metadata_props.add()
-        entry.key, entry.value = key, value
-    onnx.save(model, path)
+    set_metadata(path, facts)

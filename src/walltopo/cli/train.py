@@ -9,8 +9,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from walltopo.cli.extras import need_torch
 from walltopo.cli.train_classifier import add_classifier_word
-from walltopo.core import EnvironmentLacksError, InputError, SettingsError
+from walltopo.core import InputError, SettingsError
 from walltopo.train.params import (
     AugmentSettings,
     TrainSettings,
@@ -137,13 +138,7 @@ def run(args: argparse.Namespace) -> int:
         )
     settings = _settings(args, TrainSettings if votes else YoloSettings)
     augment = _augmentation(args)
-    try:
-        import torch  # noqa: F401
-    except ImportError as error:
-        raise EnvironmentLacksError(
-            f"training needs PyTorch, which is not here ({error})",
-            "Install the extra: pip install 'walltopo[train]'",
-        ) from error
+    need_torch()
     from walltopo.train.detector import Job, train_detector
     from walltopo.train.yolo import train_yolo
 

@@ -95,20 +95,15 @@ def run(args: argparse.Namespace) -> int:
     from walltopo.classifier.meaning import read_classes
     from walltopo.classifier.samples import read_cutouts
     from walltopo.cli.console import console
+    from walltopo.cli.extras import need_torch
     from walltopo.cli.listener import TerminalListener
-    from walltopo.core import EnvironmentLacksError, SettingsError
+    from walltopo.core import SettingsError
 
     if args.base and args.family != "yolo":
         raise SettingsError("--base is for --family yolo")
     names = [field.name for field in dataclasses.fields(ClassifierSettings)]
     settings = ClassifierSettings(**{name: getattr(args, name) for name in names})
-    try:
-        import torch  # noqa: F401
-    except ImportError as error:
-        raise EnvironmentLacksError(
-            f"training needs PyTorch, which is not here ({error})",
-            "Install the extra: pip install 'walltopo[train]'",
-        ) from error
+    need_torch()
     with TerminalListener(console) as progress:
         progress.step("reading cutouts")
         cutouts = read_cutouts(args.sources, args.label, settings.side)

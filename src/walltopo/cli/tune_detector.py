@@ -62,6 +62,7 @@ def add_detector(kinds: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
 
 def _run(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
+    from walltopo.cli.extras import need_torch
     from walltopo.cli.listener import TerminalListener
     from walltopo.core import InputError
     from walltopo.train.params import read_augment
@@ -70,6 +71,7 @@ def _run(args: argparse.Namespace) -> int:
 
     if args.family == "votes" and args.pretrained:
         raise InputError("--pretrained is for Ultralytics' families")
+    need_torch()
     search = DetectorSearch(
         args.family,
         tuple(args.datasets),

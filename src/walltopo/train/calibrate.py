@@ -19,9 +19,9 @@ from walltopo.core import Progress
 from walltopo.detect.found import Found, box_iou
 from walltopo.detect.onnx_detector import OnnxDetector
 from walltopo.detect.params import DetectSettings
+from walltopo.formats.onnx_file import set_metadata
 from walltopo.train.cache import open_cache
 from walltopo.train.choose import Truth, ap_of, match_photo
-from walltopo.train.export import set_metadata
 
 __all__ = ["calibrate", "least_scores", "network_offset"]
 

@@ -11,10 +11,11 @@ import torch
 from torch import Tensor, nn
 
 from walltopo.core import StageError
+from walltopo.formats.onnx_file import label_export
 from walltopo.train.net import CLASSES, VoteNet
 from walltopo.workspace import atomic_path
 
-__all__ = ["export_onnx", "fuse", "set_metadata", "store_half"]
+__all__ = ["export_onnx", "fuse", "store_half"]
 
 
 def fuse(net: VoteNet) -> VoteNet:
@@ -109,30 +110,13 @@ def export_onnx(
         "nms": "0.5",
         **{k: v if isinstance(v, str) else json.dumps(v) for k, v in (metadata or {}).items()},
     }
-    del model.metadata_props[:]
-    for key, value in facts.items():
-        entry = model.metadata_props.add()
-        entry.key, entry.value = key, value
-    for node in model.graph.node:  # the exporter leaves its stack traces (and paths) in here
-        del node.metadata_props[:]
-        node.doc_string = ""
+    label_export(model, facts)
     if half:
         model = store_half(model)
     onnx.checker.check_model(model)
     with atomic_path(path) as temporary:
         onnx.save(model, temporary)
     return _difference(deployed, path, example)
-
-
-def set_metadata(path: Path, facts: dict[str, str]) -> None:
-    """Add or change entries of an ONNX file's metadata."""
-    import onnx
-
-    model = onnx.load(path)
-    entries = {entry.key: entry.value for entry in model.metadata_props} | facts
-    onnx.helper.set_model_props(model, entries)
-    with atomic_path(path) as temporary:
-        onnx.save(model, temporary)
 
 
 def _difference(deployed: nn.Module, path: Path, example: Tensor) -> float:

@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from walltopo.core import EnvironmentLacksError, InputError, Progress
+from walltopo.formats.onnx_file import set_metadata
 from walltopo.train.calibrate import calibrate
 from walltopo.train.card import yolo_card
 from walltopo.train.detector import Job, OnCheck
-from walltopo.train.export import set_metadata, store_half
+from walltopo.train.export import store_half
 from walltopo.train.params import AugmentSettings, YoloSettings
 from walltopo.train.sets import LabelledSet, open_sets
 from walltopo.train.yolo_data import write_yolo_set
