@@ -21,7 +21,7 @@ from walltopo.routes.records import Hold
 from walltopo.routes.samples import HoldView
 from walltopo.workspace import ScanFolder, read_json
 
-__all__ = ["Lifted", "confirmed", "doubtful", "left_out_rows", "on_plates", "read_instances"]
+__all__ = ["Lifted", "admitted", "doubtful", "left_out_rows", "on_plates", "read_instances"]
 
 CUTOUTS_OF_DOUBTFUL = 1
 # Nearer to a plate than this share of half its height is on it.
@@ -99,10 +99,21 @@ def on_plates(positions: Mapping[int, NDArray[np.float64]], scan: ScanFolder) ->
     return found
 
 
-def confirmed(holds: Sequence[Hold], edits: Sequence[Mapping[str, Any]], unit: float) -> set[int]:
-    """Ids of doubtful holds that a setter keeps (`"kept": true` in `holds.edits.json`)."""
-    found = (find_hold(holds, e["at"], e["id"], unit) for e in edits if e.get("kept", False))
-    return {hold.id for hold in found if hold is not None}
+def admitted(
+    holds: Sequence[Hold],
+    doubted: Set[int],
+    edits: Sequence[Mapping[str, Any]],
+    unit: float,
+) -> tuple[list[Hold], list[Hold]]:
+    """The holds to show and those to leave out: doubted, and not kept by a setter.
+
+    A setter keeps one by `"kept": true` in `holds.edits.json`.
+    """
+    doubtful_ones = [hold for hold in holds if hold.id in doubted]
+    found = (find_hold(doubtful_ones, e["at"], e["id"], unit) for e in edits if e.get("kept"))
+    kept = {hold.id for hold in found if hold is not None}
+    shown = [hold for hold in holds if hold.id not in doubted or hold.id in kept]
+    return shown, [hold for hold in doubtful_ones if hold.id not in kept]
 
 
 def left_out_rows(

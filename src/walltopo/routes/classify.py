@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, View
-from walltopo.routes.admit import confirmed, doubtful, left_out_rows, on_plates, read_instances
+from walltopo.routes.admit import admitted, doubtful, left_out_rows, on_plates, read_instances
 from walltopo.routes.colour import Coloured, assign_colours, find_palette, paint_over_views
 from walltopo.routes.cutouts import best_views, write_cutouts
 from walltopo.routes.downclimb import with_downclimbs
@@ -210,10 +210,7 @@ def run(scan: ScanFolder, settings: ClassifySettings, progress: Progress) -> dic
     described = describe(kinds, shapes, colours, seen, names, entries, settings)
     metric = bool(read_json(scan.scale)["metric"]) if scan.scale.is_file() else True
     unit = unit_of([h for h in described if h.id not in doubted], metric, settings.typical_hold)
-    left_out = [hold for hold in described if hold.id in doubted]
-    doubted -= confirmed(left_out, edits["holds"], unit)
-    left_out = [hold for hold in left_out if hold.id in doubted]
-    holds = [hold for hold in described if hold.id not in doubted]
+    holds, left_out = admitted(described, doubted, edits["holds"], unit)
     holds = with_tints(with_types(holds, shapes, unit), light, unit)
     if classifier is not None:
         holds = followed(holds, seen, classifier, settings)
@@ -226,9 +223,8 @@ def run(scan: ScanFolder, settings: ClassifySettings, progress: Progress) -> dic
     for line in lost:
         progress.note(f"{scan.hold_edits.name}: {line}")
     rows, cutouts = left_out_rows(left_out, lifted.scores, plated, seen)
-    for number, looks in seen.items():
-        if number not in doubted:
-            cutouts[number] = best_views(looks, settings.cutouts)
+    for number in seen.keys() - cutouts.keys():
+        cutouts[number] = best_views(seen[number], settings.cutouts)
     progress.step("writing cutouts")
     write_cutouts(scan.cutouts, cutouts, names)
     unseen = [hold.id for hold in holds if not hold.photos]
