@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -132,4 +132,3 @@ class GymInstance:
     role: str = "hold"
     body: Body | None = None
     placement: Placement | None = None
-    tags: tuple[int, ...] = field(default=())

@@ -10,6 +10,7 @@ from walltopo.core import Progress, SettingsError, Silent
 from walltopo.synth.atlas import Atlas, build_atlas
 from walltopo.synth.bodies import Body, Facet, GymInstance
 from walltopo.synth.light import Baked, bake, hang_lamps
+from walltopo.synth.marks import Tag
 from walltopo.synth.measure import place_plates
 from walltopo.synth.mesh import Surface, merge_surface
 from walltopo.synth.paint import PaintWork
@@ -66,6 +67,7 @@ class Gym:
     wall : the wall's facets alone.
     plates : the measures' facets.
     instances : volumes, then holds; ids are unique but may have gaps after a reset.
+    tags : the start tags as they were drawn.
     """
 
     settings: GymSettings
@@ -75,6 +77,7 @@ class Gym:
     wall: list[Facet]
     plates: list[Facet]
     instances: list[GymInstance]
+    tags: list[Tag]
     surface: Surface
     atlas: Atlas
     baked: Baked
@@ -188,6 +191,6 @@ def make_gym(
     lamps = hang_lamps(built.wall, settings, np.random.default_rng([seed, 7]))
     baked = bake(surface, tracer, lamps, settings)
     return Gym(
-        settings, seed, reset, built.facets, built.wall, built.plates, built.instances, surface,
-        atlas, baked, tracer,
+        settings, seed, reset, built.facets, built.wall, built.plates, built.instances, work.tags,
+        surface, atlas, baked, tracer,
     )  # fmt: skip

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,11 @@ from walltopo.synth.bodies import Facet, GymInstance
 from walltopo.synth.brush import Canvas, dots, noise_image
 from walltopo.synth.tnuts import facet_tnuts
 
-__all__ = ["chalk_halo", "tags", "tnut_holes"]
+__all__ = ["TAG_SIZE", "Tag", "chalk_halo", "tags", "tnut_holes"]
+
+Floats = NDArray[np.float64]
+
+TAG_SIZE = (0.075, 0.045)  # width and height of a start tag, metres
 
 
 def tnut_holes(canvas: Canvas, facet: Facet, rng: np.random.Generator) -> None:
@@ -68,26 +73,65 @@ def _patch(
     cv2.fillConvexPoly(canvas.image, fixed, colour, cv2.LINE_AA, 4)
 
 
+def _share_on(facet: Facet, middle: Floats, right: Floats, up: Floats) -> float:
+    """Share of a sheet's area that lies within a facet."""
+    steps = np.linspace(-0.95, 0.95, 9)
+    points = (middle + x * right + y * up for x in steps for y in steps)
+    return float(np.mean([facet.inside(point) > 0 for point in points]))
+
+
+@dataclass(frozen=True, eq=False)
+class Tag:
+    """A start tag as it was drawn.
+
+    Parameters
+    ----------
+    hold, route : the start hold it was put beside, and that hold's route.
+    position : (3,) world, its middle; normal : (3,) unit, of the wall under it.
+    right, up : (3,) world, metres, half of its width and of its height.
+    shown : share of its area that lies on the wall's facet; the rest was cut off at the edge.
+    """
+
+    hold: int
+    route: int
+    position: Floats
+    normal: Floats
+    right: Floats
+    up: Floats
+    shown: float
+
+
 def tags(
     canvas: Canvas, facet: Facet, holds: Sequence[GymInstance], rng: np.random.Generator
-) -> None:
+) -> list[Tag]:
     """Paper tags beside the holds a route starts at: a band in its colour, two lines of text.
 
     The paper is white: a dark one with light text now and then reads as an ArUco marker.
+
+    Returns
+    -------
+    What was drawn. A later tag may cover an earlier one, and the facet's edge may cut one.
     """
+    drawn = []
     for hold in holds:
         if hold.role != "start" or hold.body is None:
             continue
-        centre = canvas.pixels(
-            facet.chart(hold.position)
-            + np.array([rng.uniform(-0.05, 0.05), -hold.body.radius - 0.04])
+        middle = facet.chart(hold.position) + np.array(
+            [rng.uniform(-0.05, 0.05), -hold.body.radius - 0.04]
         )
         turn = np.radians(rng.normal(0, 8))
-        right = np.array([np.cos(turn), np.sin(turn)]) * 0.0375 / canvas.texel
-        up = np.array([-np.sin(turn), np.cos(turn)]) * 0.0225 / canvas.texel
-        sheet = np.stack([right, up, centre])
+        along = np.array([np.cos(turn), np.sin(turn)])
+        right, up = along * TAG_SIZE[0] / 2, along[::-1] * (-1, 1) * TAG_SIZE[1] / 2
+        sheet = np.stack([right / canvas.texel, up / canvas.texel, canvas.pixels(middle)])
         _patch(canvas, sheet, (-1, 1, -1, 1), (0.9, 0.9, 0.88))
         _patch(canvas, sheet, (-1, -0.5, -1, 1), tuple(map(float, hold.rgb)))
         for y in (0.2, -0.5):
             end = float(rng.uniform(0.2, 0.85))
             _patch(canvas, sheet, (-0.3, end, y, y + 0.3), (0.25, 0.25, 0.25))
+        across, upward, normal = facet.frame
+        axes = np.stack([across, upward])
+        position = facet.corners[0] + middle @ axes
+        halves = right @ axes, up @ axes
+        shown = _share_on(facet, position, *halves)
+        drawn.append(Tag(hold.id, hold.route, position, normal, *halves, shown))
+    return drawn

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from walltopo.synth.bodies import Facet, GymInstance
 from walltopo.synth.brush import Canvas, letters, plywood, seams, speckle, strokes
-from walltopo.synth.marks import chalk_halo, tags, tnut_holes
+from walltopo.synth.marks import Tag, chalk_halo, tags, tnut_holes
 from walltopo.synth.measure import plate_image
 from walltopo.synth.params import GymSettings
 
@@ -62,7 +62,7 @@ def _wall(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generato
     tnut_holes(canvas, facet, rng)
     # Last what depends on the routes, so that a reset leaves the rest as it was.
     chalk_halo(canvas, facet, here, 0.9 * settings.chalk, rng)
-    tags(canvas, facet, here, rng)
+    work.tags.extend(tags(canvas, facet, here, rng))
 
 
 def _volume(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generator) -> None:
@@ -154,12 +154,16 @@ def _plate(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generat
 
 @dataclass(frozen=True, eq=False)
 class PaintWork:
-    """What painters may look at: settings, colour scheme, what is bolted where."""
+    """What painters may look at: settings, colour scheme, what is bolted where.
+
+    `tags` is what they add to: the start tags that were drawn.
+    """
 
     settings: GymSettings
     scheme: int
     holds: Sequence[GymInstance]
     volumes: dict[int, GymInstance]
+    tags: list[Tag] = field(default_factory=list)
 
 
 _PAINTERS: dict[str, Callable[[Canvas, Facet, PaintWork, np.random.Generator], None]] = {

@@ -13,6 +13,7 @@ from walltopo.core import Camera, Mask, View
 from walltopo.formats.coco import write_coco_masks
 from walltopo.synth.bodies import GymInstance
 from walltopo.synth.gym import Gym
+from walltopo.synth.marks import Tag
 from walltopo.synth.measure import plate_record
 from walltopo.workspace import atomic_path, read_json, write_json
 
@@ -21,6 +22,7 @@ __all__ = [
     "count_views",
     "masks_of",
     "scene_record",
+    "tag_record",
     "write_cameras",
     "write_ground_truth",
     "write_masks",
@@ -126,11 +128,25 @@ def scene_record(gym: Gym, preset: str, photos: Sequence[str]) -> dict[str, Any]
             }
             for item in gym.instances
         ],
+        "tags": [tag_record(tag) for tag in gym.tags],
         "plates": [plate_record(plate) for plate in gym.plates],
         "wall_height_m": gym.settings.height,
         "wall_length_m": float(np.ptp(wall[:, 0])),
         "photos": len(photos),
         "photo_names": list(photos),
+    }
+
+
+def tag_record(tag: Tag) -> dict[str, Any]:
+    """One start tag in `scene.json`; lengths in metres."""
+    return {
+        "hold": tag.hold,
+        "route": tag.route,
+        "position": [float(v) for v in tag.position],
+        "normal": [float(v) for v in tag.normal],
+        "width_m": 2 * float(np.linalg.norm(tag.right)),
+        "height_m": 2 * float(np.linalg.norm(tag.up)),
+        "shown": round(tag.shown, 3),
     }
 
 
