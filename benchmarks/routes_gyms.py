@@ -22,11 +22,18 @@ __all__ = ["SetGym", "set_gym"]
 
 @dataclass(frozen=True, eq=False)
 class SetGym:
-    """A wall with true holds, colours and routes."""
+    """A wall with true holds, colours and routes.
+
+    Parameters
+    ----------
+    route : hold id to its route, for holds that have one.
+    starts : ids of the holds that routes start at; the generator puts a tag beside each.
+    """
 
     mesh: Mesh
     holds: list[Hold]
     route: dict[int, int]
+    starts: frozenset[int]
 
 
 def _make(kind: str, style: str, rng: np.random.Generator, scale: float) -> Body:
@@ -84,4 +91,5 @@ def set_gym(preset: str, seed: int) -> SetGym:
         )
         if role == "hold":
             route[item.id] = item.route
-    return SetGym(mesh, holds, route)
+    starts = frozenset(item.id for item in board.holds if item.role == "start")
+    return SetGym(mesh, holds, route, starts)

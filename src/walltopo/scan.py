@@ -88,7 +88,7 @@ STAGES = (
         "walltopo.routes.cluster",
         ("mesh", "scale", "instances", "attributes", "route_edits"),
         ("routes",),
-        version=2,
+        version=3,
     ),
     Stage(
         "export",

@@ -103,6 +103,9 @@ class RoutesSettings:
         low=0,
         high=1,
     )
+    start_tags: bool = setting(
+        True, "Cut a group where start tags mark several starts, and start routes at their tags"
+    )
     link: str = setting(
         "colour",
         "colour: holds of one colour name are linked; paint: holds of like paint, for scans "
