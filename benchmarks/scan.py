@@ -71,16 +71,21 @@ def report(name: str, data: Path, result: dict[str, Any]) -> None:
         print(f"| {stage} | {record['seconds']:.0f} s, {record['peak_mb'] / 1024:.1f} GiB |")
     for file in sorted((data / "labels").glob("*.txt")) if (data / "labels").is_dir() else []:
         found, total = boxes_found(folder, file)
-        print(f"| labelled holds of {file.stem} met by an instance (box IoU 0.5) | "
+        print(f"| labelled holds of {file.stem} met by a hold (box IoU 0.5) | "
               f"{found} of {total} |")  # fmt: skip
 
 
 def boxes_found(folder: ScanFolder, labels: Path) -> tuple[int, int]:
-    """How many labelled boxes of one photo the projected instances meet, and how many there are."""
+    """How many labelled boxes of one photo the projected holds meet, and how many there are.
+
+    Only what the scan shows as holds and volumes counts.
+    """
     view = next(v for v in read_views(folder.sparse) if Path(v.name).stem == labels.stem)
     mesh = read_mesh(folder.mesh)
     face_id, _ = render_ids(mesh.vertices, mesh.faces, view.camera, view.cam_from_world)
+    shown = [hold["id"] for hold in read_json(folder.holds)["holds"]]
     face_instance = np.load(folder.instances)["face_instance"]
+    face_instance = np.where(np.isin(face_instance, shown), face_instance, 0)
     seen = np.where(face_id >= 0, face_instance[np.maximum(face_id, 0)], 0)
     width, height = view.camera.width, view.camera.height
     rows = np.loadtxt(labels, ndmin=2)[:, 1:5] * [width, height, width, height]

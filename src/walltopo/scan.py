@@ -81,7 +81,7 @@ STAGES = (
         "walltopo.routes.classify",
         ("photos", "sparse", "scale", "mesh", "instances", "instance_records", "hold_edits"),
         ("attributes", "cutouts"),
-        version=2,
+        version=3,
     ),
     Stage(
         "routes",

@@ -104,6 +104,7 @@ class Surface:
         self._large = np.flatnonzero(edges.max(axis=1) > _LARGE)
         points, owner = sample_faces(vertices, faces[small], spacing)
         self._owner = small[owner]
+        self._spacing = spacing
         self._tree = cKDTree(points, balanced_tree=False, compact_nodes=False)
 
     def nearest(self, points: Floats, within: float = np.inf) -> tuple[Ints, Floats]:
@@ -122,8 +123,12 @@ class Surface:
         face = np.full(len(points), -1, dtype=np.int64)
         distance = np.full(len(points), np.inf)
         if len(self._owner) and len(points):
-            # A sample can be farther than its triangle; exact distances are cut off below.
-            _, found = self._tree.query(points, k=_CANDIDATES, workers=-1)
+            # A sample can be farther than its triangle, by the spacing at most; exact distances
+            # are cut off below. Without a bound, points far from the mesh take minutes.
+            bound = within + 1.01 * self._spacing
+            _, found = self._tree.query(
+                points, k=_CANDIDATES, distance_upper_bound=bound, workers=-1
+            )
             for column in found.reshape(len(points), -1).T:
                 has = np.flatnonzero(column < len(self._owner))
                 candidate = self._owner[column[has]]
@@ -131,11 +136,21 @@ class Surface:
                 better = exact < distance[has]
                 face[has[better]] = candidate[better]
                 distance[has[better]] = exact[better]
-        for index in self._large:
-            corners = np.broadcast_to(self._corners[index], (len(points), 3, 3))
-            exact = distance_to_triangles(points, corners)
-            better = exact < distance
-            face[better], distance[better] = index, exact[better]
+        self._nearest_large(points, within, face, distance)
         outside = distance > within
         face[outside], distance[outside] = -1, np.inf
         return face, distance
+
+    def _nearest_large(self, points: Floats, within: float, face: Ints, distance: Floats) -> None:
+        """Put large triangles into `face` and `distance` where they are nearer."""
+        order = np.argsort(points[:, 0], kind="stable")
+        along = points[order, 0]
+        for index in self._large:
+            corners = self._corners[index]
+            low, high = corners.min(axis=0) - within, corners.max(axis=0) + within
+            slab = order[np.searchsorted(along, low[0]) : np.searchsorted(along, high[0], "right")]
+            near = points[slab, 1:]
+            slab = slab[((near >= low[1:]) & (near <= high[1:])).all(axis=1)]
+            exact = distance_to_triangles(points[slab], np.broadcast_to(corners, (len(slab), 3, 3)))
+            better = exact < distance[slab]
+            face[slab[better]], distance[slab[better]] = index, exact[better]

@@ -2,27 +2,44 @@
 
 The lift keeps every instance with its score, because who ranks them (a metric, a researcher)
 wants all. A setter wants holds: an instance that hardly any view confirms is left out here and
-listed for review instead. What lies on a printed plate is no hold either.
+listed for review instead. What lies on a printed plate, or flat on the wall, is no hold either.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import InputError
+from walltopo.core import InputError, Mesh
 from walltopo.routes.cutouts import best_views
 from walltopo.routes.edits import find_hold
+from walltopo.routes.flat import flat_instances, measure_rises
+from walltopo.routes.geometry import Shape
+from walltopo.routes.params import ClassifySettings
 from walltopo.routes.records import Hold
 from walltopo.routes.samples import HoldView
+from walltopo.routes.units import unit_of_sizes
 from walltopo.workspace import ScanFolder, read_json
 
-__all__ = ["Lifted", "admitted", "doubtful", "left_out_rows", "on_plates", "read_instances"]
+__all__ = [
+    "FLAT",
+    "Lifted",
+    "admitted",
+    "doubtful",
+    "is_metric",
+    "left_out_rows",
+    "on_plates",
+    "read_instances",
+]
 
+# Why an instance is left out: the words of `attributes.json`.
+FAINT = "few photos confirm it"
+PLATED = "lies on a printed plate"
+FLAT = "lies flat on the wall"
 CUTOUTS_OF_DOUBTFUL = 1
 # Nearer to a plate than this share of half its height is on it.
 PLATE_REACH = 0.5
@@ -70,9 +87,33 @@ def read_instances(scan: ScanFolder, faces: int) -> Lifted:
     return Lifted(face_instance, kinds, scores)
 
 
-def doubtful(lifted: Lifted, least_score: float) -> set[int]:
-    """Ids of the instances whose score is lower than `least_score`."""
-    return {number for number, score in lifted.scores.items() if score < least_score}
+def is_metric(scan: ScanFolder) -> bool:
+    """Whether lengths of a scan are metres; a mesh without a `scale.json` is taken to be so."""
+    return bool(read_json(scan.scale)["metric"]) if scan.scale.is_file() else True
+
+
+def doubtful(
+    scan: ScanFolder,
+    mesh: Mesh,
+    lifted: Lifted,
+    shapes: Mapping[int, Shape],
+    settings: ClassifySettings,
+) -> dict[int, str]:
+    """Ids of the instances that are no holds, or hardly confirmed, and why.
+
+    Parameters
+    ----------
+    mesh : the scan's; shapes : of the instances that have triangles.
+    """
+    kinds = lifted.kinds
+    faint = {number for number, score in lifted.scores.items() if score < settings.least_score}
+    sizes = [s.size_m for n, s in shapes.items() if n not in faint and kinds[n] == "hold"]
+    unit = unit_of_sizes(sizes, is_metric(scan), settings.typical_hold)
+    present = {number: kinds[number] for number in shapes}
+    rises = measure_rises(mesh, lifted.face_instance, present, unit)
+    flat = flat_instances(rises, unit, settings.flat_below)
+    plated = on_plates({number: shape.position for number, shape in shapes.items()}, scan)
+    return dict.fromkeys(faint, FAINT) | dict.fromkeys(flat, FLAT) | dict.fromkeys(plated, PLATED)
 
 
 def on_plates(positions: Mapping[int, NDArray[np.float64]], scan: ScanFolder) -> set[int]:
@@ -101,25 +142,25 @@ def on_plates(positions: Mapping[int, NDArray[np.float64]], scan: ScanFolder) ->
 
 def admitted(
     holds: Sequence[Hold],
-    doubted: Set[int],
+    doubts: Mapping[int, str],
     edits: Sequence[Mapping[str, Any]],
     unit: float,
 ) -> tuple[list[Hold], list[Hold]]:
-    """The holds to show and those to leave out: doubted, and not kept by a setter.
+    """The holds to show and those to leave out: in `doubts`, and not kept by a setter.
 
     A setter keeps one by `"kept": true` in `holds.edits.json`.
     """
-    doubtful_ones = [hold for hold in holds if hold.id in doubted]
+    doubtful_ones = [hold for hold in holds if hold.id in doubts]
     found = (find_hold(doubtful_ones, e["at"], e["id"], unit) for e in edits if e.get("kept"))
     kept = {hold.id for hold in found if hold is not None}
-    shown = [hold for hold in holds if hold.id not in doubted or hold.id in kept]
+    shown = [hold for hold in holds if hold.id not in doubts or hold.id in kept]
     return shown, [hold for hold in doubtful_ones if hold.id not in kept]
 
 
 def left_out_rows(
     holds: Sequence[Hold],
     scores: Mapping[int, float],
-    plated: Set[int],
+    doubts: Mapping[int, str],
     seen: Mapping[int, Sequence[HoldView]],
 ) -> tuple[list[dict[str, Any]], dict[int, list[HoldView]]]:
     """The list `left_out` of `attributes.json`, the surest first, and the cutouts to keep of it."""
@@ -128,8 +169,7 @@ def left_out_rows(
     rows = []
     for hold in ranked:
         entry = hold.to_json()
-        reason = "lies on a printed plate" if hold.id in plated else "few photos confirm it"
-        told = {"score": round(scores[hold.id], 4), "reason": reason}
+        told = {"score": round(scores[hold.id], 4), "reason": doubts[hold.id]}
         rows.append({key: entry[key] for key in keys} | told)
     cutouts = {h.id: best_views(seen.get(h.id, ()), CUTOUTS_OF_DOUBTFUL) for h in ranked}
     return rows, cutouts

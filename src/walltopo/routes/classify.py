@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, View
-from walltopo.routes.admit import admitted, doubtful, left_out_rows, on_plates, read_instances
+from walltopo.routes.admit import admitted, doubtful, is_metric, left_out_rows, read_instances
 from walltopo.routes.colour import Coloured, assign_colours, find_palette, paint_over_views
 from walltopo.routes.cutouts import best_views, write_cutouts
 from walltopo.routes.downclimb import with_downclimbs
@@ -26,7 +26,7 @@ from walltopo.routes.records import Hold
 from walltopo.routes.samples import HoldView, load_photo, look, wall_patches
 from walltopo.routes.units import unit_of
 from walltopo.routes.verdicts import classifier_of, followed, with_class_colours
-from walltopo.workspace import ScanFolder, read_json, write_json
+from walltopo.workspace import ScanFolder, write_json
 
 __all__ = ["gather", "run", "with_types"]
 
@@ -201,16 +201,16 @@ def run(scan: ScanFolder, settings: ClassifySettings, progress: Progress) -> dic
     paints = paint_over_views(seen, light, positions, settings.max_views)
     scale = {"spread": settings.colour_spread, "lightness_weight": settings.lightness_weight}
     volumes = {number for number, kind in kinds.items() if kind == "volume"}
-    plated = on_plates(positions, scan)
-    doubted = doubtful(lifted, settings.least_score) | plated
-    sure = {number: paint for number, paint in paints.items() if number not in doubted}
+    painted = replace(lifted, face_instance=face_instance)
+    doubts = doubtful(scan, mesh, painted, shapes, settings)
+    sure = {number: paint for number, paint in paints.items() if number not in doubts}
     entries = palette or find_palette(sure, volumes, **scale)
     colours = assign_colours(paints, entries, **scale)
     names = [view.name for view in views]
     described = describe(kinds, shapes, colours, seen, names, entries, settings)
-    metric = bool(read_json(scan.scale)["metric"]) if scan.scale.is_file() else True
-    unit = unit_of([h for h in described if h.id not in doubted], metric, settings.typical_hold)
-    holds, left_out = admitted(described, doubted, edits["holds"], unit)
+    sizable = [hold for hold in described if hold.id not in doubts]
+    unit = unit_of(sizable, is_metric(scan), settings.typical_hold)
+    holds, left_out = admitted(described, doubts, edits["holds"], unit)
     holds = with_tints(with_types(holds, shapes, unit), light, unit)
     if classifier is not None:
         holds = followed(holds, seen, classifier, settings)
@@ -222,7 +222,7 @@ def run(scan: ScanFolder, settings: ClassifySettings, progress: Progress) -> dic
     holds, lost = apply_hold_edits(holds, edits["holds"], unit)
     for line in lost:
         progress.note(f"{scan.hold_edits.name}: {line}")
-    rows, cutouts = left_out_rows(left_out, lifted.scores, plated, seen)
+    rows, cutouts = left_out_rows(left_out, lifted.scores, doubts, seen)
     for number in seen.keys() - cutouts.keys():
         cutouts[number] = best_views(seen[number], settings.cutouts)
     progress.step("writing cutouts")

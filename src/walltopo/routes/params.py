@@ -20,6 +20,15 @@ class ClassifySettings:
         low=0.0,
         high=1.0,
     )
+    # Between the thinnest holds and the flat marks of generated gyms (benchmarks/flatness.py).
+    flat_below: float = setting(
+        0.005,
+        "Instances that stand out of the wall by less are tape, cards or marks, not holds; "
+        "0: all are holds",
+        unit="m",
+        low=0.0,
+        high=0.1,
+    )
     long_side: int = setting(
         1600, "Photos are read at most this long", unit="px", low=200, high=8000
     )

@@ -8,7 +8,7 @@ import numpy as np
 
 from walltopo.routes.records import Hold
 
-__all__ = ["unit_of"]
+__all__ = ["unit_of", "unit_of_sizes"]
 
 
 def unit_of(holds: Sequence[Hold], metric: bool, typical_hold: float) -> float:
@@ -17,7 +17,13 @@ def unit_of(holds: Sequence[Hold], metric: bool, typical_hold: float) -> float:
     Without a scale the size of holds is the ruler: the median hold of a gym is about
     `typical_hold` long, so the unit is the median size of the scan's holds over that.
     """
-    sizes = [hold.size_m for hold in holds if hold.role == "hold" and hold.size_m > 0]
-    if metric or not sizes:
+    sizes = [hold.size_m for hold in holds if hold.role == "hold"]
+    return unit_of_sizes(sizes, metric, typical_hold)
+
+
+def unit_of_sizes(sizes: Sequence[float], metric: bool, typical_hold: float) -> float:
+    """The same from the sizes of the holds alone, in scan units."""
+    known = [size for size in sizes if size > 0]
+    if metric or not known:
         return 1.0
-    return float(np.median(sizes)) / typical_hold
+    return float(np.median(known)) / typical_hold

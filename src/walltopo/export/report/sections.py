@@ -239,7 +239,7 @@ def review_section(wall: Wall, facts: Facts, cutouts: Path, pictures: bool) -> s
 
 
 def left_out_section(facts: Facts, cutouts: Path, pictures: bool) -> str:
-    """Instances that were too doubtful to be shown as holds, the surest first."""
+    """Instances that are not shown as holds, the surest first."""
     if not facts.left_out:
         return ""
     tiles = []
@@ -252,8 +252,9 @@ def left_out_section(facts: Facts, cutouts: Path, pictures: bool) -> str:
     rest = f"<p>{more} more are in attributes.json.</p>" if more > 0 else ""
     intro = (
         f"<p>{len(facts.left_out)} instances that few photos confirm "
-        "(<code>classify.least_score</code>), or that lie on a printed plate, are not shown as "
-        "holds. To keep one, add its id and place to "
+        "(<code>classify.least_score</code>), or that lie flat on the wall "
+        "(<code>classify.flat_below</code>) or on a printed plate, are not shown as holds. "
+        "To keep one, add its id and place to "
         '<code>holds.edits.json</code>: <code>{"id": 7, "at": [x, y, z], "kept": true}</code>.</p>'
     )
     return section("Left out as doubtful", intro + _tiles(tiles) + rest)
