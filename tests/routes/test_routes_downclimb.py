@@ -40,14 +40,19 @@ def changed(**changes: object) -> list[Hold]:
 def test_what_makes_a_colour_a_route() -> None:
     assert downclimb_colours(changed(size_m=0.06), 1.0) == []  # small
     assert downclimb_colours(changed(type="unknown"), 1.0) == []  # not known to be jugs
-    crimp = [replace(h, type="crimp") if h.id == 17 else h for h in wall()]
-    assert downclimb_colours(crimp, 1.0) == []
+    crimps = [replace(h, type="crimp") if h.id in (17, 18) else h for h in wall()]
+    assert downclimb_colours(crimps, 1.0) == []
     assert downclimb_colours([h for h in wall() if h.id not in (18, 19)], 1.0) == []  # one hold
     column = [
         Hold(100 + k, "hold", (8.0, 0, 0.5 * k), colour="grey", type="jug", size_m=0.2)
         for k in range(6)
     ]
     assert downclimb_colours([*wall(), *column], 1.0) == []
+
+
+def test_one_jug_of_three_may_be_taken_for_another_type() -> None:
+    crimp = [replace(h, type="crimp") if h.id == 17 else h for h in wall()]
+    assert downclimb_colours(crimp, 1.0) == ["grey"]
 
 
 def test_volumes_and_walls_without_holds_do_not_matter() -> None:

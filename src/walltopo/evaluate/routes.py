@@ -89,6 +89,11 @@ def route_metrics(
     return result | grouping_scores(true_groups, found_groups)
 
 
+def _type_of_kind(kind: str) -> str:
+    """The scan's word for what `scene.json` calls a hold."""
+    return "foothold" if kind == "foot" else kind
+
+
 def attribute_metrics(
     records: Sequence[Mapping[str, Any]],
     pairs: Mapping[int, int],
@@ -96,7 +101,8 @@ def attribute_metrics(
 ) -> dict[str, Any]:
     """Share of the matched instances with the right colour, type and class.
 
-    Types are compared on holds only, and "unknown" counts apart from wrong.
+    Types are compared on holds only, and "unknown" counts apart from wrong: `type_named` is the
+    share of holds with a type, `type_accuracy` the share of those that have the right one.
 
     Parameters
     ----------
@@ -113,7 +119,8 @@ def attribute_metrics(
     return {
         "compared": len(both),
         "colour_accuracy": share([mine.get("colour") == true.colour for mine, true in holds]),
-        "type_accuracy": share([mine["type"] == true.kind for mine, true in typed]),
+        "type_named": len(typed) / len(holds) if holds else None,
+        "type_accuracy": share([mine["type"] == _type_of_kind(true.kind) for mine, true in typed]),
         "type_unknown": len(holds) - len(typed),
         "class_accuracy": share(
             [{"hold": 1, "volume": 2}.get(str(m.get("class"))) == t.label for m, t in both]

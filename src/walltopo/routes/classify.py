@@ -17,12 +17,13 @@ from walltopo.routes.cutouts import best_views, write_cutouts
 from walltopo.routes.downclimb import with_downclimbs
 from walltopo.routes.edits import apply_hold_edits
 from walltopo.routes.geometry import Shape, measure_shapes
-from walltopo.routes.hold_type import measures, shipped_model
+from walltopo.routes.hold_type import shipped_model
 from walltopo.routes.light import SceneLight, solve_light
 from walltopo.routes.likeness import TINT_RADIUS
 from walltopo.routes.palette import Entry, read_palette
 from walltopo.routes.params import ClassifySettings
 from walltopo.routes.records import Hold
+from walltopo.routes.relief import Relief, reliefs
 from walltopo.routes.samples import HoldView, load_photo, look, wall_patches
 from walltopo.routes.units import unit_of
 from walltopo.routes.verdicts import classifier_of, followed, with_class_colours
@@ -131,17 +132,20 @@ def describe(
     return holds
 
 
-def with_types(holds: Sequence[Hold], shapes: Mapping[int, Shape], unit: float) -> list[Hold]:
-    """Name the type of each hold by its shape; volumes keep theirs.
+def with_types(holds: Sequence[Hold], looks: Mapping[int, Relief]) -> list[Hold]:
+    """Name the type of each hold by its relief; volumes keep theirs.
 
-    The type stays "unknown" where the model is not sure (`hold_type.TypeModel`).
+    The type stays "unknown" where there is no relief or the model is not sure
+    (`hold_type.TypeModel`).
     """
-    model = shipped_model()
+    asked = [hold.id for hold in holds if hold.kind == "hold" and hold.id in looks]
+    answers = shipped_model().names_of([looks[number] for number in asked])
     typed = []
+    found = dict(zip(asked, answers, strict=True))
     for hold in holds:
-        if hold.kind == "hold":
-            name, sure = model.name(measures(shapes[hold.id], unit))
-            hold = replace(hold, type=name, type_confidence=0.0 if name == UNKNOWN else sure)
+        name, sure = found.get(hold.id, (UNKNOWN, 0.0))
+        if name != UNKNOWN:
+            hold = replace(hold, type=name, type_confidence=sure)
         typed.append(hold)
     return typed
 
@@ -211,7 +215,8 @@ def run(scan: ScanFolder, settings: ClassifySettings, progress: Progress) -> dic
     sizable = [hold for hold in described if hold.id not in doubts]
     unit = unit_of(sizable, is_metric(scan), settings.typical_hold)
     holds, left_out = admitted(described, doubts, edits["holds"], unit)
-    holds = with_tints(with_types(holds, shapes, unit), light, unit)
+    holds = with_types(holds, reliefs(mesh, face_instance, shapes, unit))
+    holds = with_tints(holds, light, unit)
     if classifier is not None:
         holds = followed(holds, seen, classifier, settings)
         entries = with_class_colours(entries, holds)

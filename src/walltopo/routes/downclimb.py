@@ -15,6 +15,7 @@ __all__ = ["downclimb_colours", "with_downclimbs"]
 # `python -m benchmarks.routes_downclimb choose`.
 LEAST_HOLDS = 2  # a single jug of a colour tells nothing
 JUGS = 0.25  # share that must be typed jug; the rest may be of unknown type
+OTHERS = 0.34  # share of the typed ones that may be of another type: types are wrong now and then
 LARGE = 0.8  # times the wall's median size: their own median
 ALONE = 4  # more than so many in reach of each other are a route
 REACH = 1.6  # metres, along the floor and a fifth of the height
@@ -32,7 +33,7 @@ def _largest_cluster(holds: Sequence[Hold], unit: float) -> int:
 
 
 def downclimb_colours(holds: Sequence[Hold], unit: float) -> list[str]:
-    """Colours whose holds are all large jugs, few and scattered; sorted.
+    """Colours whose holds are large jugs, few and scattered; sorted.
 
     Nothing where types are unknown: then no colour has jugs enough.
 
@@ -50,10 +51,11 @@ def downclimb_colours(holds: Sequence[Hold], unit: float) -> list[str]:
     for colour in sorted({hold.colour for hold in climbed}):
         own = [hold for hold in climbed if hold.colour == colour]
         types = [hold.type for hold in own]
-        if len(own) < LEAST_HOLDS or set(types) - {"jug", "unknown"}:
+        jugs, typed = types.count("jug"), len(types) - types.count("unknown")
+        if len(own) < LEAST_HOLDS or jugs < JUGS * len(own) or typed - jugs > OTHERS * typed:
             continue
         large = float(np.median([hold.size_m for hold in own])) >= LARGE * usual
-        if types.count("jug") >= JUGS * len(own) and large and _largest_cluster(own, unit) <= ALONE:
+        if large and _largest_cluster(own, unit) <= ALONE:
             found.append(colour)
     return found
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh
 
-__all__ = ["Shape", "measure_shapes"]
+__all__ = ["Shape", "measure_shapes", "plane_axes"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -29,13 +29,8 @@ class Shape:
     position : (3,) centroid of its surface, weighted by area.
     normal : (3,) unit, of the wall it sits on, out of the wall.
     size_m : longest extent in the plane of the wall (robust: 1st to 99th percentile).
-    width_m : extent across that, in the plane of the wall.
     protrusion_m : how far it stands out of the wall it sits on (99th percentile).
-    incut : share of its surface that faces back to the wall, 0 to 1.
-    upright : cos of twice the angle between its long side and straight up: 1 upright, -1 level.
-    hollow : mean height of its middle over the height of its highest part: low for pockets.
-    ledge : mean height of its upper half less that of its lower half, over its highest part.
-    faces_up : share of its surface that faces up along the wall by more than 30 degrees.
+    standing_m : how far `position` stands out of that wall.
     area_m2 : area of its triangles.
     steepness_deg : angle of the wall under it: 0 vertical, > 0 overhanging, < 0 slab.
     """
@@ -43,13 +38,8 @@ class Shape:
     position: Floats
     normal: Floats
     size_m: float
-    width_m: float
     protrusion_m: float
-    incut: float
-    upright: float
-    hollow: float
-    ledge: float
-    faces_up: float
+    standing_m: float
     area_m2: float
     steepness_deg: float
 
@@ -59,7 +49,7 @@ def _spread(values: Floats) -> float:
     return float(high - low)
 
 
-def _plane_axes(normal: Floats) -> Floats:
+def plane_axes(normal: Floats) -> Floats:
     """(2, 3) unit vectors across a normal: to the right and up, seen from in front."""
     up = np.array([0.0, 0.0, 1.0]) if abs(normal[2]) < 0.99 else np.array([0.0, 1.0, 0.0])
     right = np.cross(up, normal)
@@ -67,29 +57,11 @@ def _plane_axes(normal: Floats) -> Floats:
     return np.stack([right, np.cross(normal, right)])
 
 
-def _longest(flat: Floats) -> tuple[float, float, float]:
-    """Longest extent over directions 7.5 degrees apart, the extent across it, `Shape.upright`."""
+def _longest(flat: Floats) -> float:
+    """Longest extent of (n, 2) points over directions 7.5 degrees apart."""
     angles = np.arange(24) * np.pi / 24
     directions = np.stack([np.cos(angles), np.sin(angles)])
-    extents = np.array([_spread(column) for column in (flat @ directions).T])
-    best = int(extents.argmax())
-    upright = -float(np.cos(2 * angles[best]))
-    return float(extents[best]), float(extents[(best + 12) % 24]), upright
-
-
-def _relief(flat: Floats, heights: Floats, weights: Floats) -> tuple[float, float]:
-    """`Shape.hollow` and `Shape.ledge` of triangles at (n, 2) places in the wall's plane."""
-    heights = heights - np.percentile(heights, 2)
-    top = max(float(np.percentile(heights, 97)), 1e-9)
-    middle = (flat.min(axis=0) + flat.max(axis=0)) / 2
-    reach = np.maximum(np.ptp(flat, axis=0) / 2, 1e-9)
-    relative = (flat - middle) / reach
-
-    def mean(rows: NDArray[np.bool_]) -> float:
-        return float(np.average(heights[rows], weights=weights[rows])) if rows.any() else 0.0
-
-    inner = np.linalg.norm(relative, axis=1) < 0.4
-    return mean(inner) / top, (mean(relative[:, 1] > 0) - mean(relative[:, 1] <= 0)) / top
+    return max(_spread(column) for column in (flat @ directions).T)
 
 
 def _rim_normal(mesh: Mesh, rows: Ints) -> Floats | None:
@@ -123,53 +95,48 @@ class _Wall:
         points = mesh.centroids[rows]
         return cls(points, mesh.normals[rows], mesh.areas[rows], cKDTree(points))
 
-    def normal_around(self, position: Floats, first: Floats, radius: float) -> Floats:
-        """Normal of the panel around a point: the mean of those that agree with each other.
+    def around(self, position: Floats, first: Floats, radius: float) -> tuple[Floats, float | None]:
+        """Normal of the panel around a point, and how far the point stands out of the panel.
 
-        Starts from the normal `first` of the hold's rim and drops, in three rounds, triangles
-        of other panels and of holds that were not found; `first` where too few are left.
+        The mean of the normals that agree with each other: starts from the normal `first` of the
+        hold's rim and drops, in three rounds, triangles of other panels and of holds that were
+        not found. `first` and None where too few are left.
         """
         rows = np.asarray(self.tree.query_ball_point(position, radius), dtype=np.int64)
+        normal, standing = first, None
         if len(rows) < MIN_RING:
-            return first
+            return normal, standing
         normals, areas = self.normals[rows], self.areas[rows]
-        normal = first
         for limit in AGREE_DEG:
             kept = normals @ normal > np.cos(np.radians(limit))
             if np.count_nonzero(kept) < MIN_RING:
-                return normal
+                break
             normal = areas[kept] @ normals[kept]
             normal = normal / max(float(np.linalg.norm(normal)), 1e-12)
-        return normal
+            standing = float(np.median((position - self.points[rows[kept]]) @ normal))
+        return normal, standing
 
 
 def _shape(mesh: Mesh, rows: Ints, wall: _Wall | None) -> Shape:
-    areas, centroids, normals = mesh.areas[rows], mesh.centroids[rows], mesh.normals[rows]
+    areas, centroids = mesh.areas[rows], mesh.centroids[rows]
     total = float(areas.sum())
     weights = areas / total if total > 0 else np.full(len(rows), 1 / len(rows))
     position = weights @ centroids
     normal = _rim_normal(mesh, rows)
     normal = np.array([0.0, -1.0, 0.0]) if normal is None else normal
+    standing: float | None = None
     corners = mesh.vertices[mesh.faces[rows].ravel()] - position
     if wall is not None:
         reach = float(np.linalg.norm(corners, axis=1).max())
-        normal = wall.normal_around(position, normal, RING * reach)
-    axes = _plane_axes(normal)
-    size, width, upright = _longest(corners @ axes.T)
-    local = centroids - position
-    hollow, ledge = _relief(local @ axes.T, local @ normal, np.maximum(weights, 1e-12))
-    facing = normals @ normal
+        normal, standing = wall.around(position, normal, RING * reach)
+    if standing is None:
+        standing = -float(np.percentile(corners @ normal, 2))
     return Shape(
         position=position,
         normal=normal,
-        size_m=size,
-        width_m=width,
+        size_m=_longest(corners @ plane_axes(normal).T),
         protrusion_m=_spread(corners @ normal),
-        incut=float(weights[facing < -0.1].sum()),
-        upright=upright,
-        hollow=hollow,
-        ledge=ledge,
-        faces_up=float(weights[normals @ axes[1] > 0.5].sum()),
+        standing_m=standing,
         area_m2=total,
         steepness_deg=float(np.degrees(np.arcsin(np.clip(-normal[2], -1, 1)))),
     )

@@ -1,88 +1,89 @@
-"""The type of a hold from its shape alone: jug, crimp, sloper, pinch, pocket, foothold.
+"""The type of a hold from its relief: jug, crimp, sloper, pinch, pocket, foothold.
 
-One Gaussian per type over eight measures of the shape, fitted to the generator's holds by
-`python -m benchmarks.hold_types fit`. A type is named only if it is clearly the likeliest and
-the hold looks like one of the holds the model knows; otherwise the answer is "unknown".
+A small network that saw generated holds as scans show them (`python -m benchmarks.hold_types
+fit`). A type is named only if the network is sure enough and the hold is of a size that it knows;
+otherwise the answer is "unknown".
 """
 
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.routes.geometry import Shape
+from walltopo.routes.relief import Relief
 
-__all__ = ["TypeModel", "measures", "shipped_model"]
+__all__ = ["NONE_OF_THESE", "UNKNOWN", "TypeModel", "open_model", "shipped_model"]
 
-Floats = NDArray[np.float64]
-
-
-def measures(shape: Shape, unit: float) -> Floats:
-    """(8,) what the model looks at; lengths in metres by `unit` scan units a metre."""
-    size, width = max(shape.size_m, 1e-6), max(shape.width_m, 1e-6)
-    depth = max(shape.protrusion_m, 1e-6)
-    return np.array(
-        [
-            np.log(size / unit),
-            np.log(width / size),
-            np.log(depth / width),
-            shape.upright,
-            shape.hollow,
-            shape.ledge,
-            shape.faces_up,
-            shape.incut,
-        ]
-    )
+UNKNOWN = "unknown"
+NONE_OF_THESE = "none of these"  # the network's class of what is no hold of any one type
+BATCH = 128
 
 
 @dataclass(frozen=True, eq=False)
 class TypeModel:
-    """A Gaussian per type.
+    """A loaded network.
 
     Parameters
     ----------
-    names : the types; means : (k, 8); precisions : (k, 8, 8) inverse covariances.
-    offsets : (k,) half log determinants of the precisions.
+    session : `onnxruntime.InferenceSession`.
+    names : its classes, `NONE_OF_THESE` among them.
     certain : probability from which a type is named.
-    familiar : largest squared Mahalanobis distance to the named type.
+    sides : least and largest side of a relief's frame that it knows, metres.
     """
 
+    session: Any
     names: tuple[str, ...]
-    means: Floats
-    precisions: Floats
-    offsets: Floats
     certain: float
-    familiar: float
+    sides: tuple[float, float]
 
-    def name(self, values: Floats) -> tuple[str, float]:
-        """The type of a hold with these measures, or "unknown", and its probability."""
-        away = values - self.means
-        distance = np.einsum("ki,kij,kj->k", away, self.precisions, away)
-        score = self.offsets - 0.5 * distance
-        odds = np.exp(score - score.max())
-        best = int(score.argmax())
-        probability = float(odds[best] / odds.sum())
-        if probability < self.certain or distance[best] > self.familiar:
-            return "unknown", probability
-        return self.names[best], probability
+    def probabilities(self, reliefs: Sequence[Relief]) -> NDArray[np.float32]:
+        """(n, classes) float32 in [0, 1], rows sum to 1."""
+        rows = [np.zeros((0, len(self.names)), dtype=np.float32)]
+        for first in range(0, len(reliefs), BATCH):
+            block = reliefs[first : first + BATCH]
+            feed = {
+                "reliefs": np.stack([relief.picture for relief in block]),
+                "scalars": np.stack([relief.scalars for relief in block]),
+            }
+            rows.append(self.session.run(None, feed)[0])
+        return np.vstack(rows)
+
+    def names_of(self, reliefs: Sequence[Relief]) -> list[tuple[str, float]]:
+        """The type of each hold, or "unknown", and its probability."""
+        found = []
+        for relief, row in zip(reliefs, self.probabilities(reliefs), strict=True):
+            best = int(row.argmax())
+            sure, name = float(row[best]), self.names[best]
+            known = self.sides[0] <= relief.side_m <= self.sides[1]
+            if name == NONE_OF_THESE or sure < self.certain or not known:
+                name = UNKNOWN
+            found.append((name, sure))
+        return found
 
 
 @cache
 def shipped_model() -> TypeModel:
-    """The model in `models/hold_types.json`."""
-    text = resources.files("walltopo").joinpath("models/hold_types.json").read_text("utf-8")
-    data = json.loads(text)
-    precisions = np.array(data["precisions"])
+    """The network in `models/hold_types.onnx`."""
+    return open_model(resources.files("walltopo").joinpath("models/hold_types.onnx").read_bytes())
+
+
+def open_model(content: bytes) -> TypeModel:
+    """A network as `benchmarks.hold_types fit` writes it."""
+    import onnxruntime
+
+    options = onnxruntime.SessionOptions()
+    options.log_severity_level = 3
+    options.intra_op_num_threads = 1  # so small that threads cost more than they bring
+    session = onnxruntime.InferenceSession(content, options, providers=["CPUExecutionProvider"])
+    facts = session.get_modelmeta().custom_metadata_map
+    low, high = json.loads(facts["sides"])
     return TypeModel(
-        tuple(data["names"]),
-        np.array(data["means"]),
-        precisions,
-        0.5 * np.linalg.slogdet(precisions)[1],
-        float(data["certain"]),
-        float(data["familiar"]),
+        session, tuple(json.loads(facts["names"])), float(facts["certain"]), (low, high)
     )
