@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,8 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, View
-from walltopo.routes.admit import admitted, doubtful, is_metric, left_out_rows, read_instances
-from walltopo.routes.colour import Coloured, assign_colours, find_palette, paint_over_views
+from walltopo.routes.admit import (
+    admitted,
+    doubtful,
+    is_metric,
+    left_out_rows,
+    on_plates,
+    read_instances,
+)
+from walltopo.routes.colour import Coloured, Look, assign_colours, find_palette, paint_over_views
 from walltopo.routes.cutouts import best_views, write_cutouts
 from walltopo.routes.downclimb import with_downclimbs
 from walltopo.routes.edits import apply_hold_edits
@@ -22,10 +29,12 @@ from walltopo.routes.light import SceneLight, solve_light
 from walltopo.routes.likeness import TINT_RADIUS
 from walltopo.routes.palette import Entry, read_palette
 from walltopo.routes.params import ClassifySettings
-from walltopo.routes.records import Hold
+from walltopo.routes.records import Hold, StartTag
 from walltopo.routes.relief import Relief, reliefs
-from walltopo.routes.samples import HoldView, load_photo, look, wall_patches
-from walltopo.routes.units import unit_of
+from walltopo.routes.samples import HoldView, Picture, load_photo, look, wall_patches
+from walltopo.routes.tag_looks import CardSizes
+from walltopo.routes.tags import FoundTag, TagFinder, band_looks, record_of
+from walltopo.routes.units import unit_of, unit_of_sizes
 from walltopo.routes.verdicts import classifier_of, followed, with_class_colours
 from walltopo.workspace import ScanFolder, write_json
 
@@ -43,8 +52,12 @@ def gather(
     face_instance: NDArray[np.int32],
     settings: ClassifySettings,
     progress: Progress,
+    also: Callable[[Picture], None] | None = None,
 ) -> tuple[dict[int, list[HoldView]], SceneLight]:
-    """What all photos show of each hold, and the light they were taken in."""
+    """What all photos show of each hold, and the light they were taken in.
+
+    `also` is called with each photo while it is in memory.
+    """
     progress.step("reading holds in photos", len(views))
     seen: dict[int, list[HoldView]] = {}
     lights = []
@@ -60,6 +73,7 @@ def gather(
         long_side=settings.long_side,
         erode=settings.erode,
         crop_px=settings.cutout_px,
+        also=also,
     )
     for holds, light in stream:
         for hold in holds:
@@ -176,13 +190,33 @@ def _painted(
     return apply_strokes(mesh, face_instance, known)
 
 
+def _tag_finder(
+    scan: ScanFolder,
+    mesh: Mesh,
+    shapes: Mapping[int, Shape],
+    kinds: Mapping[int, str],
+    settings: ClassifySettings,
+) -> TagFinder:
+    """Looks for cards of the right size; the holds are the ruler of a scan without a scale."""
+    sizes = [shape.size_m for number, shape in shapes.items() if kinds[number] == "hold"]
+    unit = unit_of_sizes(sizes, is_metric(scan), settings.typical_hold)
+    return TagFinder(mesh, CardSizes.of(settings, unit))
+
+
+def _tags(finder: TagFinder, scan: ScanFolder, settings: ClassifySettings) -> dict[int, FoundTag]:
+    """The tags that were found, numbered from 1; none of them on a printed plate."""
+    found = dict(enumerate(finder.tags(settings.tag_confidence)))
+    plated = on_plates({number: tag.position for number, tag in found.items()}, scan)
+    return dict(enumerate((found[k] for k in found.keys() - plated), start=1))
+
+
 def run(scan: ScanFolder, settings: ClassifySettings, progress: Progress) -> dict[str, Any]:
     """Read photos, `sparse/`, `mesh.ply` and the instances; write `attributes.json`, `cutouts/`.
 
     Returns
     -------
     Metrics: holds, volumes, colours, holds with a type, holds to review, holds that no photo
-    shows, instances left out as doubtful, cutouts.
+    shows, instances left out as doubtful, start tags, cutouts.
     """
     from walltopo.formats.colmap import read_views
     from walltopo.formats.edits import read_hold_edits
@@ -198,16 +232,24 @@ def run(scan: ScanFolder, settings: ClassifySettings, progress: Progress) -> dic
     edits = read_hold_edits(scan.hold_edits)
     face_instance = _painted(mesh, lifted.face_instance, kinds, edits["strokes"], progress)
     views = read_views(scan.sparse)
-    seen, light = gather(views, scan.photos, mesh, face_instance, settings, progress)
     shapes = measure_shapes(mesh, face_instance, sorted(kinds))
-    positions = {number: shape.position for number, shape in shapes.items()}
-    seen = {number: rows for number, rows in sorted(seen.items()) if number in shapes}
-    paints = paint_over_views(seen, light, positions, settings.max_views)
-    scale = {"spread": settings.colour_spread, "lightness_weight": settings.lightness_weight}
-    volumes = {number for number, kind in kinds.items() if kind == "volume"}
     painted = replace(lifted, face_instance=face_instance)
     doubts = doubtful(scan, mesh, painted, shapes, settings)
-    sure = {number: paint for number, paint in paints.items() if number not in doubts}
+    trusted = {number: shape for number, shape in shapes.items() if number not in doubts}
+    finder = _tag_finder(scan, mesh, trusted, kinds, settings)
+    also = finder.read if settings.start_tags else None
+    seen, light = gather(views, scan.photos, mesh, face_instance, settings, progress, also)
+    tags = _tags(finder, scan, settings)
+    doubts |= {tag.instance: "is a start tag" for tag in tags.values() if tag.instance}
+    seen = {number: rows for number, rows in sorted(seen.items()) if number in shapes}
+    bands = {-k: looks for k, tag in tags.items() if (looks := band_looks(tag))}
+    places = {number: shape.position for number, shape in shapes.items()}
+    places |= {-k: tag.position for k, tag in tags.items()}
+    looks: dict[int, Sequence[Look]] = {**seen, **bands}
+    paints = paint_over_views(looks, light, places, settings.max_views, seen.keys())
+    scale = {"spread": settings.colour_spread, "lightness_weight": settings.lightness_weight}
+    volumes = {number for number, kind in kinds.items() if kind == "volume"}
+    sure = {number: paints[number] for number in seen if number not in doubts}
     entries = palette or find_palette(sure, volumes, **scale)
     colours = assign_colours(paints, entries, **scale)
     names = [view.name for view in views]
@@ -232,6 +274,21 @@ def run(scan: ScanFolder, settings: ClassifySettings, progress: Progress) -> dic
         cutouts[number] = best_views(seen[number], settings.cutouts)
     progress.step("writing cutouts")
     write_cutouts(scan.cutouts, cutouts, names)
+    named = {-number: paint.name for number, paint in colours.items() if paint.name != UNKNOWN}
+    records = [record_of(k, tag, named.get(k, ""), names) for k, tag in tags.items()]
+    metrics = _written(scan, entries, holds, records, rows, progress)
+    return metrics | {"cutouts": sum(len(kept) for kept in cutouts.values())}
+
+
+def _written(
+    scan: ScanFolder,
+    palette: Sequence[Entry],
+    holds: Sequence[Hold],
+    tags: Sequence[StartTag],
+    left_out: Sequence[Mapping[str, Any]],
+    progress: Progress,
+) -> dict[str, Any]:
+    """Write `attributes.json`; what there is to count."""
     unseen = [hold.id for hold in holds if not hold.photos]
     if unseen:
         progress.note(f"{len(unseen)} instances are seen in no photo: {unseen[:8]}")
@@ -239,18 +296,19 @@ def run(scan: ScanFolder, settings: ClassifySettings, progress: Progress) -> dic
         scan.attributes,
         {
             "version": 1,
-            "palette": [{"name": entry.name, "rgb": list(entry.rgb)} for entry in entries],
+            "palette": [{"name": entry.name, "rgb": list(entry.rgb)} for entry in palette],
             "instances": [hold.to_json() for hold in holds],
-            "left_out": rows,
+            "tags": [tag.to_json() for tag in tags],
+            "left_out": left_out,
         },
     )
     return {
         "holds": sum(hold.kind == "hold" for hold in holds),
         "volumes": sum(hold.kind == "volume" for hold in holds),
-        "colours": len(entries),
+        "colours": len(palette),
         "typed": sum(hold.kind == "hold" and hold.type != UNKNOWN for hold in holds),
         "review": sum(hold.review for hold in holds),
         "unseen": len(unseen),
-        "left_out": len(rows),
-        "cutouts": sum(len(looks) for looks in cutouts.values()),
+        "left_out": len(left_out),
+        "tags": len(tags),
     }

@@ -81,6 +81,16 @@ class ClassifySettings:
         low=0.02,
         high=1,
     )
+    start_tags: bool = setting(True, "Look for start tags: small cards on the wall")
+    tag_shortest: float = setting(
+        0.03, "Least length of the shorter side of a start tag", unit="m", low=0.01, high=1
+    )
+    tag_longest: float = setting(
+        0.13, "Largest length of the longer side of a start tag", unit="m", low=0.02, high=1
+    )
+    tag_confidence: float = setting(
+        0.4, "Start tags of a lower confidence are left out", low=0, high=1
+    )
     downclimb: str = setting(
         "auto",
         "Colour of the downclimb holds; auto: a colour of few, scattered, large jugs; empty: none",
