@@ -242,11 +242,11 @@ def run(scan: ScanFolder, settings: ClassifySettings, progress: Progress) -> dic
     tags = _tags(finder, scan, settings)
     doubts |= {tag.instance: "is a start tag" for tag in tags.values() if tag.instance}
     seen = {number: rows for number, rows in sorted(seen.items()) if number in shapes}
-    bands = {-k: looks for k, tag in tags.items() if (looks := band_looks(tag))}
+    bands = {-k: band_looks(tag) for k, tag in tags.items() if band_looks(tag)}
     places = {number: shape.position for number, shape in shapes.items()}
     places |= {-k: tag.position for k, tag in tags.items()}
-    looks: dict[int, Sequence[Look]] = {**seen, **bands}
-    paints = paint_over_views(looks, light, places, settings.max_views, seen.keys())
+    shown: dict[int, Sequence[Look]] = {**seen, **bands}
+    paints = paint_over_views(shown, light, places, settings.max_views, seen.keys())
     scale = {"spread": settings.colour_spread, "lightness_weight": settings.lightness_weight}
     volumes = {number for number, kind in kinds.items() if kind == "volume"}
     sure = {number: paints[number] for number in seen if number not in doubts}
