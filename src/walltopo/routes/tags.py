@@ -21,19 +21,19 @@ Floats = NDArray[np.float64]
 # Logistic regression on `tag_fit.EVIDENCE`, by `python -m benchmarks.routes_tags fit`.
 WEIGHTS = np.array(
     [
-        -0.15,  # worst side
-        0.70,  # third side
-        0.75,  # second side
-        4.49,  # best side
-        2.05,  # contrast
-        2.93,  # paper
-        15.43,  # print
-        -28.65,  # spill
-        -45.89,  # chroma
-        1.51,  # corners
+        -0.09,  # worst side
+        0.30,  # third side
+        0.02,  # second side
+        4.26,  # best side
+        2.25,  # contrast
+        1.37,  # paper
+        15.13,  # print
+        -28.97,  # spill
+        -45.74,  # chroma
+        2.50,  # corners
     ]
 )
-BIAS = -13.93
+BIAS = -13.30
 
 # What a card must have, whatever the rest: generated walls have nothing round and white on them.
 PRINT, CORNERS = EVIDENCE.index("print"), EVIDENCE.index("corners")
