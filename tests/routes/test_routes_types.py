@@ -24,7 +24,7 @@ Floats = NDArray[np.float64]
 
 
 def walled(
-    points: Floats, faces: NDArray[np.int32], reach: float
+    points: Floats, faces: NDArray[np.int32], reach: float, closed: bool = False
 ) -> tuple[Mesh, NDArray[np.int32]]:
     """A body (right, up, out) on an upright wall that looks to -y, and the labels of the faces."""
     n = 41
@@ -35,7 +35,8 @@ def walled(
     )
     wall = np.column_stack([u.ravel(), np.zeros(n * n), v.ravel()])
     body = np.column_stack([points[:, 0], -points[:, 2], points[:, 1]])
-    faces = faces[points[faces][:, :, 2].mean(axis=1) > 1e-3]  # no photo sees the back
+    if not closed:  # no photo sees the back
+        faces = faces[points[faces][:, :, 2].mean(axis=1) > 1e-3]
     both = np.vstack([wall_faces, faces + n * n]).astype(np.int32)
     labels = np.r_[np.zeros(len(wall_faces)), np.ones(len(faces))].astype(np.int32)
     return Mesh(np.vstack([wall, body]), both), labels
@@ -90,6 +91,27 @@ def test_a_relief_does_not_depend_on_place_heading_or_unit(
     assert there.side_m == pytest.approx(here.side_m, rel=0.06)
     # Pixels at the rim may fall on either side of it, and so the frame a pixel further.
     assert np.abs(there.picture - here.picture).mean() < 0.05
+
+
+@pytest.mark.parametrize("heading", [0.0, 1.3, 3.0])
+def test_a_closed_body_beside_a_larger_panel_takes_the_normal_of_its_own(heading: float) -> None:
+    body = make_hold("jug", "smooth", np.random.default_rng(3), 1.0, 0.6)
+    mesh, labels = walled(body.vertices, body.faces, 0.14, closed=True)
+    first = len(mesh.vertices)
+    corners = np.array([[0.14, 0, -0.6], [0.14, -1.2, -0.6], [0.14, -1.2, 0.6], [0.14, 0, 0.6]])
+    u, v = np.meshgrid(np.linspace(0, 1, 40), np.linspace(0, 1, 40))
+    side = corners[0] + u.ravel()[:, None] * (corners[1] - corners[0])
+    side = side + v.ravel()[:, None] * (corners[3] - corners[0])
+    a = (np.arange(39)[:, None] * 40 + np.arange(39)).ravel()
+    panel = np.vstack([np.column_stack([a, a + 41, a + 1]), np.column_stack([a, a + 40, a + 41])])
+    vertices, faces = np.vstack([mesh.vertices, side]), np.vstack([mesh.faces, panel + first])
+    c, s = np.cos(heading), np.sin(heading)
+    rotation = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    both = Mesh(vertices @ rotation.T, faces.astype(np.int32))
+    shape = measure_shapes(both, np.r_[labels, np.zeros(len(panel), np.int32)], [1])[1]
+    np.testing.assert_allclose(shape.normal, rotation @ [0, -1, 0], atol=0.02)
+    own = shape.position @ rotation @ [0, -1, 0]
+    assert shape.standing_m == pytest.approx(own, abs=0.002)
 
 
 def test_nothing_drawn_has_no_relief() -> None:

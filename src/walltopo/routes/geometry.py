@@ -17,6 +17,8 @@ Ints = NDArray[np.int64]
 
 RING = 1.8  # radius around a hold, in its own radii, in which the wall's normal is taken
 MIN_RING = 12  # triangles of wall needed for that
+NEARNESS = 4.0  # how much more the wall beside the hold counts than that at the ring's end
+CANDIDATES = 24  # triangles of the ring whose normal may be the panel's
 AGREE_DEG = (40.0, 25.0, 15.0)  # how well they must agree, round by round
 
 
@@ -98,15 +100,21 @@ class _Wall:
     def around(self, position: Floats, first: Floats, radius: float) -> tuple[Floats, float | None]:
         """Normal of the panel around a point, and how far the point stands out of the panel.
 
-        The mean of the normals that agree with each other: starts from the normal `first` of the
-        hold's rim and drops, in three rounds, triangles of other panels and of holds that were
-        not found. `first` and None where too few are left.
+        The mean of the normals that agree with each other: starts from the normal that most of
+        the wall near the point has, the hold's rim (`first`) having a say, and drops, in three
+        rounds, triangles of other panels and of holds that were not found. `first` and None where
+        too few are left.
         """
         rows = np.asarray(self.tree.query_ball_point(position, radius), dtype=np.int64)
-        normal, standing = first, None
         if len(rows) < MIN_RING:
-            return normal, standing
+            return first, None
         normals, areas = self.normals[rows], self.areas[rows]
+        near = np.exp(-NEARNESS * ((self.points[rows] - position) ** 2).sum(axis=1) / radius**2)
+        some = normals[np.linspace(0, len(rows) - 1, CANDIDATES).astype(int)]
+        starts = np.vstack([first, some])
+        agree = normals @ starts.T > np.cos(np.radians(AGREE_DEG[1]))
+        votes = ((areas * near) @ agree) * (0.5 + np.maximum(0, starts @ first))
+        normal, standing = starts[votes.argmax()], None
         for limit in AGREE_DEG:
             kept = normals @ normal > np.cos(np.radians(limit))
             if np.count_nonzero(kept) < MIN_RING:

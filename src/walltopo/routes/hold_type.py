@@ -14,16 +14,31 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.routes.relief import Relief
+from walltopo.routes.relief import SIDE, Relief
 
 __all__ = ["NONE_OF_THESE", "UNKNOWN", "TypeModel", "open_model", "shipped_model"]
 
 UNKNOWN = "unknown"
 NONE_OF_THESE = "none of these"  # the network's class of what is no hold of any one type
 BATCH = 128
+# A hold is seen several times, turned by degrees and scaled: which triangles are at its rim, and
+# how the wall under it leans, should not decide.
+LOOKS = ((0.0, 1.0), (-10.0, 1.0), (10.0, 1.0), (0.0, 0.93), (0.0, 1.07))
+
+
+def _seen_anew(reliefs: Sequence[Relief], degrees: float, scale: float) -> NDArray[np.float32]:
+    """(n, 2, SIDE, SIDE) pictures of reliefs, turned and scaled about their middle."""
+    middle = (SIDE - 1) / 2
+    matrix = cv2.getRotationMatrix2D((middle, middle), degrees, scale)
+    turned = [
+        [cv2.warpAffine(layer, matrix, (SIDE, SIDE)) for layer in relief.picture]
+        for relief in reliefs
+    ]
+    return np.asarray(turned, dtype=np.float32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,15 +59,16 @@ class TypeModel:
     sides: tuple[float, float]
 
     def probabilities(self, reliefs: Sequence[Relief]) -> NDArray[np.float32]:
-        """(n, classes) float32 in [0, 1], rows sum to 1."""
+        """(n, classes) float32 in [0, 1], rows sum to 1: the mean over `LOOKS`."""
         rows = [np.zeros((0, len(self.names)), dtype=np.float32)]
         for first in range(0, len(reliefs), BATCH):
             block = reliefs[first : first + BATCH]
-            feed = {
-                "reliefs": np.stack([relief.picture for relief in block]),
-                "scalars": np.stack([relief.scalars for relief in block]),
-            }
-            rows.append(self.session.run(None, feed)[0])
+            scalars = np.stack([relief.scalars for relief in block])
+            answers = [
+                self.session.run(None, {"reliefs": pictures, "scalars": scalars})[0]
+                for pictures in (_seen_anew(block, *look) for look in LOOKS)
+            ]
+            rows.append(np.mean(answers, axis=0))
         return np.vstack(rows)
 
     def names_of(self, reliefs: Sequence[Relief]) -> list[tuple[str, float]]:
