@@ -19,8 +19,8 @@ import numpy as np
 
 from walltopo.core import Mesh, Silent
 from walltopo.formats.colmap import read_views
-from walltopo.routes.classify import gather
 from walltopo.routes.colour import assign_colours, find_palette, paint_over_views
+from walltopo.routes.gather import gather
 from walltopo.routes.geometry import measure_shapes
 from walltopo.routes.params import ClassifySettings
 

@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Camera, Mesh, Silent, View
-from walltopo.routes.classify import gather
 from walltopo.routes.colour import HoldPaint, assign_colours, find_palette, paint_over_views
+from walltopo.routes.gather import gather
 from walltopo.routes.geometry import measure_shapes
 from walltopo.routes.palette import Entry
 from walltopo.routes.params import ClassifySettings

@@ -34,8 +34,8 @@ from benchmarks.routes_gyms import SetGym, set_gym
 from benchmarks.routes_makers import paired
 from walltopo.core import Mesh, Silent
 from walltopo.formats.colmap import read_views
-from walltopo.routes.classify import gather
 from walltopo.routes.cluster import find_routes
+from walltopo.routes.gather import gather
 from walltopo.routes.params import ClassifySettings, RoutesSettings
 from walltopo.routes.records import StartTag
 from walltopo.routes.samples import Picture, load_photo

@@ -35,7 +35,7 @@ from walltopo.evaluate.scan import read_labelled, scan_views
 from walltopo.evaluate.truth import read_truth
 from walltopo.formats.onnx_file import set_metadata
 from walltopo.formats.ply import read_mesh
-from walltopo.routes.classify import gather
+from walltopo.routes.gather import gather
 from walltopo.routes.hold_type import UNKNOWN
 from walltopo.routes.params import ClassifySettings
 from walltopo.routes.verdicts import verdicts

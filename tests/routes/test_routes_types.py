@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
-from walltopo.routes.classify import with_types
+from walltopo.routes.describe import with_types
 from walltopo.routes.geometry import measure_shapes
 from walltopo.routes.hold_type import NONE_OF_THESE, UNKNOWN, shipped_model
 from walltopo.routes.records import Hold

@@ -26,7 +26,7 @@ from walltopo.routes.units import unit_of_sizes
 from walltopo.workspace import ScanFolder, read_json
 
 __all__ = [
-    "FLAT",
+    "TAGGED",
     "Lifted",
     "admitted",
     "doubtful",
@@ -40,6 +40,7 @@ __all__ = [
 FAINT = "few photos confirm it"
 PLATED = "lies on a printed plate"
 FLAT = "lies flat on the wall"
+TAGGED = "is a start tag"
 CUTOUTS_OF_DOUBTFUL = 1
 # Nearer to a plate than this share of half its height is on it.
 PLATE_REACH = 0.5
