@@ -41,7 +41,7 @@ from walltopo.routes.records import StartTag
 from walltopo.routes.samples import Picture, load_photo
 from walltopo.routes.tag_fit import EVIDENCE
 from walltopo.routes.tag_looks import CardLook, CardSizes, card_looks
-from walltopo.routes.tags import FoundTag, TagFinder
+from walltopo.routes.tags import WEIGHTS, FoundTag, TagFinder
 from walltopo.workspace import ScanFolder
 
 Floats = NDArray[np.float64]
@@ -122,7 +122,8 @@ def fit(gyms: Sequence[Path]) -> None:
         right += [fits for fits in own if fits >= 0]
         of += [number] * sum(fits >= 0 for fits in own)
         print(f"{gym.name}: {len(looks)} looks, {sum(f == 1 for f in own)} of tags", flush=True)
-    evidence, labels, gym_of = np.array(rows), np.array(right), np.array(of)
+    # Whether a card has corners is a rule of its own: see `tags.LEAST_CORNERS`.
+    evidence, labels, gym_of = np.array(rows)[:, : len(WEIGHTS)], np.array(right), np.array(of)
     spread = evidence.std(axis=0)
     model = LogisticRegression(C=1.0, max_iter=5000)
     sure = np.zeros(len(labels))
@@ -137,7 +138,7 @@ def fit(gyms: Sequence[Path]) -> None:
             f"{labels[found].mean():.3f} of these are of tags"
         )
     model.fit(evidence / spread, labels)
-    for name, weight in zip(EVIDENCE, model.coef_[0] / spread, strict=True):
+    for name, weight in zip(EVIDENCE, model.coef_[0] / spread, strict=False):
         print(f"    {weight:.2f},  # {name}")
     print(f"BIAS = {model.intercept_[0]:.2f}")
 

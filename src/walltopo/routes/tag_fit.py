@@ -48,6 +48,11 @@ class CardFit:
     evidence: Floats
     linear: Floats | None
 
+    @property
+    def straight(self) -> float:
+        """How well the box lies along the card's sides: its third side and its corners."""
+        return float(self.evidence[1] + self.evidence[-1])
+
 
 EVIDENCE = (
     "worst side",  # rise of whiteness into the card over its contrast, the four sides sorted
@@ -59,7 +64,7 @@ EVIDENCE = (
     "print",  # share that is dark
     "spill",  # share of its surroundings as white as the paper
     "chroma",  # of the paper
-    "corners",  # share of the two emptiest corners that differs from the wall
+    "corners",  # share of the two fullest corners that differs from the wall
 )
 
 
@@ -169,11 +174,14 @@ def _band(linear: Floats, paper: Mask) -> Floats | None:
 
 
 def _corners(card: Mask) -> float:
-    """Share of the two emptiest corners of a box that is card: rounded things have none."""
+    """Share of the two fullest corners of a box that is card: rounded things have no corners.
+
+    The other two may be a band's, of the wall's colour.
+    """
     card = card[1:-1, 1:-1]  # blur makes boxes a little large
     high, wide = (max(2, round(CORNER * size)) for size in card.shape)
     shares = [float(card[y, x].mean()) for y in np.s_[:high, -high:] for x in np.s_[:wide, -wide:]]
-    return sum(sorted(shares)[:2]) / 2
+    return sum(sorted(shares)[2:]) / 2
 
 
 def fit_card(patch: Image, box: Box) -> CardFit | None:

@@ -250,7 +250,7 @@ def _look(
     for turn in np.radians(np.array(TURNS_DEG) + angle).tolist():
         patch = _patch(picture, plane, np.array(middle), turn, step)
         fit = fit_card(patch, (x0, x1, y0, y1))
-        if fit is not None and (best is None or fit.evidence[1] > best[0].evidence[1]):
+        if fit is not None and (best is None or fit.straight > best[0].straight):
             best = (fit, turn)
         if best is None or best[0].evidence[1] < HOPELESS:
             return None

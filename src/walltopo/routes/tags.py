@@ -18,30 +18,30 @@ __all__ = ["BandLook", "FoundTag", "TagFinder", "band_looks", "likelihood", "rec
 
 Floats = NDArray[np.float64]
 
-# Logistic regression on `tag_fit.EVIDENCE`, by `python -m benchmarks.routes_tags fit`.
+# Logistic regression on all of `tag_fit.EVIDENCE` but the corners, by
+# `python -m benchmarks.routes_tags fit` (docs/routes.md).
 WEIGHTS = np.array(
     [
-        -0.09,  # worst side
-        0.30,  # third side
-        0.02,  # second side
-        4.26,  # best side
-        2.25,  # contrast
-        1.37,  # paper
-        15.13,  # print
-        -28.97,  # spill
-        -45.74,  # chroma
-        2.50,  # corners
+        1.51,  # worst side
+        4.00,  # third side
+        1.78,  # second side
+        2.94,  # best side
+        2.81,  # contrast
+        1.43,  # paper
+        18.92,  # print
+        -16.58,  # spill
+        -42.70,  # chroma
     ]
 )
-BIAS = -13.30
-
+BIAS = -17.34
 # What a card must have, whatever the rest: generated walls have nothing round and white on them.
 PRINT, CORNERS = EVIDENCE.index("print"), EVIDENCE.index("corners")
 LEAST_PRINT, LEAST_CORNERS = 0.04, 0.4
 LIKELY = 0.2  # looks that are less likely a card's are forgotten
 SAME = 0.3  # longest sides: looks this near to each other are of one card
 LEAST_PHOTOS = 2  # one photo alone may mistake anything
-CLEAR_PX = 12  # pixels of a card's longer side from which a photo must show it
+CLEAR_PX = 15  # pixels of a card's longer side from which a photo must show it
+HIDDEN = 2.0  # times `CardSizes.flat`: what is seen this much nearer hides a card
 CLEAR_FACING = 0.4  # cosine of the angle at which such a photo sees the wall, at least
 
 
@@ -113,7 +113,7 @@ def likelihood(look: CardLook) -> float:
     printed = look.evidence[PRINT] >= LEAST_PRINT or look.linear is not None
     if not printed or look.evidence[CORNERS] < LEAST_CORNERS:
         return 0.0
-    return float(1 / (1 + np.exp(-(look.evidence @ WEIGHTS + BIAS))))
+    return float(1 / (1 + np.exp(-(look.evidence[: len(WEIGHTS)] @ WEIGHTS + BIAS))))
 
 
 class TagFinder:
@@ -192,7 +192,7 @@ class TagFinder:
             origins = np.tile(view.centre, (len(rows), 1))
             _, hit = bvh.first_hit(origins, way[rows])
             # `hit` counts in lengths of `way`.
-            near = np.abs(hit - 1) * away[rows] < widths[rows]
+            near = np.abs(hit - 1) * away[rows] < HIDDEN * self.sizes.flat
             for row in rows[near].tolist():
                 found[row].add(number)
         return found
