@@ -21,12 +21,12 @@ from walltopo.routes.records import Hold
 PRESETS = ("modern", "oldschool-dark", "lead", "modern", "easy")
 # What lifted holds of a type were called, and how often: gyms 7000, modern and oldschool-dark.
 CALLED = {
-    "jug": {"jug": 45, "foothold": 2, "sloper": 1, "unknown": 22},
-    "crimp": {"crimp": 6, "foothold": 5, "pocket": 1, "unknown": 19},
-    "sloper": {"sloper": 23, "foothold": 2, "unknown": 9},
-    "pinch": {"pinch": 22, "jug": 1, "foothold": 1, "unknown": 17},
-    "pocket": {"pocket": 11, "sloper": 1, "foothold": 1, "unknown": 11},
-    "foothold": {"foothold": 57, "pocket": 1, "unknown": 4},
+    "jug": {"jug": 57, "foothold": 2, "pinch": 1, "sloper": 1, "unknown": 15},
+    "crimp": {"crimp": 13, "foothold": 5, "pocket": 1, "unknown": 12},
+    "sloper": {"sloper": 29, "foothold": 2, "unknown": 3},
+    "pinch": {"pinch": 30, "jug": 2, "foothold": 1, "unknown": 8},
+    "pocket": {"pocket": 17, "foothold": 2, "sloper": 1, "unknown": 4},
+    "foothold": {"foothold": 56, "pocket": 2, "unknown": 4},
 }
 
 

@@ -5,13 +5,13 @@
     python -m benchmarks.types MODEL.onnx GYM [GYM ...]
     python -m benchmarks.types MODEL.onnx gym-a [DATA]         on the gym of another generator
 
-Each GYM is a folder of `walltopo synth`. Printed: how many holds are named, and how many of those
-rightly. `scans`: each SCAN, finished up to `lift`, is of its GYM's photos; the shipped network of
-reliefs names the true instances, carried onto the scan's mesh, and the lifted ones that meet a true
-one at an IoU over .5. `choose` writes into that network the least probability from which nine of
-ten of the lifted ones are named rightly. With a MODEL: by relief, the shipped network on the true
-mesh as far as photos see it, with 1.5 mm of noise; by cutouts, all true masks of a hold, summed by
-area, at several least confidences.
+Each GYM is a folder of `walltopo synth`; for scans it may be DATA/gym-a. Printed: how many holds
+are named, and how many of those rightly. `scans`: each SCAN, finished up to `lift`, is of its GYM's
+photos; the shipped network of reliefs names the true instances, carried onto the scan's mesh, and
+the lifted ones that meet a true one at an IoU over .5. `choose` writes into that network the least
+probability from which nine of ten of the lifted ones are named rightly. With a MODEL: by relief,
+the shipped network on the true mesh as far as photos see it, with 1.5 mm of noise; by cutouts, all
+true masks of a hold, summed by area, at several least confidences.
 """
 
 from __future__ import annotations
@@ -44,6 +44,7 @@ from walltopo.workspace import ScanFolder
 Key = tuple[str, int]  # gym and hold
 Said = dict[Key, str]
 Answers = dict[Key, tuple[str, float]]
+HOLD = 1  # class id in the truth
 WITHIN = 0.02  # metres over which labels are carried between meshes
 LEVELS = (0.0, 0.2, 0.4, 0.6, 0.8)
 
@@ -79,7 +80,8 @@ def on_scan(gym: Path, folder: Path, certain: float | None) -> list[tuple[Answer
     truth, scan = read_truth(gym), ScanFolder(folder)
     motion = align_views(scan_views(scan, truth), truth.views, False)
     mesh = motion.mesh(read_mesh(scan.mesh)) if motion else read_mesh(scan.mesh)
-    types = true_types(gym)
+    holds = (one for one in truth.instances.values() if one.label == HOLD)
+    types = {one.id: name_of_kind(one.kind) for one in holds}
     carried = carry_truth(truth, mesh, WITHIN)
     labels = carried.labelled.face_instance
     there = sorted(set(np.unique(labels).tolist()) & set(types))
