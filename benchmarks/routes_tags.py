@@ -224,15 +224,13 @@ def scan(folder: Path) -> None:
         )
 
 
-def put_tags(
-    gym: SetGym, seed: int, recall: float, precision: float, bands: float = 1.0
-) -> list[StartTag]:
+def put_tags(gym: SetGym, seed: int, recall: float, precision: float) -> list[StartTag]:
     """Tags below the start holds; some missing, and some where none should be.
 
     Parameters
     ----------
     recall : share of the start holds with a tag; precision : share of tags that belong to a
-        start hold, the others are below any hold; bands : share of tags with a band.
+        start hold, the others are below any hold.
     """
     rng = np.random.default_rng([61, seed])
     climbed = [hold for hold in gym.holds if hold.role == "hold"]
@@ -243,8 +241,7 @@ def put_tags(
     for number, hold in enumerate(marked, start=1):
         x, y, z = hold.position
         place = (x + rng.uniform(-0.05, 0.05), y, z - hold.size_m / 2 - 0.04)
-        colour = hold.colour if rng.random() < bands else ""
-        tags.append(StartTag(number, place, colour=colour))
+        tags.append(StartTag(number, place, colour=hold.colour))
     return tags
 
 
@@ -262,7 +259,6 @@ def _one_a_route(gym: SetGym) -> SetGym:
 def _ways(recall: float, precision: float) -> Iterator[tuple[str, Callable[..., Any]]]:
     yield "without tags", lambda gym, seed: []
     yield "all tags", lambda gym, seed: put_tags(gym, seed, 1.0, 1.0)
-    yield "all tags, no bands", lambda gym, seed: put_tags(gym, seed, 1.0, 1.0, 0.0)
     yield "one tag a route", lambda gym, seed: put_tags(_one_a_route(gym), seed, 1.0, 1.0)
     yield (
         f"recall {recall}, precision {precision}",

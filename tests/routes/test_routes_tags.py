@@ -114,7 +114,7 @@ def found_on(
     """The tags that five photos of a painted wall show; `hide`: the bump is no instance."""
     mesh, labels = wall_mesh(bump)
     mesh = Mesh(mesh.vertices * scale, mesh.faces)
-    finder = TagFinder(mesh, CardSizes.of(ClassifySettings(), scale))
+    finder = TagFinder(mesh, CardSizes.of(ClassifySettings(), scale), small={4})
     for number in range(len(EYES)):
         view = view_from(number, scale)
         face, depth = render_ids(mesh.vertices, mesh.faces, view.camera, view.cam_from_world)
@@ -179,6 +179,8 @@ def test_a_card_taken_for_a_hold_is_told(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr(__name__ + ".wall_mesh", lambda bump: (mesh, labels))
     found = found_on(image)
     assert [tag.instance for tag in found] == [4]
+    labels[labels == 4] = 5  # too large an instance for a card: print on a volume
+    assert found_on(image) == []
 
 
 def test_one_photo_is_not_enough() -> None:

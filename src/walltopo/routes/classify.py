@@ -43,6 +43,8 @@ from walltopo.workspace import ScanFolder, write_json
 
 __all__ = ["run"]
 
+CARD_MASK = 1.3  # longest sides of a card: the mask of one is at most this long
+
 
 @dataclass(frozen=True, eq=False)
 class _Wall:
@@ -111,8 +113,13 @@ def _tag_finder(wall: _Wall, settings: ClassifySettings) -> TagFinder:
     kinds = wall.lifted.kinds
     sure = wall.shapes.keys() - wall.doubts.keys()
     sizes = [wall.shapes[number].size_m for number in sure if kinds[number] == "hold"]
-    unit = unit_of_sizes(sizes, wall.metric, settings.typical_hold)
-    return TagFinder(wall.mesh, CardSizes.of(settings, unit))
+    cards = CardSizes.of(settings, unit_of_sizes(sizes, wall.metric, settings.typical_hold))
+    small = {
+        number
+        for number, shape in wall.shapes.items()
+        if kinds[number] == "hold" and shape.size_m <= CARD_MASK * cards.longest
+    }
+    return TagFinder(wall.mesh, cards, small)
 
 
 def _tags(finder: TagFinder, scan: ScanFolder, settings: ClassifySettings) -> dict[int, FoundTag]:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from walltopo.routes.oklab import linear_from_srgb8, oklab_from_linear
 
-__all__ = ["GRID", "CardFit", "fit_card"]
+__all__ = ["CORNERS", "EVIDENCE", "GRID", "PRINT", "CardFit", "fit_card"]
 
 Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -51,7 +51,7 @@ class CardFit:
     @property
     def straight(self) -> float:
         """How well the box lies along the card's sides: its third side and its corners."""
-        return float(self.evidence[1] + self.evidence[-1])
+        return float(self.evidence[1] + self.evidence[CORNERS])
 
 
 EVIDENCE = (
@@ -66,6 +66,9 @@ EVIDENCE = (
     "chroma",  # of the paper
     "corners",  # share of the two fullest corners that differs from the wall
 )
+
+
+CORNERS, PRINT = EVIDENCE.index("corners"), EVIDENCE.index("print")
 
 
 def _step(profile: Floats) -> Floats:
@@ -219,6 +222,6 @@ def fit_card(patch: Image, box: Box) -> CardFit | None:
     chroma = float(np.hypot(lab[1], lab[2]) / max(float(lab[0]), 1e-3))
     sides = np.clip(sorted(rise / contrast for rise in rises), -1, 2)
     corners = _corners(off[box[2] : box[3], box[0] : box[1]] > contrast / 2)
-    shares = [float(paper.mean()), float(ink.mean()), float(spill.mean()), chroma, corners]
-    evidence = np.array([*sides, np.log(contrast), *shares])
+    shares = [float(part.mean()) for part in (paper, ink, spill)]
+    evidence = np.array([*sides, np.log(contrast), *shares, chroma, corners])
     return CardFit(box, evidence, _band(linear, paper))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from walltopo.core import Mesh, View
 from walltopo.routes.records import StartTag
 from walltopo.routes.samples import Picture
-from walltopo.routes.tag_fit import EVIDENCE
+from walltopo.routes.tag_fit import CORNERS, PRINT
 from walltopo.routes.tag_looks import CardLook, CardSizes, card_looks
 
 __all__ = ["BandLook", "FoundTag", "TagFinder", "band_looks", "likelihood", "record_of"]
@@ -35,7 +35,6 @@ WEIGHTS = np.array(
 )
 BIAS = -17.34
 # What a card must have, whatever the rest: generated walls have nothing round and white on them.
-PRINT, CORNERS = EVIDENCE.index("print"), EVIDENCE.index("corners")
 LEAST_PRINT, LEAST_CORNERS = 0.04, 0.4
 LIKELY = 0.2  # looks that are less likely a card's are forgotten
 SAME = 0.3  # longest sides: looks this near to each other are of one card
@@ -122,10 +121,11 @@ class TagFinder:
     Parameters
     ----------
     mesh : the scan's mesh, and the one that pictures show; sizes : of cards.
+    small : instances that may be cards taken for holds; on others there are no tags.
     """
 
-    def __init__(self, mesh: Mesh, sizes: CardSizes) -> None:
-        self.mesh, self.sizes = mesh, sizes
+    def __init__(self, mesh: Mesh, sizes: CardSizes, small: Collection[int] = ()) -> None:
+        self.mesh, self.sizes, self.small = mesh, sizes, small
         self.likely: list[tuple[float, CardLook]] = []
         self.views: dict[int, View] = {}
 
@@ -133,6 +133,8 @@ class TagFinder:
         """Note what looks like a card in a photo."""
         self.views[picture.number] = picture.view
         for look in card_looks(picture, self.mesh, self.sizes):
+            if look.instance and look.instance not in self.small:
+                continue
             sure = likelihood(look)
             if sure >= LIKELY and look.relief <= self.sizes.flat:
                 self.likely.append((sure, look))
