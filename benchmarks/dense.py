@@ -8,6 +8,7 @@
 Stages whose results SCAN lacks are run in it, from `--photos` on, and their seconds and memory
 printed. Accuracy: distance of points sampled evenly on the mesh to the truth's surface.
 Completeness: distance of points on the truth that at least 3 of its first photos see to the mesh.
+Open gaps: where two borders of the mesh face each other; their length and area.
 The scan's frame is its own: one rigid motion between camera centres, without scale, leads to the
 truth's. With `--reference` the scan is registered into that one, and the motion is that of the
 reference's cameras: nothing is fitted to the new scan. `--held-out N` makes mesh and texture anew
@@ -40,6 +41,7 @@ from walltopo.reconstruct.dense.scene import read_scene
 from walltopo.reconstruct.dense.sgm import sgm_mesh
 from walltopo.reconstruct.dense.stage import edge_and_unit
 from walltopo.reconstruct.dense.stage import run as run_dense
+from walltopo.reconstruct.dense.topology import edges_of
 from walltopo.reconstruct.texture import run as run_texture
 from walltopo.reconstruct.texture.atlas import Texture, make_texture
 from walltopo.reconstruct.texture_params import TextureSettings
@@ -50,6 +52,9 @@ Image = NDArray[np.uint8]
 
 _SAMPLES = 200_000
 _HOLD_SIZE = 0.05
+# Gaps up to these widths are measured; the floor is bare and open anyway below this height.
+_GAP_WIDTHS = (0.02, 0.05)
+_WALL_HEIGHT = 0.5
 
 
 def sample(mesh: Mesh, weight: Floats, count: int, seed: int) -> tuple[Floats, NDArray[np.int64]]:
@@ -155,6 +160,44 @@ def compare(scan: ScanFolder, truth_folder: Path, frame: tuple[Path, Path] | Non
     edge = report.edge_length_median * 1000
     print(f"mesh: {report.faces:,} faces, {report.area:.1f} m2, median edge {edge:.1f} mm")
     print(f"problems: {report.problems or 'none'}")
+    for widest in _GAP_WIDTHS:
+        rows = [thin_gaps(mesh, widest, above) for above in (-np.inf, _WALL_HEIGHT)]
+        (length, area), (wall_length, wall_area) = rows
+        print(
+            f"open gaps up to {widest * 1000:.0f} mm wide: {length:.1f} m, {area:.2f} m2; over "
+            f"{_WALL_HEIGHT} m above the floor {wall_length:.1f} m, {wall_area:.2f} m2"
+        )
+
+
+def thin_gaps(mesh: Mesh, widest: float, above: float) -> tuple[float, float]:
+    """Length and area of the gaps between borders that face each other across at most `widest`.
+
+    Parameters
+    ----------
+    above : only border edges higher than this count (z up, floor 0).
+    """
+    from scipy.spatial import cKDTree
+
+    edges = edges_of(mesh.faces)
+    face, corner = np.nonzero((edges.count == 1)[edges.of_face])
+    a, b, c = (mesh.vertices[mesh.faces[face, (corner + k) % 3]] for k in range(3))
+    along, middle = b - a, 0.5 * (a + b)
+    length = np.linalg.norm(along, axis=1)
+    out = middle - c
+    out -= along * ((out * along).sum(axis=1) / length**2)[:, None]
+    out /= np.linalg.norm(out, axis=1, keepdims=True)
+    p, q = cKDTree(middle).query_pairs(widest, output_type="ndarray").T
+    across = middle[q] - middle[p]
+    far = np.linalg.norm(across, axis=1)
+    facing = ((out[p] * across).sum(axis=1) > 0.5 * far) & (
+        (out[q] * across).sum(axis=1) < -0.5 * far
+    )
+    width = np.full(len(middle), np.inf)
+    np.minimum.at(width, p[facing], far[facing])
+    np.minimum.at(width, q[facing], far[facing])
+    counts = np.isfinite(width) & (middle[:, 2] > above)
+    # Both sides of a gap were counted.
+    return float(0.5 * length[counts].sum()), float(0.5 * (length * width)[counts].sum())
 
 
 def _summary(gaps: Floats) -> str:

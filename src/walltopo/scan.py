@@ -61,7 +61,7 @@ STAGES = (
         "walltopo.reconstruct.dense.stage",
         ("photos", "sparse", "scale"),
         ("mesh",),
-        version=2,
+        version=3,
     ),
     Stage(
         "texture",

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Camera, Mesh, Silent, StageError, View
 from walltopo.raycast import render_ids
+from walltopo.reconstruct.dense.agreement import agreeing_depth
 from walltopo.reconstruct.dense.check import check_mesh
 from walltopo.reconstruct.dense.consistency import confirmed
 from walltopo.reconstruct.dense.depth import DepthMap
@@ -22,7 +23,7 @@ from walltopo.reconstruct.dense.preview import preview_mesh
 from walltopo.reconstruct.dense.rectify import opencv_matrix, rectify
 from walltopo.reconstruct.dense.scene import Scene, ground_sampling
 from walltopo.reconstruct.dense.sgm import sgm_mesh
-from walltopo.reconstruct.dense.stereo import agreeing_depth, clipped, undistort
+from walltopo.reconstruct.dense.stereo import clipped, undistort
 from walltopo.reconstruct.texture.atlas import make_texture
 from walltopo.reconstruct.texture_params import TextureSettings
 
@@ -261,14 +262,44 @@ def test_the_void_beside_a_wall_is_clipped_and_a_dark_spot_is_not() -> None:
 
 
 def test_depths_need_agreement() -> None:
-    one = np.full((2, 2), 2.0, dtype=np.float32)
-    other = np.array([[2.01, 5.0], [np.nan, 2.0]], dtype=np.float32)
-    depth, weight, support = agreeing_depth([one, other], [0.3, 0.3], 300.0, 2)
-    assert depth[0, 0] == pytest.approx(2.005, abs=1e-3)
-    assert depth[0, 1] == 0.0
-    assert depth[1, 0] == pytest.approx(2.0)
-    assert (weight > 0).tolist() == (depth > 0).tolist()
-    assert support.tolist() == [[2, 0], [1, 2]]
+    narrow = Camera("PINHOLE", 120, 120, (600.0, 600.0, 60.0, 60.0))
+    here, left, right = (
+        look_at(np.array([x, 0, -2.0]), np.zeros(3), narrow) for x in (0, -0.1, 0.1)
+    )
+    one = np.full((120, 120), 2.0, dtype=np.float32)
+    other = one.copy()
+    other[:60], other[60:, :60] = 2.01, 2.2
+    other[:60, :60] = np.nan
+    depth, weight, support = agreeing_depth([one, other], here, [left, right], 2)
+    assert depth[:60, :60] == pytest.approx(2.0)
+    assert depth[:60, 60:] == pytest.approx(2.005, abs=1e-3)
+    assert depth[60:, 60:] == pytest.approx(2.0)
+    # Whose depth is right cannot be told where both partners see the spot.
+    assert (depth[60:90, 40:60] == 0).all()
+    assert ((weight > 0) == (depth > 0)).all()
+    assert (support[70, 70], support[10, 70], support[10, 10], support[70, 50]) == (2, 2, 1, 0)
+
+
+def test_a_pair_has_no_say_where_its_partner_does_not_look() -> None:
+    pinhole = CAMERA.pinhole()
+    here = look_at(np.array([0.0, 0.0, -2.0]), np.zeros(3), pinhole)
+    near, aside = (
+        look_at(np.array([x, 0.0, -2.0]), np.array([t, 0.0, 0.0]), pinhole)
+        for x, t in ((0.1, 0.0), (0.5, 0.9))
+    )
+    shape = (pinhole.height, pinhole.width)
+    wall, false = np.full(shape, 2.0, np.float32), np.full(shape, 1.2, np.float32)
+    depth, _, support = agreeing_depth([wall, false], here, [near, aside], 2)
+    u = np.arange(pinhole.width) + 0.5
+    points = np.column_stack([(u - pinhole.cx) / pinhole.fx * 2.0, 0 * u, 0 * u])
+    seen = aside.project(points)[:, 0]
+    outside, inside = (seen < 0) & (u > 100), (seen > 40) & (u < 280)
+    middle = depth[pinhole.height // 2]
+    assert outside.sum() > 40
+    assert inside.sum() > 40
+    assert middle[outside] == pytest.approx(2.0)
+    assert (support[pinhole.height // 2][outside] == 1).all()
+    assert not (middle[inside] == 2.0).any()
 
 
 def test_a_partner_is_chosen_for_what_the_others_leave() -> None:

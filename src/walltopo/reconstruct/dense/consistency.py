@@ -9,8 +9,7 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from walltopo.core import View
-from walltopo.reconstruct.dense.depth import DepthMap
+from walltopo.reconstruct.dense.depth import DepthMap, intrinsics, seen_from
 
 __all__ = ["confirmed"]
 
@@ -42,16 +41,10 @@ def _vote(
             z = depth[y, x]
             if z <= 0.0:
                 continue
-            px = (x + 0.5 - k_here[2]) / k_here[0] * z
-            py = (y + 0.5 - k_here[3]) / k_here[1] * z
-            m = there_from_here
-            qz = m[2, 0] * px + m[2, 1] * py + m[2, 2] * z + m[2, 3]
+            right, down, qz = seen_from(x, y, z, k_here, k_there, there_from_here)
             if qz <= 0.0:
                 continue
-            qx = m[0, 0] * px + m[0, 1] * py + m[0, 2] * z + m[0, 3]
-            qy = m[1, 0] * px + m[1, 1] * py + m[1, 2] * z + m[1, 3]
-            u = int(np.floor(qx / qz * k_there[0] + k_there[2]))
-            v = int(np.floor(qy / qz * k_there[1] + k_there[3]))
+            u, v = int(np.floor(right)), int(np.floor(down))
             if u < 0 or v < 0 or u >= columns or v >= rows:
                 continue
             found = other[v, u]
@@ -62,11 +55,6 @@ def _vote(
                 votes[y, x] += 1
             elif found > qz + tolerance:
                 votes[y, x] -= 1
-
-
-def _intrinsics(view: View) -> Floats:
-    camera = view.camera
-    return np.array([camera.fx, camera.fy, camera.cx, camera.cy])
 
 
 def confirmed(
@@ -97,8 +85,8 @@ def confirmed(
             own.weight,
             other.depth,
             other.weight,
-            _intrinsics(own.view),
-            _intrinsics(other.view),
+            intrinsics(own.view),
+            intrinsics(other.view),
             np.ascontiguousarray(other.view.cam_from_world @ back),
             sigma,
             votes,

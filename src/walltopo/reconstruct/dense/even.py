@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh, StageError
 from walltopo.reconstruct.dense.clean import drop_crumbs, fill_holes, make_manifold
+from walltopo.reconstruct.dense.gaps import sew_gaps
 from walltopo.reconstruct.dense.params import DenseSettings
 from walltopo.reconstruct.dense.topology import compact, edges_of
 
@@ -212,12 +213,12 @@ def collapse_short_edges(mesh: Mesh, shortest: float) -> Mesh:
 
 
 def finish(mesh: Mesh, settings: DenseSettings, edge: float, unit: float) -> Mesh:
-    """Clean a raw surface: manifold, no crumbs, small holes closed, even triangles.
+    """Clean a raw surface: manifold, no crumbs, thin gaps and small holes closed, even triangles.
 
     Parameters
     ----------
     mesh : as a backend made it.
-    settings : its sizes of crumbs and holes.
+    settings : its sizes of crumbs, gaps and holes.
     edge : edge length wanted, world units.
     unit : world units that `settings` calls a metre.
 
@@ -229,4 +230,7 @@ def finish(mesh: Mesh, settings: DenseSettings, edge: float, unit: float) -> Mes
     if len(mesh.faces) == 0:
         raise StageError("the surface found consists of crumbs only", "Take more photos.")
     mesh = fill_holes(mesh, settings.max_hole * unit)
-    return make_manifold(collapse_short_edges(mesh, _SHORTEST_EDGE * edge))
+    mesh = collapse_short_edges(mesh, _SHORTEST_EDGE * edge)
+    # A gap that is thin in places only leaves holes, which may be small enough now.
+    mesh = fill_holes(sew_gaps(mesh, settings.max_gap * unit), settings.max_hole * unit)
+    return make_manifold(mesh)

@@ -46,6 +46,12 @@ class DenseSettings:
     max_hole: float = setting(
         0.1, "holes up to this diameter, in metres (or 1 % of the scene), are closed", low=0
     )
+    max_gap: float = setting(
+        0.02,
+        "gaps up to this width, in metres (or 0.2 % of the scene), are closed, however long",
+        low=0,
+        high=0.2,
+    )
     openmvs_bin: str = setting("", "folder of the OpenMVS programs; empty: looked up on PATH")
 
     def __post_init__(self) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, StageError, View
+from walltopo.reconstruct.dense.agreement import agreeing_depth
 from walltopo.reconstruct.dense.consistency import confirmed
 from walltopo.reconstruct.dense.cubes import extract
 from walltopo.reconstruct.dense.depth import DepthMap
@@ -15,7 +16,7 @@ from walltopo.reconstruct.dense.even import finish
 from walltopo.reconstruct.dense.neighbours import choose_neighbours
 from walltopo.reconstruct.dense.params import DenseSettings
 from walltopo.reconstruct.dense.scene import Scene, surroundings
-from walltopo.reconstruct.dense.stereo import agreeing_depth, clipped, match_pair, undistort
+from walltopo.reconstruct.dense.stereo import clipped, match_pair, undistort
 from walltopo.reconstruct.dense.tsdf import allocate, fuse
 
 __all__ = ["depth_maps", "sgm_mesh"]
@@ -92,8 +93,8 @@ def depth_maps(
         if not maps:
             progress.detail(f"{view.name}: no stereo partner")
             continue
-        baselines = [float(np.linalg.norm(views[j].centre - view.centre)) for j in partners[k]]
-        depth, weight, pairs = agreeing_depth(maps, baselines, view.camera.fx, settings.agree)
+        others = [views[j] for j in partners[k]]
+        depth, weight, pairs = agreeing_depth(maps, view, others, settings.agree)
         weight *= np.float32(edge**2)
         useless = (weight < 1.0 / _MAX_SIGMA_EDGES**2) | clipped(images[k])
         depth[useless], weight[useless] = 0.0, 0.0

@@ -1,8 +1,6 @@
-"""Depth of one photo from one or several partners by semi-global matching."""
+"""Depth of one photo from one partner by semi-global matching."""
 
 from __future__ import annotations
-
-from collections.abc import Sequence
 
 import cv2
 import numpy as np
@@ -11,7 +9,7 @@ from numpy.typing import NDArray
 from walltopo.core import View
 from walltopo.reconstruct.dense.rectify import Rectified, rectify
 
-__all__ = ["agreeing_depth", "clipped", "match_pair", "undistort"]
+__all__ = ["clipped", "match_pair", "undistort"]
 
 Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -26,8 +24,6 @@ _SPECKLE_AREA = 200
 # pixels, of the smallest clipped square that counts: black holds have darker spots than that.
 _BLACK, _WHITE = 8, 250
 _CLIPPED_SIDE = 15
-# One standard deviation of a disparity, pixels, where stereo works at all.
-_DISPARITY_SIGMA = 0.5
 
 
 def undistort(image: Image, view: View, size: tuple[int, int] | None = None) -> tuple[Image, View]:
@@ -179,50 +175,3 @@ def _to_photo(disparity: Depth, pair: Rectified, view: View) -> Depth:
     full = plane[0] * u + plane[1] * v + plane[2]
     full = full + np.float32(pair.stretch) * found * (ahead[0] * u + ahead[1] * v + ahead[2])
     return np.where(full > 1e-6, pair.scale / full, np.nan).astype(np.float32)
-
-
-def agreeing_depth(
-    maps: Sequence[Depth], baselines: Sequence[float], focal: float, agree: int
-) -> tuple[Depth, Depth, NDArray[np.uint8]]:
-    """Merge several depth maps of one photo into the depth that most of them support.
-
-    Parameters
-    ----------
-    maps : (H, W) float32 z-depths, NaN where unknown.
-    baselines : distance to each map's partner, world units; a longer one is more precise.
-    focal : focal length of the maps in pixels.
-    agree : how many maps must lie within tolerance of each other, where as many see the pixel.
-
-    Returns
-    -------
-    depth : (H, W) float32, 0 where too few agree.
-    weight : (H, W) float32, inverse variance in 1 / world units squared, 0 where no depth.
-    support : (H, W) uint8, how many maps agree on the depth, 0 where no depth.
-    """
-    stack = np.stack(maps)
-    precision = np.array([(focal * b / _DISPARITY_SIGMA) ** 2 for b in baselines], dtype=np.float32)
-    needed = np.minimum(agree, np.isfinite(stack).sum(axis=0)).clip(1)
-    best_weight = np.zeros(stack.shape[1:], dtype=np.float32)
-    best_sum = np.zeros_like(best_weight)
-    support = np.zeros(best_weight.shape, dtype=np.uint8)
-    for candidate in range(len(maps)):
-        centre = stack[candidate]
-        weight = np.zeros_like(best_weight)
-        total = np.zeros_like(best_weight)
-        votes = np.zeros(centre.shape, dtype=np.uint8)
-        for k in range(len(maps)):
-            # Two maps agree when they differ by less than three joint standard deviations.
-            joint = np.sqrt(1.0 / precision[candidate] + 1.0 / precision[k])
-            near = np.abs(stack[k] - centre) < 3.0 * joint * centre * centre
-            share = np.where(near, precision[k], 0.0).astype(np.float32)
-            weight += share
-            total += share * np.where(near, stack[k], 0.0)
-            votes += near
-        better = (votes >= needed) & (weight > best_weight)
-        best_weight = np.where(better, weight, best_weight)
-        best_sum = np.where(better, total, best_sum)
-        support = np.where(better, votes, support)
-    known = best_weight > 0
-    depth = np.where(known, best_sum / np.where(known, best_weight, 1.0), 0.0).astype(np.float32)
-    variance_scale = np.where(known, depth, 1.0) ** 4
-    return depth, np.where(known, best_weight / variance_scale, 0.0).astype(np.float32), support
