@@ -1,6 +1,6 @@
 """Start tags: how many are found, and what they do for routes of one colour that touch.
 
-    python -m benchmarks.routes_tags fit GYM ...       the weights of `routes/tags.py`
+    python -m benchmarks.routes_tags fit PHOTOS GYM ...    the weights of `routes/tags.py`
     python -m benchmarks.routes_tags find GYM ...      tags found in photos, true cameras and mesh
     python -m benchmarks.routes_tags draw GYM FOLDER   what was found, drawn into the photos
     python -m benchmarks.routes_tags scan SCAN         tags found in a scan that has none
@@ -8,8 +8,10 @@
     python -m benchmarks.routes_tags report RECALL PRECISION     the same on gyms 1000 to 1019
 
 Each GYM is a folder of `walltopo synth`; of one that was made before the truth told of tags,
-they are painted again. A tag counts if less than a tenth of it is cut off by the panel's edge
-and two photos show it clearly; a tag is right if its middle is within 3 cm of a true one.
+they are painted again. PHOTOS is a folder of real training photos with boxes of holds (YOLO:
+`images/`, `labels/`); they teach what is no card: T-nuts with a rim, chalk, markers. A tag counts
+if less than a tenth of it is cut off by the panel's edge and two photos show it clearly; a tag is
+right if its middle is within 3 cm of a true one.
 
 For the routes: gyms of the generator that are set but not photographed. In `paired` gyms
 (`benchmarks/routes_makers.py`) every two neighbouring routes share a colour; in ordinary ones
@@ -28,12 +30,14 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 
 from benchmarks.routes import rand_index
 from benchmarks.routes_gyms import SetGym, set_gym
 from benchmarks.routes_makers import paired
-from walltopo.core import Mesh, Silent
+from walltopo.core import Camera, Mesh, Silent, View
 from walltopo.formats.colmap import read_views
+from walltopo.raycast import render_ids
 from walltopo.routes.cluster import find_routes
 from walltopo.routes.gather import gather
 from walltopo.routes.params import ClassifySettings, RoutesSettings
@@ -47,6 +51,8 @@ from walltopo.workspace import ScanFolder
 Floats = NDArray[np.float64]
 NEAR = 0.03  # metres
 PHOTOS_TO_FIT = 6  # a gym
+REAL_PHOTOS = 40
+PIXELS_A_METRE = (200.0, 300.0, 400.0)  # that real photos may have
 
 
 def true_tags(gym: Path) -> list[dict[str, Any]]:
@@ -111,11 +117,56 @@ def looks_of(gym: Path) -> tuple[list[CardLook], list[int]]:
     return looks, right
 
 
-def fit(gyms: Sequence[Path]) -> None:
+def _plane_at(away: float) -> Mesh:
+    """A wall 12 m wide across the z axis, in triangles of 12 cm."""
+    steps = np.linspace(-6, 6, 101)
+    x, y = (part.ravel() for part in np.meshgrid(steps, steps))
+    a = (np.arange(100)[:, None] * 101 + np.arange(100)).ravel()
+    faces = [[a, a + 102, a + 1], [a, a + 101, a + 102]]
+    corners = np.concatenate([np.column_stack(face) for face in faces]).astype(np.int32)
+    return Mesh(np.column_stack([x, y, np.full(len(x), away)]), corners)
+
+
+def real_looks(folder: Path) -> list[CardLook]:
+    """Looks of walls without start cards (hardly any of these photos shows one).
+
+    No camera is known, so the wall is taken for a plane that faces it, in three scales. What
+    lies in a hold's box is left out.
+    """
+    rng = np.random.default_rng(5)
+    sizes = CardSizes.of(ClassifySettings(), 1.0)
+    found: list[CardLook] = []
+    for path in rng.choice(sorted(folder.glob("images/*.jpg")), REAL_PHOTOS, replace=False):
+        with Image.open(path) as opened:
+            pixels = np.asarray(opened.convert("RGB"))
+        height, width = pixels.shape[:2]
+        ids = np.zeros((height, width), dtype=np.int32)
+        text = (folder / "labels" / f"{path.stem}.txt").read_text(encoding="utf-8")
+        for line in text.splitlines():
+            corners = np.array([float(word) for word in line.split()[1:]]).reshape(-1, 2)
+            if len(corners) == 2:  # centre and size, not a polygon
+                corners = corners[0] + np.array([[-0.5], [0.5]]) * corners[1]
+            low = np.floor(corners.min(axis=0).clip(0) * (width, height)).astype(int)
+            high = np.ceil(corners.max(axis=0) * (width, height)).astype(int)
+            ids[low[1] : high[1], low[0] : high[0]] = 1
+        away = 1000.0 / rng.choice(PIXELS_A_METRE)
+        camera = Camera("SIMPLE_RADIAL", width, height, (1000.0, width / 2, height / 2, 0.0))
+        wall = _plane_at(away)
+        view = View(path.name, camera, np.eye(3, 4))
+        face, depth = render_ids(wall.vertices, wall.faces, camera, view.cam_from_world)
+        picture = Picture(0, view, pixels, face, depth, ids)
+        found += [look for look in card_looks(picture, wall, sizes) if look.instance == 0]
+    return found
+
+
+def fit(photos: Path, gyms: Sequence[Path]) -> None:
     """Print the weights, and how looks of each gym are told by weights of the others."""
     from sklearn.linear_model import LogisticRegression
 
-    rows, right, of = [], [], []
+    real = real_looks(photos)
+    print(f"real photos: {len(real)} looks", flush=True)
+    rows = [look.evidence for look in real]
+    right, of = [0] * len(real), [-1] * len(real)
     for number, gym in enumerate(gyms):
         looks, own = looks_of(gym)
         rows += [look.evidence for look, fits in zip(looks, own, strict=True) if fits >= 0]
@@ -131,13 +182,15 @@ def fit(gyms: Sequence[Path]) -> None:
         rest = gym_of != number
         model.fit(evidence[rest] / spread, labels[rest])
         sure[~rest] = model.predict_proba(evidence[~rest] / spread)[:, 1]
+    model.fit(evidence / spread, labels)
+    sure[gym_of < 0] = model.predict_proba(evidence[gym_of < 0] / spread)[:, 1]
     for limit in (0.2, 0.5, 0.8):
-        found = sure > limit
+        found, made = sure > limit, gym_of >= 0
         print(
             f"looks likelier than {limit}: {found[labels == 1].mean():.3f} of those of tags, "
-            f"{labels[found].mean():.3f} of these are of tags"
+            f"{labels[found & made].mean():.3f} of these are of tags; in the real photos, which "
+            f"were learnt from, {int((found & ~made).sum())}"
         )
-    model.fit(evidence / spread, labels)
     for name, weight in zip(EVIDENCE, model.coef_[0] / spread, strict=False):
         print(f"    {weight:.2f},  # {name}")
     print(f"BIAS = {model.intercept_[0]:.2f}")
@@ -294,7 +347,7 @@ def main() -> None:
     words = sys.argv[1:]
     command, rest = (words[0], words[1:]) if words else ("", [])
     if command == "fit" and rest:
-        fit([Path(word) for word in rest])
+        fit(Path(rest[0]), [Path(word) for word in rest[1:]])
     elif command == "find" and rest:
         find([Path(word) for word in rest])
     elif command == "draw" and len(rest) == 2:

@@ -81,7 +81,7 @@ STAGES = (
         "walltopo.routes.classify",
         ("photos", "sparse", "scale", "mesh", "instances", "instance_records", "hold_edits"),
         ("attributes", "cutouts"),
-        version=5,
+        version=6,
     ),
     Stage(
         "routes",

@@ -22,18 +22,18 @@ Floats = NDArray[np.float64]
 # `python -m benchmarks.routes_tags fit` (docs/routes.md).
 WEIGHTS = np.array(
     [
-        1.51,  # worst side
-        4.00,  # third side
-        1.78,  # second side
-        2.94,  # best side
-        2.81,  # contrast
-        1.43,  # paper
-        18.92,  # print
-        -16.58,  # spill
-        -42.70,  # chroma
+        -1.93,  # worst side
+        6.63,  # third side
+        1.86,  # second side
+        -1.43,  # best side
+        0.33,  # contrast
+        10.13,  # paper
+        12.68,  # print
+        -27.53,  # spill
+        -30.29,  # chroma
     ]
 )
-BIAS = -17.34
+BIAS = -12.83
 # What a card must have, whatever the rest: generated walls have nothing round and white on them.
 LEAST_PRINT, LEAST_CORNERS = 0.04, 0.4
 LIKELY = 0.2  # looks that are less likely a card's are forgotten
