@@ -19,7 +19,7 @@ from walltopo.formats.ply import read_mesh
 from walltopo.lift import LiftParams
 from walltopo.tune.lifted import Lifted
 from walltopo.tune.problem import Range
-from walltopo.tune.walls import Wall
+from walltopo.tune.walls import Wall, scan_names
 from walltopo.workspace import ScanFolder
 
 __all__ = ["LiftProblem", "LiftWall", "load_lift_wall"]
@@ -107,7 +107,7 @@ class LiftProblem:
             )
         highest = {r.name: r.high for r in self.ranges}
         far, wide = highest["visibility_distance"], highest.get("border_band", 0.0)
-        self._names = _names_of(walls)
+        self._names = scan_names([wall.name for wall in walls])
         self.walls = tuple(walls)
         self.lifted = tuple(Lifted(wall.mesh, wall.views, far, wide) for wall in walls)
 
@@ -124,12 +124,3 @@ class LiftProblem:
             metrics = summarise_instances([wall.overlap(found)])
             result[name] = float(getattr(metrics.mean, self.figure))
         return result
-
-
-def _names_of(walls: Sequence[LiftWall]) -> list[str]:
-    """Names of the walls; several scans of one wall are numbered."""
-    names = [wall.name for wall in walls]
-    return [
-        name if names.count(name) == 1 else f"{name} #{names[:k].count(name) + 1}"
-        for k, name in enumerate(names)
-    ]

@@ -22,7 +22,7 @@ from walltopo.routes.params import RoutesSettings
 from walltopo.routes.proxy import Proxy, build_proxy
 from walltopo.routes.records import Hold, read_holds
 from walltopo.tune.problem import Range
-from walltopo.tune.walls import Wall
+from walltopo.tune.walls import Wall, scan_names
 from walltopo.workspace import ScanFolder
 
 __all__ = ["RoutesProblem", "RoutesWall", "load_routes_wall"]
@@ -102,6 +102,7 @@ class RoutesProblem:
 
     def __init__(self, walls: Sequence[RoutesWall]) -> None:
         self._walls = walls
+        self._names = scan_names([wall.name for wall in walls])
         self.section, self.figure = "routes", "ari"
         self.fixed: Mapping[str, Any] = {}
         now = RoutesSettings()
@@ -113,9 +114,10 @@ class RoutesProblem:
         )
 
     def evaluate(self, values: Mapping[str, float]) -> dict[str, float]:
-        """ARI on each wall."""
+        """ARI on each scan."""
         settings = replace(RoutesSettings(), **dict[str, Any](values))
-        return {wall.name: self._ari(wall, settings) for wall in self._walls}
+        figures = [self._ari(wall, settings) for wall in self._walls]
+        return dict(zip(self._names, figures, strict=True))
 
     def _ari(self, wall: RoutesWall, settings: RoutesSettings) -> float:
         threads = settings.threads or os.cpu_count() or 1

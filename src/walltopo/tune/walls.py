@@ -11,7 +11,7 @@ from typing import Any
 from walltopo.core import InputError
 from walltopo.workspace import hash_path
 
-__all__ = ["Wall", "contents", "read_walls"]
+__all__ = ["Wall", "contents", "read_walls", "scan_names"]
 
 _PATHS = ("truth", "scan", "mesh", "cameras", "masks")
 
@@ -86,6 +86,14 @@ def contents(walls: Sequence[Wall]) -> dict[str, str]:
         file = next((place for place in places if place.is_file()), wall.truth)
         found[wall.name] = " ".join(filter(None, (found.get(wall.name), hash_path(file)[:12])))
     return found
+
+
+def scan_names(walls: Sequence[str]) -> list[str]:
+    """Names of scans by those of their walls; several scans of one wall are numbered."""
+    return [
+        name if walls.count(name) == 1 else f"{name} #{walls[:k].count(name) + 1}"
+        for k, name in enumerate(walls)
+    ]
 
 
 def _wall(row: dict[str, Any], path: Path) -> Wall:
