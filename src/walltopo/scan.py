@@ -109,7 +109,7 @@ STAGES = (
             "hold_edits",
         ),
         ("holds", "glb", "report", "page", "page_assets"),
-        version=2,
+        version=3,
     ),
 )
 

@@ -8,8 +8,11 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from walltopo.core import Mesh
+from walltopo.export.atlas import Detailed, retexture
 from walltopo.export.atlas.packing import fit_scale
 from walltopo.export.params import ExportSettings
+from walltopo.export.surface import split_at_borders
 from walltopo.export.tiers import TierBuilder
 from walltopo.export.wall import read_wall
 from walltopo.workspace import ScanFolder
@@ -31,6 +34,36 @@ def test_packed_rectangles_do_not_overlap(sizes: list[tuple[float, float]], pad:
     for (w, h), (x, y) in zip(pixels.tolist(), places.tolist(), strict=True):
         taken[y : y + h, x : x + w] += 1
     assert taken.max() <= 1
+
+
+def test_a_mat_does_not_hide_the_foot_of_an_overhang() -> None:
+    """A red wall that leans over a blue mat: from below, the mat lies before the wall's foot."""
+    up, along = np.array([0.0, -0.7, 1.0]), np.linspace(0.0, 1.0, 9)
+    x, s = (grid.ravel() for grid in np.meshgrid(along, along))
+    wall = np.column_stack([x, np.zeros(81), np.zeros(81)]) + s[:, None] * up
+    mat = np.column_stack([x, 0.2 - 2 * s, np.zeros(81)])
+    first = (np.arange(8)[:, None] * 9 + np.arange(8)).ravel()
+    quad = np.vstack(
+        [
+            np.column_stack([first, first + 1, first + 9]),
+            np.column_stack([first + 1, first + 10, first + 9]),
+        ]
+    )
+    faces = np.vstack([quad, quad[:, ::-1] + 81]).astype(np.int32)
+    vertices = np.vstack([wall, mat])
+    uv = np.full((256, 3, 2), 0.25, np.float32)
+    uv[128:, :, 0] = 0.75
+    picture = np.zeros((8, 8, 3), np.uint8)
+    picture[:, :4, 0], picture[:, 4:, 2] = 200, 200
+    coarse = split_at_borders(Mesh(vertices, faces), np.zeros(256, np.int32))
+    surface, atlas = retexture(coarse, Detailed(vertices, faces, uv, picture), 256)
+    assert surface.uv is not None
+    corner = surface.triangles.astype(int)
+    at = (surface.uv[corner].mean(axis=1) * 256).astype(int)
+    shown = atlas[at[:, 1], at[:, 0]]
+    on_mat = np.ptp(surface.positions[corner][..., 2], axis=1) < 1e-6
+    assert (shown[~on_mat, 0] > 180).all()
+    assert (shown[on_mat, 2] > 180).all()
 
 
 def test_colours_stay_on_the_surface(make_scan: MakeScan) -> None:

@@ -20,13 +20,36 @@ export interface Front {
   aspect: number;
 }
 
+/** Cosine from which a triangle lies level. */
+const LEVEL = 0.95;
+/** Share of the surface that must be level for there to be a mat. */
+const MAT = 0.02;
+
+/**
+ * Height of the mat: the middle one of the level surface below the lowest hold. The lowest point
+ * of the mesh would be some scrap far under it, and the camera would look through the mat.
+ */
+function matUnder(
+  lowest: number,
+  level: [height: number, area: number][],
+  whole: number,
+): number | undefined {
+  const mat = level.filter(([height]) => height < lowest).sort((one, two) => one[0] - two[0]);
+  const area = mat.reduce((sum, [, part]) => sum + part, 0);
+  if (area < MAT * whole) return undefined;
+  let sum = 0;
+  return mat.find(([, part]) => (sum += part) >= area / 2)?.[0];
+}
+
 /** Area-weighted mean of the steep triangles' horizontal normals, from every n-th triangle. */
 export function frontOf(wall: Wall): Front {
   const sum = new Vector3();
   const [a, b, c] = [new Vector3(), new Vector3(), new Vector3()];
   let total = 0;
+  let whole = 0;
   const steep = new Box3();
   const seen: Vector3[] = [];
+  const level: [height: number, area: number][] = [];
   for (const { geometry } of wall.parts) {
     const place = geometry.getAttribute("position");
     const index = geometry.getIndex()!;
@@ -38,6 +61,8 @@ export function frontOf(wall: Wall): Front {
       b.cross(c);
       const area = b.length();
       // Mats and table tops say nothing about where the wall faces.
+      whole += area;
+      if (b.z > LEVEL * area) level.push([a.z, area]);
       if (area === 0 || b.z > 0.8 * area) continue;
       steep.expandByPoint(a);
       seen.push(a.clone());
@@ -75,7 +100,8 @@ export function frontOf(wall: Wall): Front {
     box.max.min(wall.box.max);
   }
   const places = placesOf(wall, box, thinned);
-  const floor = wall.box.min.z;
+  const lowest = holds.length > 3 ? Math.min(...holds.map((hold) => hold.position[2])) : box.max.z;
+  const floor = matUnder(lowest, level, whole) ?? wall.box.min.z;
   return { direction, rise, swing, floor, box, places, aspect: aspectOf(places, direction) };
 }
 

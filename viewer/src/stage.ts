@@ -108,6 +108,7 @@ function fit(
 }
 
 const LIFT = 0.2; // metres that the camera keeps above the mat
+const RISE = 0.12; // how far a wall that does not lean is looked at from above
 
 export class Stage {
   readonly renderer: WebGLRenderer;
@@ -338,9 +339,22 @@ export class Stage {
    */
   frame(places: Vector3[], direction: Vector3, animate: boolean, insets: Insets): void {
     if (places.length === 0) return;
-    const way = direction.clone().setZ(0).normalize();
-    way.z = this.front?.rise ?? 0.12;
-    way.normalize();
+    const level = direction.clone().setZ(0).normalize();
+    // An overhang is looked at from below, as far as the mat lets the camera down.
+    for (let rise = this.front?.rise ?? RISE; ; rise = Math.min(RISE, rise + 0.05)) {
+      const { eye, target } = this.fitted(places, level.clone().setZ(rise).normalize(), insets);
+      if (rise < RISE && this.front && eye.z < this.front.floor + LIFT) continue;
+      this.moveTo(eye, target, animate);
+      return;
+    }
+  }
+
+  /** Eye and target of a look along -`way` that shows places as large as they fit. */
+  private fitted(
+    places: Vector3[],
+    way: Vector3,
+    insets: Insets,
+  ): { eye: Vector3; target: Vector3 } {
     const right = new Vector3(0, 0, 1).cross(way).normalize();
     const up = way.clone().cross(right);
     const flat = places.map((p) => new Vector3(p.dot(right), p.dot(up), p.dot(way)));
@@ -352,7 +366,7 @@ export class Stage {
       .addScaledVector(right, found.x)
       .addScaledVector(up, found.y)
       .addScaledVector(way, found.z);
-    this.moveTo(target.clone().addScaledVector(way, found.distance), target, animate);
+    return { eye: target.clone().addScaledVector(way, found.distance), target };
   }
 
   moveTo(eye: Vector3, target: Vector3, animate: boolean): void {

@@ -86,6 +86,15 @@ def _step(profile: Floats) -> Floats:
     return rise
 
 
+def _quantile(rows: Floats, share: float) -> Floats:
+    """`np.quantile(rows, share, axis=0)`, ten times as fast on tables as small as a card."""
+    order = np.sort(rows, axis=0)
+    place = share * (len(order) - 1)
+    low = int(place)
+    high = min(low + 1, len(order) - 1)
+    return np.asarray(order[low] + (place - low) * (order[high] - order[low]))
+
+
 def _sides(white: Floats, off: Floats, box: Box) -> tuple[Box, list[float]] | None:
     """Move the four sides of a box to where paper begins; and how far whiteness rises there.
 
@@ -99,8 +108,8 @@ def _sides(white: Floats, off: Floats, box: Box) -> tuple[Box, list[float]] | No
         if high - low < 5:
             return None
         # Print covers less than 40 % of a line along the side; a band all of it.
-        profile = np.percentile(rows[low + 1 : high - 1], 60, axis=0)
-        far = np.median(offs[low + 1 : high - 1], axis=0)
+        profile = _quantile(rows[low + 1 : high - 1], 0.6)
+        far = _quantile(offs[low + 1 : high - 1], 0.5)
         at = box[side]
         if side % 2:
             profile, far, at = profile[::-1], far[::-1], len(profile) - at
@@ -140,7 +149,7 @@ def _with_band(off: Floats, box: Box, contrast: float) -> Box:
         length = box[1] - box[0] if side < 2 else box[3] - box[2]
         lines, at = (rows[:, ::-1], box[side]) if side % 2 == 0 else (rows, GRID - box[side])
         beyond = lines[:, GRID - at :]  # columns from the side outwards
-        along = np.percentile(beyond[low + 1 : high - 1], 30, axis=0) > limit
+        along = _quantile(beyond[low + 1 : high - 1], 0.3) > limit
         begin = int(along[:3].argmax())
         run = int(np.append(~along[begin:], True).argmax()) if along[:3].any() else 0
         if run <= deepest or begin + run > DEEPEST * length:

@@ -46,14 +46,20 @@ class Detailed:
 def _drawing(
     detailed: Detailed, axes: Axes, low: Floats, scale: float, wanted: NDArray[np.bool_]
 ) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
-    """(H, W, 3) picture of the textured mesh where `wanted`, and which pixels were drawn."""
+    """(H, W, 3) picture of the textured mesh where `wanted`, and which pixels were drawn.
+
+    Only faces that look at the drawing's eye are drawn: from below, where an overhang is drawn
+    from, the mat would hide the foot of the wall.
+    """
     import cv2
 
     height, width = wanted.shape
-    face, _ = render_parallel(detailed.vertices, detailed.faces, axes, low, scale, (width, height))
+    fronts = np.flatnonzero(_crosses(detailed.vertices[detailed.faces]) @ axes.towards < 0)
+    size = (width, height)
+    face, _ = render_parallel(detailed.vertices, detailed.faces[fronts], axes, low, scale, size)
     drawn = wanted & (face >= 0)
     row, column = np.nonzero(drawn)
-    number = face[row, column]
+    number = fronts[face[row, column]]
     corner = (axes.flat(detailed.vertices)[detailed.faces[number]] - low) * scale
     weight = _barycentric(np.stack([column + 0.5, row + 0.5], axis=-1), corner)
     uv = (detailed.uv[number] * weight[..., None]).sum(axis=1)
@@ -65,6 +71,11 @@ def _drawing(
         detailed.picture, where[0], where[1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
     )
     return np.asarray(picture, dtype=np.uint8), drawn
+
+
+def _crosses(corner: Floats) -> Floats:
+    """(n, 3) normals, twice the area long, of (n, 3, 3) triangle corners."""
+    return np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
 
 
 def _filled(patch: NDArray[np.uint8], drawn: NDArray[np.bool_]) -> NDArray[np.uint8]:
@@ -98,7 +109,7 @@ def _charts(
     positions = surface.positions.astype(np.float64)
     triangles = surface.triangles.astype(np.int64)
     corner = positions[triangles]
-    crosses = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    crosses = _crosses(corner)
     lengths = np.linalg.norm(crosses, axis=1)
     normals = crosses / np.maximum(lengths, 1e-12)[:, None]
     axes = choose_directions(normals, lengths)
