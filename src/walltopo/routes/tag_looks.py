@@ -129,8 +129,8 @@ def _guesses(picture: Picture, sizes: CardSizes) -> list[Ints]:
     for allowed, off in ((wall, differs), (wall, whiter), (instances, whiter)):
         for step in STEPS:
             mask = ((off > step) & allowed).astype(np.uint8)
-            mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, kernel)
-            outlines, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+            closed = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, kernel)
+            outlines, _ = cv2.findContours(closed, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
             for outline in (np.asarray(points, dtype=np.int32) for points in outlines):
                 key = _key(picture, outline, sizes)
                 if key is not None and _printed(grey, outline):
