@@ -15,7 +15,8 @@ from walltopo.export.atlas.charts import (
     neighbours,
 )
 from walltopo.export.atlas.packing import fit_scale
-from walltopo.export.parallel import Axes, render_parallel
+from walltopo.export.atlas.sight import Sight, crosses
+from walltopo.export.parallel import Axes
 from walltopo.export.surface import Surface
 
 __all__ = ["Detailed", "retexture"]
@@ -44,22 +45,20 @@ class Detailed:
 
 
 def _drawing(
-    detailed: Detailed, axes: Axes, low: Floats, scale: float, wanted: NDArray[np.bool_]
+    detailed: Detailed,
+    face: NDArray[np.int32],
+    axes: Axes,
+    low: Floats,
+    scale: float,
+    wanted: NDArray[np.bool_],
 ) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
-    """(H, W, 3) picture of the textured mesh where `wanted`, and which pixels were drawn.
-
-    Only faces that look at the drawing's eye are drawn: from below, where an overhang is drawn
-    from, the mat would hide the foot of the wall.
-    """
+    """(H, W, 3) picture of the faces at (H, W) pixels where `wanted`, and which were drawn."""
     import cv2
 
     height, width = wanted.shape
-    fronts = np.flatnonzero(_crosses(detailed.vertices[detailed.faces]) @ axes.towards < 0)
-    size = (width, height)
-    face, _ = render_parallel(detailed.vertices, detailed.faces[fronts], axes, low, scale, size)
     drawn = wanted & (face >= 0)
     row, column = np.nonzero(drawn)
-    number = fronts[face[row, column]]
+    number = face[row, column]
     corner = (axes.flat(detailed.vertices)[detailed.faces[number]] - low) * scale
     weight = _barycentric(np.stack([column + 0.5, row + 0.5], axis=-1), corner)
     uv = (detailed.uv[number] * weight[..., None]).sum(axis=1)
@@ -71,11 +70,6 @@ def _drawing(
         detailed.picture, where[0], where[1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
     )
     return np.asarray(picture, dtype=np.uint8), drawn
-
-
-def _crosses(corner: Floats) -> Floats:
-    """(n, 3) normals, twice the area long, of (n, 3, 3) triangle corners."""
-    return np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
 
 
 def _filled(patch: NDArray[np.uint8], drawn: NDArray[np.bool_]) -> NDArray[np.uint8]:
@@ -109,9 +103,9 @@ def _charts(
     positions = surface.positions.astype(np.float64)
     triangles = surface.triangles.astype(np.int64)
     corner = positions[triangles]
-    crosses = _crosses(corner)
-    lengths = np.linalg.norm(crosses, axis=1)
-    normals = crosses / np.maximum(lengths, 1e-12)[:, None]
+    across = crosses(corner)
+    lengths = np.linalg.norm(across, axis=1)
+    normals = across / np.maximum(lengths, 1e-12)[:, None]
     axes = choose_directions(normals, lengths)
     # Hold borders split vertices; charts go across them.
     places = np.unique(surface.positions, axis=0, return_inverse=True)[1].ravel()
@@ -151,7 +145,10 @@ def retexture(
     direction[chart] = label
     most = side / max(float((high - low).max()), 1e-9)
     scale, sizes, places = fit_scale(high - low, side, PAD, most)
-    picture = _fill(detailed, axes, direction, low, sizes, places, scale, side, oversample)
+    positions = surface.positions.astype(np.float64)
+    triangles = surface.triangles.astype(np.int32)
+    parts = [(positions, triangles[label == k]) for k in range(len(axes))]
+    picture = _fill(detailed, parts, axes, direction, low, sizes, places, scale, side, oversample)
     uv = ((flat - low[chart][:, None]) * scale + PAD + places[chart][:, None]) / side
     if oversample > 1:
         picture = np.asarray(cv2.resize(picture, (side, side), interpolation=cv2.INTER_AREA))
@@ -160,6 +157,7 @@ def retexture(
 
 def _fill(
     detailed: Detailed,
+    parts: Sequence[tuple[Floats, NDArray[np.int32]]],
     axes: Sequence[Axes],
     direction: NDArray[np.int64],
     low: Floats,
@@ -172,6 +170,7 @@ def _fill(
     """The atlas: of one drawing a direction, the rectangle of each chart."""
     fine = scale * oversample
     atlas = np.full((side * oversample, side * oversample, 3), 128, dtype=np.uint8)
+    sight = Sight(detailed.vertices, detailed.faces)
     for k, way in enumerate(axes):
         charts = np.flatnonzero(direction == k)
         if len(charts) == 0:
@@ -187,7 +186,8 @@ def _fill(
         wanted = np.zeros((height, width), dtype=bool)
         for (x, y), (w, h) in zip(corner.tolist(), extent.tolist(), strict=True):
             wanted[y : y + h, x : x + w] = True
-        drawing, drawn = _drawing(detailed, way, start, fine, wanted)
+        face = sight.faces_on(parts[k], way, start, fine, wanted)
+        drawing, drawn = _drawing(detailed, face, way, start, fine, wanted)
         for number, (x, y), (w, h) in zip(charts, corner.tolist(), extent.tolist(), strict=True):
             left, top = (places[number] * oversample).tolist()
             part = np.s_[y : y + h, x : x + w]
