@@ -26,9 +26,11 @@ from numpy.typing import NDArray
 
 from benchmarks.hold_types_scanned import drawn, formed, nothing_known, scanned
 from walltopo.core import Mesh
+from walltopo.evaluate.routes import type_of_kind
 from walltopo.formats.onnx_file import set_metadata
 from walltopo.routes.geometry import measure_shapes
-from walltopo.routes.hold_type import NONE_OF_THESE, UNKNOWN, open_model, shipped_model
+from walltopo.routes.hold_type import NONE_OF_THESE, open_model, shipped_model
+from walltopo.routes.records import UNKNOWN
 from walltopo.routes.relief import Relief, reliefs
 from walltopo.synth.holds import STYLES, make_hold
 
@@ -41,11 +43,6 @@ DETAIL = 0.8
 VIEWS = 3  # scans of each body
 NETS, EPOCHS = 3, 16
 RIGHT = 0.9
-
-
-def name_of_kind(kind: str) -> str:
-    """The generator's word to ours."""
-    return "foothold" if kind == "foot" else kind
 
 
 def _bodies(kind: str, count: int, rng: np.random.Generator) -> list[Relief | None]:
@@ -127,7 +124,7 @@ def report(data: Path) -> None:
     """Print accuracy on gym-a's true instances."""
     source = np.load(data / "gym-a" / "lift" / "gt.npz")
     scene = json.loads((data / "gym-a" / "scene.json").read_text(encoding="utf-8"))
-    kinds = {e["id"]: name_of_kind(e["kind"]) for e in scene["instances"] if e["class"] == "hold"}
+    kinds = {e["id"]: type_of_kind(e["kind"]) for e in scene["instances"] if e["class"] == "hold"}
     mesh = Mesh(source["vertices"], source["faces"])
     labels = source["face_instance"].astype(np.int32)
     found = types_of(mesh, labels, sorted(kinds))

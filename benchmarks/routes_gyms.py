@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
+from walltopo.evaluate.routes import type_of_kind
 from walltopo.routes.records import Hold
 from walltopo.synth.bodies import Body
 from walltopo.synth.holds import make_hold
@@ -83,7 +84,7 @@ def set_gym(preset: str, seed: int) -> SetGym:
                 "hold",
                 (position[0], position[1], position[2]),
                 (normal[0], normal[1], normal[2]),
-                type="foothold" if item.kind == "foot" else item.kind,
+                type=type_of_kind(item.kind),
                 colour=item.colour,
                 size_m=2 * item.body.radius,
                 role=role,

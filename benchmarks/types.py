@@ -24,20 +24,20 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.colours import true_scan
-from benchmarks.hold_types import MODEL, answers_of, least_certain, name_of_kind, types_of
+from benchmarks.hold_types import MODEL, answers_of, least_certain, types_of
 from walltopo.classifier.model import CutoutClassifier, Verdict, judge, open_classifier
 from walltopo.classifier.samples import read_cutouts
 from walltopo.core import Mesh, Silent
 from walltopo.evaluate.align import align_views
 from walltopo.evaluate.carry import carry_truth, overlap_with_missing
-from walltopo.evaluate.routes import match_pairs
+from walltopo.evaluate.routes import match_pairs, type_of_kind
 from walltopo.evaluate.scan import read_labelled, scan_views
 from walltopo.evaluate.truth import read_truth
 from walltopo.formats.onnx_file import set_metadata
 from walltopo.formats.ply import read_mesh
 from walltopo.routes.gather import gather
-from walltopo.routes.hold_type import UNKNOWN
 from walltopo.routes.params import ClassifySettings
+from walltopo.routes.records import UNKNOWN
 from walltopo.routes.verdicts import verdicts
 from walltopo.workspace import ScanFolder
 
@@ -53,7 +53,7 @@ def true_types(gym: Path) -> dict[int, str]:
     """Type of each hold of a route; volumes and downclimb holds are roles, not types."""
     scene = json.loads((gym / "truth" / "scene.json").read_text(encoding="utf-8"))
     return {
-        int(item["id"]): "foothold" if item["kind"] == "foot" else str(item["kind"])
+        int(item["id"]): type_of_kind(str(item["kind"]))
         for item in scene["instances"]
         if item["route"] >= 0
     }
@@ -81,7 +81,7 @@ def on_scan(gym: Path, folder: Path, certain: float | None) -> list[tuple[Answer
     motion = align_views(scan_views(scan, truth), truth.views, False)
     mesh = motion.mesh(read_mesh(scan.mesh)) if motion else read_mesh(scan.mesh)
     holds = (one for one in truth.instances.values() if one.label == HOLD)
-    types = {one.id: name_of_kind(one.kind) for one in holds}
+    types = {one.id: type_of_kind(one.kind) for one in holds}
     carried = carry_truth(truth, mesh, WITHIN)
     labels = carried.labelled.face_instance
     there = sorted(set(np.unique(labels).tolist()) & set(types))
@@ -177,7 +177,7 @@ def of_another_generator(classifier: CutoutClassifier, data: Path) -> None:
     views, mesh, labels, _, _ = true_scan(data / "gym-a", True)
     seen, _ = gather(views[::3], data / "gym-a" / "photos", mesh, labels, settings, Silent())
     scene = json.loads((data / "gym-a" / "scene.json").read_text(encoding="utf-8"))
-    kinds = {e["id"]: name_of_kind(e["kind"]) for e in scene["instances"] if e["class"] == "hold"}
+    kinds = {e["id"]: type_of_kind(e["kind"]) for e in scene["instances"] if e["class"] == "hold"}
     said = types_of(mesh, labels, sorted(kinds))
     truth = {("gym-a", number): kinds[number] for number in said}
     relief = {("gym-a", number): name for number, name in said.items()}

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from colmap_text import write_model  # type: ignore[import-not-found]
 from PIL import Image
 
 from walltopo.core import Camera, InputError, Mesh, Silent, View
@@ -83,24 +84,6 @@ def scan(tmp_path: Path) -> ScanFolder:
         Image.fromarray(pixels).save(folder.photos / view.name, quality=95)
     write_model(folder.sparse, views)
     return folder
-
-
-def write_model(folder: Path, views: list[View]) -> None:
-    """COLMAP's text model without points."""
-    from scipy.spatial.transform import Rotation
-
-    folder.mkdir()
-    camera = views[0].camera
-    numbers = " ".join(str(p) for p in camera.params)
-    cameras = f"1 {camera.model} {camera.width} {camera.height} {numbers}\n"
-    (folder / "cameras.txt").write_text(cameras)
-    lines = []
-    for number, view in enumerate(views, start=1):
-        x, y, z, w = Rotation.from_matrix(view.cam_from_world[:, :3]).as_quat()
-        t = " ".join(str(v) for v in view.cam_from_world[:, 3])
-        lines.append(f"{number} {w} {x} {y} {z} {t} 1 {view.name}\n\n")
-    (folder / "images.txt").write_text("".join(lines))
-    (folder / "points3D.txt").write_text("")
 
 
 def test_stage_finds_colour_and_shape(scan: ScanFolder) -> None:

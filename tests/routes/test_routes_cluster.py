@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from flat_wall import wall  # type: ignore[import-not-found]
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -17,15 +18,6 @@ from walltopo.routes.grouping import candidate_pairs, group_holds, louvain, modu
 from walltopo.routes.params import RoutesSettings
 from walltopo.routes.records import Hold
 from walltopo.workspace import ScanFolder, read_json, write_json
-
-
-def wall(width: float = 8.0, height: float = 4.0) -> Mesh:
-    """A flat wall in the xz plane with its outside towards -y."""
-    x, z = np.meshgrid(np.linspace(0, width, 41), np.linspace(0, height, 21))
-    vertices = np.column_stack([x.ravel(), np.zeros(x.size), z.ravel()])
-    a = (np.arange(20)[:, None] * 41 + np.arange(40)).ravel()
-    faces = np.vstack([np.column_stack([a, a + 1, a + 42]), np.column_stack([a, a + 42, a + 41])])
-    return Mesh(vertices, faces)
 
 
 def column(x: float, colour: str, first: int, count: int = 8) -> list[Hold]:

@@ -7,23 +7,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from flat_wall import wall  # type: ignore[import-not-found]
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from walltopo.core import InputError, Mesh
+from walltopo.core import InputError
 from walltopo.routes.cluster import find_routes
 from walltopo.routes.params import RoutesSettings
 from walltopo.routes.records import Hold, Route, StartTag, read_tags
 from walltopo.routes.start_tags import cut_at_starts, tagged_holds
-
-
-def wall(width: float = 8.0, height: float = 4.0) -> Mesh:
-    """A flat wall in the xz plane with its outside towards -y."""
-    x, z = np.meshgrid(np.linspace(0, width, 41), np.linspace(0, height, 21))
-    vertices = np.column_stack([x.ravel(), np.zeros(x.size), z.ravel()])
-    a = (np.arange(20)[:, None] * 41 + np.arange(40)).ravel()
-    faces = np.vstack([np.column_stack([a, a + 1, a + 42]), np.column_stack([a, a + 42, a + 41])])
-    return Mesh(vertices, faces)
 
 
 def column(x: float, first: int, colour: str = "red", count: int = 8) -> list[Hold]:

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from walltopo.core import Mesh
 from walltopo.routes.describe import with_types
 from walltopo.routes.geometry import measure_shapes
-from walltopo.routes.hold_type import NONE_OF_THESE, UNKNOWN, shipped_model
-from walltopo.routes.records import Hold
+from walltopo.routes.hold_type import NONE_OF_THESE, shipped_model
+from walltopo.routes.records import UNKNOWN, Hold
 from walltopo.routes.relief import SIDE, Relief, framed, reliefs
 from walltopo.synth.holds import make_hold
 

@@ -20,6 +20,8 @@ export interface Front {
   aspect: number;
 }
 
+/** How far a wall that does not lean is looked at from above. */
+export const RISE = 0.12;
 /** Cosine from which a triangle lies level. */
 const LEVEL = 0.95;
 /** Share of the surface that must be level for there to be a mat. */
@@ -86,7 +88,7 @@ export function frontOf(wall: Wall): Front {
     }
   }
   const coherence = total > 0 ? Math.hypot(sum.x, sum.y) / total : 0;
-  const rise = Math.min(0.3, Math.max(-0.6, 0.12 + (0.9 * sum.z) / Math.max(total, 1e-9)));
+  const rise = Math.min(0.3, Math.max(-0.6, RISE + (0.9 * sum.z) / Math.max(total, 1e-9)));
   const direction = coherence > 0.02 ? sum.setZ(0).normalize() : new Vector3(0, -1, 0);
   const swing = coherence > 0.4 ? (75 * Math.PI) / 180 : Infinity;
   const box = holds.length > 3 ? new Box3() : steep.isEmpty() ? wall.box.clone() : steep;

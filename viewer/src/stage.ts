@@ -25,7 +25,7 @@ import {
 } from "three";
 import type { BufferGeometry, Material, ShaderMaterial, Texture } from "three";
 import { MeshBVH } from "three-mesh-bvh";
-import { frontOf } from "./front";
+import { frontOf, RISE } from "./front";
 import type { Front } from "./front";
 import type { Wall } from "./load";
 import { maskMaterial, outlineMaterial, wallMaterial } from "./shaders";
@@ -108,7 +108,6 @@ function fit(
 }
 
 const LIFT = 0.2; // metres that the camera keeps above the mat
-const RISE = 0.12; // how far a wall that does not lean is looked at from above
 
 export class Stage {
   readonly renderer: WebGLRenderer;

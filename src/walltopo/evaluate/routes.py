@@ -11,7 +11,7 @@ from walltopo.core import EnvironmentLacksError
 from walltopo.evaluate.overlap import Overlap
 from walltopo.evaluate.truth import TrueInstance
 
-__all__ = ["attribute_metrics", "grouping_scores", "match_pairs", "route_metrics"]
+__all__ = ["attribute_metrics", "grouping_scores", "match_pairs", "route_metrics", "type_of_kind"]
 
 
 def match_pairs(overlap: Overlap, threshold: float = 0.5) -> dict[int, int]:
@@ -89,7 +89,7 @@ def route_metrics(
     return result | grouping_scores(true_groups, found_groups)
 
 
-def _type_of_kind(kind: str) -> str:
+def type_of_kind(kind: str) -> str:
     """The scan's word for what `scene.json` calls a hold."""
     return "foothold" if kind == "foot" else kind
 
@@ -120,7 +120,7 @@ def attribute_metrics(
         "compared": len(both),
         "colour_accuracy": share([mine.get("colour") == true.colour for mine, true in holds]),
         "type_named": len(typed) / len(holds) if holds else None,
-        "type_accuracy": share([mine["type"] == _type_of_kind(true.kind) for mine, true in typed]),
+        "type_accuracy": share([mine["type"] == type_of_kind(true.kind) for mine, true in typed]),
         "type_unknown": len(holds) - len(typed),
         "class_accuracy": share(
             [{"hold": 1, "volume": 2}.get(str(m.get("class"))) == t.label for m, t in both]

@@ -22,7 +22,7 @@ from walltopo.routes.geometry import Shape
 from walltopo.routes.params import ClassifySettings
 from walltopo.routes.records import Hold
 from walltopo.routes.samples import HoldView
-from walltopo.routes.units import unit_of_sizes
+from walltopo.routes.units import is_metric, unit_of_sizes
 from walltopo.workspace import ScanFolder, read_json
 
 __all__ = [
@@ -30,7 +30,6 @@ __all__ = [
     "Lifted",
     "admitted",
     "doubtful",
-    "is_metric",
     "left_out_rows",
     "on_plates",
     "read_instances",
@@ -86,11 +85,6 @@ def read_instances(scan: ScanFolder, faces: int) -> Lifted:
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(f"{scan.instance_records}: broken entry ({error!r})") from error
     return Lifted(face_instance, kinds, scores)
-
-
-def is_metric(scan: ScanFolder) -> bool:
-    """Whether lengths of a scan are metres; a mesh without a `scale.json` is taken to be so."""
-    return bool(read_json(scan.scale)["metric"]) if scan.scale.is_file() else True
 
 
 def doubtful(

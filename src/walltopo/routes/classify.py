@@ -16,7 +16,6 @@ from walltopo.routes.admit import (
     Lifted,
     admitted,
     doubtful,
-    is_metric,
     left_out_rows,
     on_plates,
     read_instances,
@@ -28,16 +27,15 @@ from walltopo.routes.downclimb import with_downclimbs
 from walltopo.routes.edits import apply_hold_edits
 from walltopo.routes.gather import gather
 from walltopo.routes.geometry import Shape, measure_shapes
-from walltopo.routes.hold_type import UNKNOWN
 from walltopo.routes.light import SceneLight
 from walltopo.routes.palette import Entry, read_palette
 from walltopo.routes.params import ClassifySettings
-from walltopo.routes.records import Hold, StartTag
+from walltopo.routes.records import UNKNOWN, Hold, StartTag
 from walltopo.routes.relief import reliefs
 from walltopo.routes.samples import HoldView
 from walltopo.routes.tag_looks import CardSizes
 from walltopo.routes.tags import FoundTag, TagFinder, band_looks, record_of
-from walltopo.routes.units import unit_of, unit_of_sizes
+from walltopo.routes.units import is_metric, unit_of, unit_of_sizes
 from walltopo.routes.verdicts import classifier_of, followed, with_class_colours
 from walltopo.workspace import ScanFolder, write_json
 

@@ -19,17 +19,15 @@ from walltopo.routes.oklab import linear_from_srgb8
 from walltopo.routes.order import describe_route, memberships
 from walltopo.routes.params import RoutesSettings
 from walltopo.routes.proxy import build_proxy
-from walltopo.routes.records import Hold, Route, StartTag, read_holds, read_tags
+from walltopo.routes.records import UNKNOWN, Hold, Route, StartTag, read_holds, read_tags
 from walltopo.routes.start_tags import Cut, cut_at_starts, tagged_holds
-from walltopo.routes.units import unit_of
-from walltopo.workspace import ScanFolder, read_json, write_json
+from walltopo.routes.units import is_metric, unit_of
+from walltopo.workspace import ScanFolder, write_json
 
 __all__ = ["find_routes", "run"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
-
-UNKNOWN = "unknown"
 
 
 def _group(mesh: Mesh, holds: Sequence[Hold], settings: RoutesSettings, unit: float) -> Grouping:
@@ -194,7 +192,7 @@ def run(scan: ScanFolder, settings: RoutesSettings, progress: Progress) -> dict[
     from walltopo.formats.ply import read_mesh
 
     holds = read_holds(scan.attributes)
-    metric = bool(read_json(scan.scale)["metric"]) if scan.scale.is_file() else True
+    metric = is_metric(scan)
     edits = read_route_edits(scan.route_edits)
     mesh = read_mesh(scan.mesh)
     tags = read_tags(scan.attributes)

@@ -10,12 +10,12 @@ import numpy as np
 from walltopo.routes.colour import Coloured
 from walltopo.routes.cutouts import best_views
 from walltopo.routes.geometry import Shape
-from walltopo.routes.hold_type import UNKNOWN, shipped_model
+from walltopo.routes.hold_type import shipped_model
 from walltopo.routes.light import SceneLight
 from walltopo.routes.likeness import TINT_RADIUS
 from walltopo.routes.palette import Entry
 from walltopo.routes.params import ClassifySettings
-from walltopo.routes.records import Hold
+from walltopo.routes.records import UNKNOWN, Hold
 from walltopo.routes.relief import Relief
 from walltopo.routes.samples import HoldView
 

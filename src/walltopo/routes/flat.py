@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
+from walltopo.routes.geometry import rim_normal, triangles_of
 
 __all__ = ["Rise", "flat_instances", "measure_rises"]
 
@@ -102,24 +103,19 @@ def measure_rises(
     bare = _Bare.of(mesh, face_instance, kinds)
     if len(bare.centroids) == 0:
         return {}
-    order = np.argsort(face_instance, kind="stable")
-    labels, areas, normals = face_instance[order], mesh.areas, mesh.normals
     rises: dict[int, Rise] = {}
-    for number in sorted(kinds):
-        first, last = np.searchsorted(labels, [number, number + 1])
-        rows = order[first:last]
-        total = areas[rows] @ normals[rows]
-        length = float(np.linalg.norm(total))
-        if length == 0:
+    for number, rows in triangles_of(face_instance, sorted(kinds)):
+        normal = rim_normal(mesh, rows)
+        if normal is None:
             continue
         points = mesh.vertices[np.unique(mesh.faces[rows])]
         middle = np.median(points, axis=0)
         reach = float(np.percentile(np.linalg.norm(points - middle, axis=1), 98))
         if reach > LARGEST * unit:
             continue
-        ring = bare.around(number, middle, total / length, RING * reach)
+        ring = bare.around(number, middle, normal, RING * reach)
         if len(ring) >= LEAST_RING:
-            plane, noise = _plane(ring, total / length)
+            plane, noise = _plane(ring, normal)
             heights = points @ plane[:3] + plane[3]
             rises[number] = Rise(float(np.percentile(heights, TOP)), noise)
     return rises

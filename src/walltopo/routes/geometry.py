@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh
 
-__all__ = ["Shape", "measure_shapes", "plane_axes"]
+__all__ = ["Shape", "measure_shapes", "plane_axes", "rim_normal", "triangles_of"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -66,7 +67,7 @@ def _longest(flat: Floats) -> float:
     return max(_spread(column) for column in (flat @ directions).T)
 
 
-def _rim_normal(mesh: Mesh, rows: Ints) -> Floats | None:
+def rim_normal(mesh: Mesh, rows: Ints) -> Floats | None:
     """The normal of the wall under a hold, from the hold's own triangles.
 
     The summed area vectors of a patch depend on its rim only, not on its shape, so they point
@@ -130,7 +131,7 @@ def _shape(mesh: Mesh, rows: Ints, wall: _Wall | None) -> Shape:
     total = float(areas.sum())
     weights = areas / total if total > 0 else np.full(len(rows), 1 / len(rows))
     position = weights @ centroids
-    normal = _rim_normal(mesh, rows)
+    normal = rim_normal(mesh, rows)
     normal = np.array([0.0, -1.0, 0.0]) if normal is None else normal
     standing: float | None = None
     corners = mesh.vertices[mesh.faces[rows].ravel()] - position
@@ -150,6 +151,18 @@ def _shape(mesh: Mesh, rows: Ints, wall: _Wall | None) -> Shape:
     )
 
 
+def triangles_of(
+    face_instance: NDArray[np.int32], ids: Iterable[int]
+) -> Iterator[tuple[int, Ints]]:
+    """The triangles of each instance that has any: id and (n,) indices, in the order of `ids`."""
+    order = np.argsort(face_instance, kind="stable")
+    labels = face_instance[order]
+    for number in ids:
+        first, last = np.searchsorted(labels, [number, number + 1])
+        if last > first:
+            yield number, order[first:last]
+
+
 def measure_shapes(
     mesh: Mesh, face_instance: NDArray[np.int32], ids: list[int]
 ) -> dict[int, Shape]:
@@ -159,12 +172,5 @@ def measure_shapes(
     ----------
     mesh : the scan's mesh; face_instance : (F,) int32, 0 = wall; ids : instances wanted.
     """
-    order = np.argsort(face_instance, kind="stable")
-    labels = face_instance[order]
     wall = _Wall.of(mesh, face_instance)
-    shapes: dict[int, Shape] = {}
-    for number in ids:
-        first, last = np.searchsorted(labels, [number, number + 1])
-        if last > first:
-            shapes[number] = _shape(mesh, order[first:last], wall)
-    return shapes
+    return {number: _shape(mesh, rows, wall) for number, rows in triangles_of(face_instance, ids)}

@@ -18,11 +18,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from walltopo.routes.records import UNKNOWN
 from walltopo.routes.relief import SIDE, Relief
 
-__all__ = ["NONE_OF_THESE", "UNKNOWN", "TypeModel", "open_model", "shipped_model"]
+__all__ = ["NONE_OF_THESE", "TypeModel", "open_model", "shipped_model"]
 
-UNKNOWN = "unknown"
 NONE_OF_THESE = "none of these"  # the network's class of what is no hold of any one type
 BATCH = 128
 # A hold is seen several times, turned by degrees and scaled: which triangles are at its rim, and

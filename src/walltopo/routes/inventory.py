@@ -15,7 +15,8 @@ import numpy as np
 from walltopo.core import InputError
 from walltopo.routes.matching import match_holds
 from walltopo.routes.records import Hold, read_holds
-from walltopo.workspace import ScanFolder, read_json
+from walltopo.routes.units import is_metric
+from walltopo.workspace import ScanFolder
 
 __all__ = ["Change", "Row", "changes", "count_holds", "size_class", "to_csv", "wall_area"]
 
@@ -159,5 +160,5 @@ def load_scan(root: Path) -> tuple[ScanFolder, list[Hold], bool]:
         raise InputError(
             f"{scan.attributes}: no such file", "Run `walltopo scan` up to `classify` first."
         )
-    metric = bool(read_json(scan.scale)["metric"]) if scan.scale.is_file() else True
+    metric = is_metric(scan)
     return scan, read_holds(scan.attributes), metric

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from walltopo.core import InputError
 from walltopo.workspace import read_json
 
-__all__ = ["HAND_ROLES", "Hold", "Route", "StartTag", "read_holds", "read_tags"]
+__all__ = ["HAND_ROLES", "UNKNOWN", "Hold", "Route", "StartTag", "read_holds", "read_tags"]
 
 Point = tuple[float, float, float]
+T = TypeVar("T")
 
 # `hold` is climbed as part of one route; `volume` belongs to every route, `downclimb` to none.
+UNKNOWN = "unknown"  # the colour or type of a hold that nothing tells
 HAND_ROLES = ("hold", "volume", "downclimb")
 
 
@@ -126,6 +128,17 @@ class Hold:
         )
 
 
+def _read_each(path: Path, word: str, entries: Sequence[Any], read: Callable[[Any], T]) -> list[T]:
+    """What `read` makes of each entry; InputError names the file and the broken one."""
+    found = []
+    for number, entry in enumerate(entries):
+        try:
+            found.append(read(entry))
+        except (KeyError, TypeError, ValueError) as error:
+            raise InputError(f"{path}: {word} entry {number} is broken: {error!r}") from error
+    return found
+
+
 def read_holds(path: Path) -> list[Hold]:
     """The holds of `attributes.json`.
 
@@ -136,13 +149,7 @@ def read_holds(path: Path) -> list[Hold]:
     data = read_json(path)
     if not isinstance(data, dict) or "instances" not in data:
         raise InputError(f"{path}: holds no `instances`", "Run the classify stage again.")
-    holds: list[Hold] = []
-    for number, entry in enumerate(data["instances"]):
-        try:
-            holds.append(Hold.from_json(entry))
-        except (KeyError, TypeError, ValueError) as error:
-            raise InputError(f"{path}: instance entry {number} is broken: {error!r}") from error
-    return holds
+    return _read_each(path, "instance", data["instances"], Hold.from_json)
 
 
 @dataclass(frozen=True)
@@ -203,13 +210,7 @@ def read_tags(path: Path) -> list[StartTag]:
     ------
     InputError : the file is missing or broken; names the file and the entry.
     """
-    tags = []
-    for number, entry in enumerate(read_json(path).get("tags", [])):
-        try:
-            tags.append(StartTag.from_json(entry))
-        except (KeyError, TypeError, ValueError) as error:
-            raise InputError(f"{path}: tag entry {number} is broken: {error!r}") from error
-    return tags
+    return _read_each(path, "tag", read_json(path).get("tags", []), StartTag.from_json)
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Camera, Mesh
 from walltopo.raycast import render_ids
-from walltopo.routes.geometry import Shape, plane_axes
+from walltopo.routes.geometry import Shape, plane_axes, triangles_of
 
 __all__ = ["SIDE", "Relief", "framed", "reliefs", "seen_head_on"]
 
@@ -115,15 +115,12 @@ def reliefs(
     mesh, face_instance : as for `measure_shapes`, which gave the shapes.
     unit : scan units a metre.
     """
-    order = np.argsort(face_instance, kind="stable")
-    labels = face_instance[order]
     threads = numba.get_num_threads()
     numba.set_num_threads(1)  # pictures so small are drawn sooner than threads are started
     try:
         found = {}
-        for number, shape in shapes.items():
-            first, last = np.searchsorted(labels, [number, number + 1])
-            relief = _relief(mesh, order[first:last], shape, unit)
+        for number, rows in triangles_of(face_instance, shapes):
+            relief = _relief(mesh, rows, shapes[number], unit)
             if relief is not None:
                 found[number] = relief
         return found

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
+from walltopo.routes.geometry import plane_axes
 from walltopo.routes.params import ClassifySettings
 from walltopo.routes.samples import Picture
 from walltopo.routes.tag_fit import GRID, CardFit, fit_card
@@ -235,9 +236,8 @@ def _plane(picture: Picture, mesh: Mesh, outline: Ints, sizes: CardSizes) -> _Pl
     normal = normal if normal @ towards > 0 else -normal
     if normal @ towards < LEAST_FACING * np.linalg.norm(towards):
         return None
-    up = np.array([0.0, 0.0, 1.0]) if abs(normal[2]) < 0.99 else np.array([0.0, 1.0, 0.0])
-    right = np.cross(up, normal) / np.linalg.norm(np.cross(up, normal))
-    axes = np.stack([right, np.cross(right, normal)])
+    right, up = plane_axes(normal)
+    axes = np.stack([right, -up])
     place = mesh.centroids[own]
     origin = place - ((place - middle) @ normal) * normal
     # Four corners of a card's size: the lens bends nothing over so short a way.

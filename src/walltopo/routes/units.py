@@ -7,8 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from walltopo.routes.records import Hold
+from walltopo.workspace import ScanFolder, read_json
 
-__all__ = ["unit_of", "unit_of_sizes"]
+__all__ = ["is_metric", "unit_of", "unit_of_sizes"]
+
+
+def is_metric(scan: ScanFolder) -> bool:
+    """Whether lengths of a scan are metres; a mesh without a `scale.json` is taken to be so."""
+    return bool(read_json(scan.scale)["metric"]) if scan.scale.is_file() else True
 
 
 def unit_of(holds: Sequence[Hold], metric: bool, typical_hold: float) -> float:

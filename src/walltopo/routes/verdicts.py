@@ -15,7 +15,7 @@ from walltopo.classifier.picture import square
 from walltopo.core import SettingsError
 from walltopo.routes.palette import Entry
 from walltopo.routes.params import ClassifySettings
-from walltopo.routes.records import Hold
+from walltopo.routes.records import UNKNOWN, Hold
 from walltopo.routes.samples import HoldView
 
 __all__ = [
@@ -26,8 +26,6 @@ __all__ = [
     "verdicts",
     "with_class_colours",
 ]
-
-UNKNOWN = "unknown"
 
 
 def classifier_of(settings: ClassifySettings) -> CutoutClassifier | None:

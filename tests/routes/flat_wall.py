@@ -1,0 +1,16 @@
+"""A wall to put holds on."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from walltopo.core import Mesh
+
+
+def wall(width: float = 8.0, height: float = 4.0) -> Mesh:
+    """A flat wall in the xz plane with its outside towards -y."""
+    x, z = np.meshgrid(np.linspace(0, width, 41), np.linspace(0, height, 21))
+    vertices = np.column_stack([x.ravel(), np.zeros(x.size), z.ravel()])
+    a = (np.arange(20)[:, None] * 41 + np.arange(40)).ravel()
+    faces = np.vstack([np.column_stack([a, a + 1, a + 42]), np.column_stack([a, a + 42, a + 41])])
+    return Mesh(vertices, faces)
