@@ -26,7 +26,7 @@ $(VENV)/pip-ready:
 	$(PYTHON) -m venv $(VENV)
 	@touch $@
 
-$(VENV)/core-ready: $(VENV)/pip-ready pyproject.toml constraints.txt
+$(VENV)/core-ready: $(VENV)/pip-ready pyproject.toml lab/pyproject.toml constraints.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e .
 	@command -v c++ >/dev/null || $(MAKE) --no-print-directory system-compiler || true
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[web]' \
@@ -35,7 +35,7 @@ $(VENV)/core-ready: $(VENV)/pip-ready pyproject.toml constraints.txt
 
 $(VENV)/dev-ready: $(VENV)/core-ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt \
-	  -e '.[dev,evaluate,train,tune]'
+	  -e '.[dev]' -e './lab[train,tune]'
 	@touch $@
 
 demo: $(VENV)/core-ready
@@ -45,8 +45,8 @@ test: $(VENV)/dev-ready browser
 	$(BIN)/python -m pytest
 
 lint: $(VENV)/dev-ready
-	$(BIN)/ruff format --check src tests benchmarks examples
-	$(BIN)/ruff check src tests benchmarks examples
+	$(BIN)/ruff format --check src lab tests examples conftest.py
+	$(BIN)/ruff check src lab tests examples conftest.py
 	$(BIN)/mypy
 
 docs: $(VENV)/dev-ready

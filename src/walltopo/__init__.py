@@ -28,23 +28,26 @@ from walltopo.core import (
 )
 
 if TYPE_CHECKING:
-    from walltopo.formats.coco import read_coco_masks
-    from walltopo.formats.colmap import read_views
-    from walltopo.formats.ply import read_mesh
-    from walltopo.lift.params import LiftParams
-    from walltopo.settings import Settings, load_settings
+    from walltopo.lifting import LiftParams, lift
+    from walltopo.meshes.ply import read_mesh
+    from walltopo.pipeline.runner import scan
+    from walltopo.pipeline.settings import Settings, load_settings
+    from walltopo.scans.detections import read_coco_masks
+    from walltopo.scans.model import read_views
 
-__version__ = "0.1.0"
+    __version__: str
 
+# Name to the module that has it; no room of the package has one of these names.
 _LAZY = {
-    "LiftParams": "walltopo.lift.params",
-    "Settings": "walltopo.settings",
-    "load_settings": "walltopo.settings",
-    "read_coco_masks": "walltopo.formats.coco",
-    "read_mesh": "walltopo.formats.ply",
-    "read_views": "walltopo.formats.colmap",
+    "LiftParams": "walltopo.lifting",
+    "Settings": "walltopo.pipeline.settings",
+    "lift": "walltopo.lifting",
+    "load_settings": "walltopo.pipeline.settings",
+    "read_coco_masks": "walltopo.scans.detections",
+    "read_mesh": "walltopo.meshes.ply",
+    "read_views": "walltopo.scans.model",
+    "scan": "walltopo.pipeline.runner",
 }
-_CALLABLE = {"lift", "scan"}  # modules that are called like functions
 
 __all__ = [
     "Camera",
@@ -61,16 +64,20 @@ __all__ = [
     "View",
     "WalltopoError",
     "__version__",
+    "lift",
     "load_settings",
     "read_coco_masks",
     "read_mesh",
     "read_views",
+    "scan",
 ]
 
 
 def __getattr__(name: str) -> Any:
     if name in _LAZY:
         return getattr(importlib.import_module(_LAZY[name]), name)
-    if name in _CALLABLE:
-        return importlib.import_module(f"walltopo.{name}")
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("walltopo")
     raise AttributeError(f"module 'walltopo' has no attribute {name!r}")

@@ -46,7 +46,7 @@ def test_importing_is_light(code: str) -> None:
 
 def test_lift_and_scan_are_packages_and_functions() -> None:
     check = (
-        "import walltopo, walltopo.lift.params, walltopo.scan as s; "
+        "import walltopo, walltopo.lifting.contract, walltopo.scan as s; "
         "print(callable(walltopo.lift), callable(walltopo.scan), s.STAGES[0].name)"
     )
     out = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, check=True)

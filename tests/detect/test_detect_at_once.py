@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from walltopo.detect.at_once import free_memory, in_batches, run_batched
+from walltopo.detect.batch_size import free_memory, in_batches, run_batched
 
 
 @given(

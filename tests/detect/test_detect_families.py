@@ -17,9 +17,9 @@ import numpy as np
 import pytest
 
 from walltopo.core import EnvironmentLacksError, InputError, Silent
+from walltopo.detect.contract import DetectSettings
 from walltopo.detect.detector import open_detector
-from walltopo.detect.fetch import SAM_WEIGHTS, Weights, cache_folder, fetch
-from walltopo.detect.params import DetectSettings
+from walltopo_lab.detectors.fetch import SAM_WEIGHTS, Weights, cache_folder, fetch
 
 
 class Values:
@@ -109,7 +109,7 @@ def test_masks_by_sam(
 
 @pytest.mark.usefixtures("library")
 def test_where_sam_sees_nothing_the_ellipse_stays() -> None:
-    from walltopo.detect.families import SamMasks
+    from walltopo_lab.detectors.families import SamMasks
 
     boxes = np.array([[0.0, 0, 20, 10], [40, 40, 60, 60]])
     masks = SamMasks(Path("mobile_sam.pt")).masks(
@@ -121,7 +121,7 @@ def test_where_sam_sees_nothing_the_ellipse_stays() -> None:
 
 @pytest.mark.usefixtures("library")
 def test_sam_is_told_points_of_a_known_shape_and_says_when_it_sees_nothing() -> None:
-    from walltopo.detect.families import SamMasks
+    from walltopo_lab.detectors.families import SamMasks
 
     boxes = np.array([[0.0, 0, 20, 10], [40, 40, 60, 60]])
     points = np.array([[[10.0, 5], [4, 4]], [[50, 50], [45, 45]]])
@@ -141,8 +141,8 @@ def test_sam_is_told_points_of_a_known_shape_and_says_when_it_sees_nothing() -> 
 @pytest.mark.usefixtures("library")
 def test_refining_labels_by_sam(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A shape's points are told, a box's are not; disagreement keeps the label."""
-    from walltopo.cli.dataset import _sam
     from walltopo.core import Mask
+    from walltopo_lab.cli.dataset import _sam
 
     monkeypatch.setenv("WALLTOPO_CACHE", str(tmp_path))
     (tmp_path / "sam2.1_t.pt").write_bytes(b"")

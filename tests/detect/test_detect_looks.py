@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from walltopo.core import Mask
+from walltopo.detect.augmented import fuse, mirrored
 from walltopo.detect.found import Found
-from walltopo.detect.looks import fuse, mirrored
 
 _W, _H = 120, 80
 

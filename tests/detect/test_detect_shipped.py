@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 
 from walltopo.core import EnvironmentLacksError, InputError, Silent
+from walltopo.detect.contract import DetectSettings
 from walltopo.detect.detector import open_detector, shipped_model
 from walltopo.detect.found import box_iou
 from walltopo.detect.onnx_detector import OnnxDetector, prepare
-from walltopo.detect.onnx_session import parse_classes
-from walltopo.detect.params import DetectSettings
 from walltopo.detect.stage import detect_photos, read_photo, run
-from walltopo.formats.coco import read_coco_masks
-from walltopo.workspace import ScanFolder
+from walltopo.inference.session import parse_classes
+from walltopo.scans.detections import read_coco_masks
+from walltopo.scans.folder import ScanFolder
 
 
 def painted_wall(width: int = 640, height: int = 480) -> np.ndarray:

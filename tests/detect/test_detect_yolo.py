@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from walltopo.core import InputError
+from walltopo.detect.contract import DetectSettings
 from walltopo.detect.detector import open_detector
-from walltopo.detect.params import DetectSettings
 from walltopo.detect.yolo import box_masks, decode_rtdetr, decode_yolo, letterbox
 
 onnx = pytest.importorskip("onnx")

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from walltopo.core import Mesh
 from walltopo.export.atlas import Detailed, retexture
 from walltopo.export.atlas.packing import fit_scale
-from walltopo.export.params import ExportSettings
+from walltopo.export.contract import ExportSettings
 from walltopo.export.surface import split_at_borders
 from walltopo.export.tiers import TierBuilder
 from walltopo.export.wall import read_wall
-from walltopo.workspace import ScanFolder
+from walltopo.scans.folder import ScanFolder
 
 MakeScan = Callable[..., ScanFolder]
 

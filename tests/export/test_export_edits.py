@@ -17,8 +17,8 @@ from walltopo.core import InputError
 from walltopo.export.edits import read_edits, save_edits
 from walltopo.export.server import make_server
 from walltopo.export.wall import read_wall
-from walltopo.formats.edits import read_route_edits, write_route_edits
-from walltopo.workspace import ScanFolder
+from walltopo.scans.edits import read_route_edits, write_route_edits
+from walltopo.scans.folder import ScanFolder
 
 MakeScan = Callable[..., ScanFolder]
 HERE = [1.0, -0.1, 2.0]
@@ -74,7 +74,7 @@ def test_strokes_and_deleted_holds_reach_the_model(make_scan: MakeScan) -> None:
 
 
 def test_strokes_give_the_model_the_triangles_that_classify_measures(make_scan: MakeScan) -> None:
-    from walltopo.formats.edits import apply_strokes
+    from walltopo.scans.edits import apply_strokes
 
     scan = make_scan()
     plain = read_wall(scan)

@@ -17,8 +17,8 @@ from walltopo.export.crop import crop_route, crop_section
 from walltopo.export.files.meshes import instance_colours
 from walltopo.export.merge import join_textures, merge_walls
 from walltopo.export.wall import Wall, read_wall
-from walltopo.formats.ply import read_mesh
-from walltopo.workspace import ScanFolder
+from walltopo.meshes.ply import read_mesh
+from walltopo.scans.folder import ScanFolder
 
 MakeScan = Callable[..., ScanFolder]
 
@@ -93,7 +93,7 @@ def test_csv_and_geojson(wall: Wall, tmp_path: Path) -> None:
 
 
 def test_labelme_outlines_lie_on_the_holds(scan: ScanFolder, wall: Wall, tmp_path: Path) -> None:
-    from walltopo.formats.colmap import read_views
+    from walltopo.scans.model import read_views
 
     convert(wall, "labelme", tmp_path / "labels", scan=scan)
     view = read_views(scan.sparse)[1]

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from glbfile import Glb  # type: ignore[import-not-found]
 
-from walltopo.export.params import ExportSettings
+from walltopo.export.contract import ExportSettings
 from walltopo.export.surface import Surface
 from walltopo.export.tiers import TierBuilder
 from walltopo.export.wall import Wall, read_wall
-from walltopo.workspace import ScanFolder
+from walltopo.scans.folder import ScanFolder
 
 MakeScan = Callable[..., ScanFolder]
 

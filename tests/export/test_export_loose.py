@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from walltopo.core import Mesh
+from walltopo.export.contract import ExportSettings
 from walltopo.export.loose import loose_faces, without_loose
-from walltopo.export.params import ExportSettings
 from walltopo.export.tiers import TierBuilder
 from walltopo.export.wall import Wall, read_wall
-from walltopo.workspace import ScanFolder
+from walltopo.scans.folder import ScanFolder
 
 MakeScan = Callable[..., ScanFolder]
 

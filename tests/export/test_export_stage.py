@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from walltopo.core import InputError, Silent
-from walltopo.export.params import ExportSettings
+from walltopo.export.contract import ExportSettings
 from walltopo.export.stage import run
-from walltopo.workspace import ScanFolder
+from walltopo.scans.folder import ScanFolder
 
 MakeScan = Callable[..., ScanFolder]
 

@@ -15,7 +15,7 @@ from PIL import Image
 
 from walltopo.export.convert import convert
 from walltopo.export.wall import Wall, read_wall
-from walltopo.workspace import ScanFolder
+from walltopo.scans.folder import ScanFolder
 
 MakeScan = Callable[..., ScanFolder]
 

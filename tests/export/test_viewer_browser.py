@@ -19,10 +19,10 @@ from likeness import MEAN_BOUND, TILE_BOUND, alike, difference, small  # type: i
 from made_scan import build_scan, panel  # type: ignore[import-not-found]
 
 from walltopo.core import Silent
-from walltopo.export.params import ExportSettings
+from walltopo.export.contract import ExportSettings
 from walltopo.export.server import make_server
 from walltopo.export.stage import run
-from walltopo.workspace import ScanFolder
+from walltopo.scans.folder import ScanFolder
 
 VIEWER = Path(__file__).resolve().parents[2] / "viewer"
 SMALL = ExportSettings(first_triangles=6000, title="Test wall")
@@ -161,7 +161,7 @@ def endless_model() -> bytes:
 
 def edited_files(scan: ScanFolder) -> str:
     """What is wrong with the files that the editor's check saved; "" when nothing is."""
-    from walltopo.formats.edits import read_hold_edits, read_route_edits
+    from walltopo.scans.edits import read_hold_edits, read_route_edits
 
     holds, routes = read_hold_edits(scan.hold_edits), read_route_edits(scan.route_edits)
     entries = {entry["id"]: entry for entry in holds["holds"]}

@@ -10,11 +10,11 @@ import pytest
 from PIL import Image
 
 from walltopo.core import InputError, Silent
-from walltopo.photos import ingest
+from walltopo.photos import stage as ingest
+from walltopo.photos.contract import IngestSettings
 from walltopo.photos.image_file import decode_photo
-from walltopo.photos.params import IngestSettings
 from walltopo.photos.sources import find_sources
-from walltopo.workspace import ScanFolder, read_json
+from walltopo.scans.folder import ScanFolder, read_json
 
 GPS_IFD, ORIENTATION, EXIF_IFD, FOCAL_35MM = 0x8825, 0x0112, 0x8769, 0xA405
 

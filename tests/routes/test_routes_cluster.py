@@ -12,12 +12,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from walltopo.core import InputError, Mesh, SettingsError, Silent
-from walltopo.formats.ply import write_ply
-from walltopo.routes.cluster import find_routes, run
+from walltopo.meshes.ply import write_ply
+from walltopo.routes.contract import RoutesSettings
 from walltopo.routes.grouping import candidate_pairs, group_holds, louvain, modularity, similarity
-from walltopo.routes.params import RoutesSettings
-from walltopo.routes.records import Hold
-from walltopo.workspace import ScanFolder, read_json, write_json
+from walltopo.routes.stage import find_routes, run
+from walltopo.scans.folder import ScanFolder, read_json, write_json
+from walltopo.scans.records import Hold
 
 
 def column(x: float, colour: str, first: int, count: int = 8) -> list[Hold]:

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from walltopo.core import Mesh, Silent
-from walltopo.formats.edits import write_route_edits
-from walltopo.formats.ply import write_ply
-from walltopo.routes.cluster import find_routes, run
+from walltopo.meshes.ply import write_ply
+from walltopo.routes.contract import RoutesSettings
 from walltopo.routes.edits import apply_hold_edits, find_hold
-from walltopo.routes.params import RoutesSettings
-from walltopo.routes.records import Hold
-from walltopo.workspace import ScanFolder, read_json, write_json
+from walltopo.routes.stage import find_routes, run
+from walltopo.scans.edits import write_route_edits
+from walltopo.scans.folder import ScanFolder, read_json, write_json
+from walltopo.scans.records import Hold
 
 
 def wall() -> Mesh:

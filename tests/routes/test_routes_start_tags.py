@@ -12,10 +12,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from walltopo.core import InputError
-from walltopo.routes.cluster import find_routes
-from walltopo.routes.params import RoutesSettings
-from walltopo.routes.records import Hold, Route, StartTag, read_tags
+from walltopo.routes.contract import RoutesSettings
+from walltopo.routes.stage import find_routes
 from walltopo.routes.start_tags import cut_at_starts, tagged_holds
+from walltopo.scans.records import Hold, Route, StartTag, read_tags
 
 
 def column(x: float, first: int, colour: str = "red", count: int = 8) -> list[Hold]:

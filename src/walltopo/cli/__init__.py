@@ -12,10 +12,11 @@ import signal
 import sys
 import traceback
 from collections.abc import Sequence
+from importlib.metadata import entry_points
 from types import FrameType
 
 from walltopo import __version__
-from walltopo.core import WalltopoError
+from walltopo.core import EnvironmentLacksError, WalltopoError
 
 __all__ = ["build_parser", "main"]
 
@@ -24,17 +25,23 @@ GROUPS = (
     "doctor",
     "lift",
     "detect",
-    "train",
-    "dataset",
-    "synth",
-    "evaluate",
-    "tune",
     "measure",
     "mesh",
     "export",
     "palette",
     "inventory",
 )
+
+# Commands of other distributions come by entry points of this group: name -> `register`.
+ENTRY_POINTS = "walltopo.commands"
+# Theirs where they are not installed: what they are for, and what to install.
+ELSEWHERE = {
+    "synth": ("generate gyms with exact truth", "walltopo-lab"),
+    "dataset": ("make and check training data", "walltopo-lab"),
+    "train": ("train a detector or a classifier", "walltopo-lab"),
+    "evaluate": ("measure against truth", "walltopo-lab"),
+    "tune": ("search settings", "walltopo-lab"),
+}
 
 EXIT_CODES = """\
 exit codes:
@@ -61,7 +68,30 @@ def build_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(title="commands", dest="command", metavar="COMMAND")
     for group in GROUPS:
         importlib.import_module(f"walltopo.cli.{group}").register(commands)
+    _add_plugins(commands)
     return parser
+
+
+def _add_plugins(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Commands of installed distributions, and a word on those that are not installed."""
+    found = set()
+    for point in sorted(entry_points(group=ENTRY_POINTS), key=lambda point: point.name):
+        point.load()(commands)
+        found.add(point.name)
+    for name, (purpose, distribution) in ELSEWHERE.items():
+        if name not in found:
+            parser = commands.add_parser(
+                name, help=f"{purpose} (needs {distribution})", add_help=False
+            )
+            parser.add_argument("rest", nargs=argparse.REMAINDER)
+            parser.set_defaults(run=_missing, distribution=distribution)
+
+
+def _missing(args: argparse.Namespace) -> int:
+    raise EnvironmentLacksError(
+        f"`walltopo {args.command}` comes with {args.distribution}, which is not installed here",
+        f"pip install {args.distribution}",
+    )
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -6,7 +6,7 @@ import argparse
 import dataclasses
 from pathlib import Path
 
-from walltopo.detect.params import DetectSettings
+from walltopo.detect.contract import DetectSettings
 
 __all__ = ["register"]
 

@@ -86,7 +86,7 @@ def _export(args: argparse.Namespace) -> int:
     from walltopo.export.convert import FORMATS, convert
     from walltopo.export.crop import crop_route, crop_section
     from walltopo.export.wall import read_wall
-    from walltopo.workspace import ScanFolder
+    from walltopo.scans.folder import ScanFolder
 
     scan = ScanFolder(args.scan)
     wall = read_wall(scan)
@@ -108,7 +108,7 @@ def _export(args: argparse.Namespace) -> int:
 
 def _check_frames(scans: list[Any]) -> None:
     """All but one must have been aligned to a reference, or their frames are unrelated."""
-    from walltopo.workspace import read_json
+    from walltopo.scans.folder import read_json
 
     own = [s.root for s in scans if read_json(s.scale).get("method") != "reference"]
     if len(own) > 1:
@@ -121,11 +121,11 @@ def _check_frames(scans: list[Any]) -> None:
 def _merge(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.core import Silent
+    from walltopo.export.contract import ExportSettings
     from walltopo.export.merge import join_textures, merge_walls
-    from walltopo.export.params import ExportSettings
     from walltopo.export.stage import write_wall
     from walltopo.export.wall import read_wall
-    from walltopo.workspace import ScanFolder, write_json
+    from walltopo.scans.folder import ScanFolder, write_json
 
     scans = [ScanFolder(path) for path in args.scans]
     if args.output.resolve() in {path.resolve() for path in args.scans}:

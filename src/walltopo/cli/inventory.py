@@ -40,9 +40,9 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 def run(args: argparse.Namespace) -> int:
     """Print or write the inventory; exit code 0."""
     from walltopo.core import SettingsError
-    from walltopo.routes.inventory import changes, count_holds, load_scan, wall_area
-    from walltopo.routes.params import RoutesSettings
-    from walltopo.routes.units import unit_of
+    from walltopo.resets.inventory import changes, count_holds, load_scan, wall_area
+    from walltopo.routes.contract import RoutesSettings
+    from walltopo.scans.units import unit_of
 
     if args.changed and args.since is None:
         raise SettingsError("--changed needs --since OLD")
@@ -68,8 +68,8 @@ def _emit(
     import json
 
     from walltopo.cli.console import console
-    from walltopo.routes.inventory import to_csv
-    from walltopo.workspace import atomic_path
+    from walltopo.resets.inventory import to_csv
+    from walltopo.scans.folder import atomic_path
 
     if args.format == "table" and args.out is None:
         console.print(_table(rows))

@@ -7,7 +7,7 @@ import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from walltopo.lift.params import LiftParams
+from walltopo.lifting.contract import LiftParams
 
 if TYPE_CHECKING:
     from walltopo.core import Instances, Mesh
@@ -73,12 +73,12 @@ def run(args: argparse.Namespace) -> int:
     params = LiftParams(**{f.name: getattr(args, f.name) for f in dataclasses.fields(LiftParams)})
 
     from walltopo.cli.console import console
-    from walltopo.formats.ply import read_mesh, write_ply
-    from walltopo.lift import lift
-    from walltopo.lift.inputs import attach_masks, read_cameras, read_masks
-    from walltopo.lift.outputs import write_coloured
-    from walltopo.lift.refine import refine_borders
-    from walltopo.lift.stage import write_instances
+    from walltopo.lifting import lift
+    from walltopo.lifting.inputs import attach_masks, read_cameras, read_masks
+    from walltopo.lifting.outputs import write_coloured
+    from walltopo.lifting.refine import refine_borders
+    from walltopo.lifting.stage import write_instances
+    from walltopo.meshes.ply import read_mesh, write_ply
 
     masks, classes = read_masks(args.masks)
     views = attach_masks(read_cameras(args.cameras), masks)

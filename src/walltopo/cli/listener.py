@@ -17,7 +17,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from walltopo.manifest import StageRecord
+from walltopo.scans.manifest import StageRecord
 
 __all__ = ["TerminalListener", "describe_metrics", "duration"]
 

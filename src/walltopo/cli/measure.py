@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from walltopo.reconstruct.markers import Detection
+    from walltopo.measure.markers import Detection
 
 __all__ = ["register"]
 
@@ -66,9 +66,9 @@ def _register_print(group: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def _print(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.core import InputError
-    from walltopo.reconstruct.plate_pdf import PAPERS, draw_plate, to_pdf
-    from walltopo.reconstruct.plates import built_in_plates, read_plates
-    from walltopo.workspace import atomic_path
+    from walltopo.measure.plate_pdf import PAPERS, draw_plate, to_pdf
+    from walltopo.measure.plates import built_in_plates, read_plates
+    from walltopo.scans.folder import atomic_path
 
     if args.plates:
         kinds = read_plates(args.plates)
@@ -92,8 +92,8 @@ def _detect(args: argparse.Namespace) -> int:
 
     from walltopo.cli.console import console
     from walltopo.core import Silent
-    from walltopo.reconstruct.plates import built_in_plates, read_plates
-    from walltopo.reconstruct.scale import detect_in_photos
+    from walltopo.measure.plates import built_in_plates, read_plates
+    from walltopo.measure.stage import detect_in_photos
 
     plates = read_plates(args.plates) if args.plates else built_in_plates()
     table = Table("photo", "plate", "markers", "shortest side")
@@ -131,7 +131,7 @@ def _shortest(detections: Sequence[Detection]) -> float:
 def _plates(args: argparse.Namespace) -> int:
     import sys
 
-    from walltopo.reconstruct.plates import BUILT_IN
+    from walltopo.measure.plates import BUILT_IN
 
     sys.stdout.write(BUILT_IN)
     return 0

@@ -32,9 +32,9 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 
 def _check(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
-    from walltopo.formats.colmap import read_views
-    from walltopo.formats.ply import read_mesh
-    from walltopo.reconstruct.dense.check import check_mesh
+    from walltopo.meshes.check import check_mesh
+    from walltopo.meshes.ply import read_mesh
+    from walltopo.scans.model import read_views
 
     report = check_mesh(read_mesh(args.file), read_views(args.cameras) if args.cameras else ())
     if args.json:

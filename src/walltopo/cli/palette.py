@@ -43,8 +43,8 @@ def run_learn(args: argparse.Namespace) -> int:
     """Write the palette; exit code 0."""
     from walltopo.cli.console import console
     from walltopo.core import InputError
-    from walltopo.routes.inventory import load_scan
-    from walltopo.routes.palette import palette_of_holds, write_palette
+    from walltopo.holds.palette import palette_of_holds, write_palette
+    from walltopo.resets.inventory import load_scan
 
     scan, holds, _ = load_scan(args.scan)
     out = args.out or scan.root / "palette.toml"

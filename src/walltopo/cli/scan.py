@@ -78,15 +78,15 @@ def _register_scan(commands: Commands[argparse.ArgumentParser]) -> None:
 def _scan(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.cli.listener import TerminalListener
-    from walltopo.scan import run_scan
-    from walltopo.settings import load_settings
+    from walltopo.pipeline.runner import scan
+    from walltopo.pipeline.settings import load_settings
 
     config = args.config
     if config is None and Path("walltopo.toml").is_file():
         config = Path("walltopo.toml")
     settings = load_settings(config, [*_shortcuts(args), *args.set])
     with TerminalListener(console, verbose=args.verbose, quiet=args.quiet) as listener:
-        result = run_scan(
+        result = scan(
             args.photos,
             args.out,
             settings,
@@ -118,7 +118,7 @@ def _show_result(root: Path) -> None:
     from rich.table import Table
 
     from walltopo.cli.console import console
-    from walltopo.workspace import ScanFolder, read_json
+    from walltopo.scans.folder import ScanFolder, read_json
 
     folder = ScanFolder(root)
     routes = read_json(folder.routes)["routes"]
@@ -149,9 +149,9 @@ def _status(args: argparse.Namespace) -> int:
     from walltopo import __version__
     from walltopo.cli.console import console
     from walltopo.cli.listener import describe_metrics, duration
-    from walltopo.manifest import Manifest
-    from walltopo.scan import stage_names
-    from walltopo.workspace import ScanFolder
+    from walltopo.pipeline.runner import stage_names
+    from walltopo.scans.folder import ScanFolder
+    from walltopo.scans.manifest import Manifest
 
     folder = ScanFolder(args.scan)
     if not folder.manifest.is_file():
@@ -178,7 +178,7 @@ def _status(args: argparse.Namespace) -> int:
 
 def _view(args: argparse.Namespace) -> int:
     from walltopo.export.server import serve
-    from walltopo.workspace import ScanFolder
+    from walltopo.scans.folder import ScanFolder
 
     if not ScanFolder(args.scan).page.is_file():
         raise InputError(
@@ -191,7 +191,7 @@ def _view(args: argparse.Namespace) -> int:
 def _settings(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.core import SettingsError
-    from walltopo.settings import SECTIONS, describe_settings, settings_markdown
+    from walltopo.pipeline.settings import SECTIONS, describe_settings, settings_markdown
 
     if args.section and args.section not in SECTIONS:
         raise SettingsError(f"no section {args.section!r}; there are {', '.join(SECTIONS)}")

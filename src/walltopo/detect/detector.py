@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Protocol
 
@@ -10,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError
+from walltopo.detect.contract import DetectSettings
 from walltopo.detect.found import Found
-from walltopo.detect.params import DetectSettings
 
 __all__ = ["BUILT_IN", "Detector", "open_detector", "shipped_model"]
 
@@ -51,19 +52,11 @@ def _shipped(settings: DetectSettings) -> Detector:
     return OnnxDetector(shipped_model(), settings)
 
 
-def _family(name: str) -> Callable[[DetectSettings], Detector]:
-    def opened(settings: DetectSettings) -> Detector:
-        from walltopo.detect.families import open_family
+BUILT_IN: dict[str, Callable[[DetectSettings], Detector]] = {"onnx": _shipped}
 
-        return open_family(name, settings)
-
-    return opened
-
-
-BUILT_IN: dict[str, Callable[[DetectSettings], Detector]] = {
-    "onnx": _shipped,
-    **{name: _family(name) for name in ("yolo11-seg", "yolo11-sam", "rtdetr-sam")},
-}
+# Detectors of other distributions: an entry point of this group is called with its own name and
+# the settings, and gives a `Detector`.
+ENTRY_POINTS = "walltopo.detectors"
 
 
 def open_detector(settings: DetectSettings) -> Detector:
@@ -81,7 +74,12 @@ def open_detector(settings: DetectSettings) -> Detector:
         from walltopo.detect.onnx_detector import OnnxDetector
 
         return OnnxDetector(path, settings)
+    others = {point.name: point for point in entry_points(group=ENTRY_POINTS)}
+    if settings.model in others:
+        detector: Detector = others[settings.model].load()(settings.model, settings)
+        return detector
     raise InputError(
         f"{settings.model!r} is no known detector and no .onnx file",
-        f"Known detectors: {', '.join(BUILT_IN)}; or the path of an ONNX file.",
+        f"Known detectors: {', '.join([*BUILT_IN, *sorted(others)])}; or the path of an ONNX "
+        "file. More come with walltopo-lab.",
     )

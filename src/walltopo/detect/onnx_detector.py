@@ -9,14 +9,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.detect.at_once import run_batched
+from walltopo.detect.augmented import fuse, mirrored
+from walltopo.detect.batch_size import run_batched
+from walltopo.detect.contract import DetectSettings
 from walltopo.detect.found import Found
-from walltopo.detect.looks import fuse, mirrored
-from walltopo.detect.onnx_session import OnnxModel, open_onnx
-from walltopo.detect.params import DetectSettings
 from walltopo.detect.tiles import merge_tiles, tiles_of
 from walltopo.detect.votes import decode_votes
 from walltopo.detect.yolo import decode_rtdetr, decode_yolo, letterbox
+from walltopo.inference.session import OnnxModel, open_onnx
 
 __all__ = ["OnnxDetector"]
 

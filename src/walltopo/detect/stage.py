@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mask, Progress
+from walltopo.detect.contract import DetectSettings
 from walltopo.detect.detector import Detector, open_detector
 from walltopo.detect.draw import draw_found
-from walltopo.detect.params import DetectSettings
-from walltopo.formats.coco import write_coco_masks
-from walltopo.workspace import ScanFolder, atomic_path
+from walltopo.scans.detections import write_coco_masks
+from walltopo.scans.folder import ScanFolder, atomic_path
 
 __all__ = ["PHOTO_SUFFIXES", "detect_photos", "read_photo", "run"]
 

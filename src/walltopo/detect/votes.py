@@ -1,4 +1,4 @@
-"""Objects from the three outputs of the shipped network (`walltopo.train.net`).
+"""Objects from the three outputs of the shipped network (`walltopo_lab.train.net`).
 
 A peak of the heat is an object and the vote at the peak its first box; every cell belongs to the
 object whose box it votes for, and these votes together give the final box. Its mask is the part

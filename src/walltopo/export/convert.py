@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from walltopo.core import InputError, Progress, Silent
-from walltopo.export.params import ExportSettings
+from walltopo.export.contract import ExportSettings
 from walltopo.export.tiers import TierBuilder
 from walltopo.export.wall import Wall
-from walltopo.workspace import ScanFolder, atomic_path
+from walltopo.scans.folder import ScanFolder, atomic_path
 
 __all__ = ["FORMATS", "convert"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from walltopo.core import InputError
-from walltopo.formats.edits import (
+from walltopo.scans.edits import (
     check_hold_edits,
     check_route_edits,
     read_hold_edits,
@@ -13,7 +13,7 @@ from walltopo.formats.edits import (
     write_hold_edits,
     write_route_edits,
 )
-from walltopo.workspace import ScanFolder
+from walltopo.scans.folder import ScanFolder
 
 __all__ = ["read_edits", "save_edits"]
 

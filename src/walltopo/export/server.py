@@ -17,7 +17,7 @@ from urllib.parse import unquote, urlsplit
 
 from walltopo.core import EnvironmentLacksError, WalltopoError
 from walltopo.export.edits import read_edits, save_edits
-from walltopo.workspace import ScanFolder
+from walltopo.scans.folder import ScanFolder
 
 __all__ = ["make_server", "serve"]
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from walltopo.core import Progress
+from walltopo.export.contract import ExportSettings
 from walltopo.export.meshopt import available
-from walltopo.export.params import ExportSettings
 from walltopo.export.report import write_report
 from walltopo.export.tiers import Look, TierBuilder
 from walltopo.export.wall import Wall, read_wall
 from walltopo.export.webpage import write_page, write_tier
-from walltopo.workspace import ScanFolder, atomic_path, write_json
+from walltopo.scans.folder import ScanFolder, atomic_path, write_json
 
 __all__ = ["run", "write_wall"]
 

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from walltopo.core import StageError
 from walltopo.export.atlas import Detailed, retexture
+from walltopo.export.contract import ExportSettings
 from walltopo.export.gltf import Packing, write_glb
 from walltopo.export.loose import without_loose
 from walltopo.export.meshopt import available
-from walltopo.export.params import ExportSettings
 from walltopo.export.picture import encode_picture, read_picture
 from walltopo.export.surface import Surface, mixed_triangles, simplify, split_at_borders
 from walltopo.export.wall import Wall

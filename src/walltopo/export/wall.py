@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh
-from walltopo.workspace import ScanFolder, read_json
+from walltopo.scans.folder import ScanFolder, read_json
 
 __all__ = ["Wall", "hold_table", "read_wall"]
 
@@ -118,7 +118,7 @@ def _corrected(
     Strokes of holds that were deleted afterwards count too, as in `routes.classify`: they took
     triangles from other holds before they went.
     """
-    from walltopo.formats.edits import apply_strokes, read_hold_edits
+    from walltopo.scans.edits import apply_strokes, read_hold_edits
 
     strokes = read_hold_edits(scan.hold_edits)["strokes"]
     known = [stroke for stroke in strokes if stroke["hold"] == 0 or stroke["hold"] in lifted]
@@ -133,7 +133,7 @@ def read_wall(scan: ScanFolder, title: str = "") -> Wall:
     ------
     InputError : a file is missing or does not fit the mesh; names it.
     """
-    from walltopo.formats.ply import read_mesh
+    from walltopo.meshes.ply import read_mesh
 
     mesh = read_mesh(scan.mesh)
     attributes = read_json(scan.attributes)["instances"]

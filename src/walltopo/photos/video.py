@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError
-from walltopo.photos.params import IngestSettings
+from walltopo.photos.contract import IngestSettings
 from walltopo.photos.quality import motion, sharpness, thumbnail
 
 __all__ = ["VIDEO_SUFFIXES", "pick_frames"]

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.routes.likeness import FLATTEN, REACH, cues_of, likeness
+from walltopo.routes.paint import FLATTEN, REACH, cues_of, likeness
 
 __all__ = ["Grouping", "candidate_pairs", "group_by_paint", "group_holds", "louvain", "similarity"]
 
@@ -152,13 +152,13 @@ def group_by_paint(
 ) -> Grouping:
     """Group holds into routes without naming their colours first.
 
-    One graph of all holds, linked by `likeness.likeness`. For scans whose light is too uneven
+    One graph of all holds, linked by `paint.likeness`. For scans whose light is too uneven
     to name colours.
 
     Parameters
     ----------
-    points : (n, 3) positions; paint : (n, 3) of `likeness.balanced_paint`.
-    lengths : as in `group_holds`, with `likeness.FLATTEN` as the ratio.
+    points : (n, 3) positions; paint : (n, 3) of `paint.balanced_paint`.
+    lengths : as in `group_holds`, with `paint.FLATTEN` as the ratio.
     unit : scan units a metre.
     resolution : of Louvain, for all colours together.
     """

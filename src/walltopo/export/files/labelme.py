@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError, Progress, View
 from walltopo.export.wall import Wall
-from walltopo.workspace import ScanFolder, atomic_path, write_json
+from walltopo.scans.folder import ScanFolder, atomic_path, write_json
 
 __all__ = ["outlines", "write_labelme"]
 
@@ -76,7 +76,7 @@ def write_labelme(folder: Path, scan: ScanFolder, wall: Wall, progress: Progress
     """
     import shutil
 
-    from walltopo.formats.colmap import read_views
+    from walltopo.scans.model import read_views
 
     views = read_views(scan.sparse)
     progress.step("hold outlines", len(views))

@@ -13,8 +13,8 @@ from walltopo.core import Mesh
 from walltopo.export.picture import encode_texture
 from walltopo.export.surface import Surface, split_at_borders
 from walltopo.export.wall import Wall
-from walltopo.formats.ply import write_ply
-from walltopo.workspace import atomic_path, write_json
+from walltopo.meshes.ply import write_ply
+from walltopo.scans.folder import atomic_path, write_json
 
 __all__ = ["instance_colours", "write_labelled_ply", "write_obj", "write_painted_ply"]
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from walltopo.core import View, WalltopoError
-from walltopo.workspace import ScanFolder, read_json
+from walltopo.scans.folder import ScanFolder, read_json
 
 __all__ = ["Facts", "read_facts"]
 
@@ -46,7 +46,7 @@ def _optional(path: Any, default: Any) -> Any:
 
 
 def _views(scan: ScanFolder) -> list[View]:
-    from walltopo.formats.colmap import read_views
+    from walltopo.scans.model import read_views
 
     if not scan.sparse.is_dir():
         return []

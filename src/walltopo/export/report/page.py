@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from walltopo.core import Progress
-from walltopo.export.params import ExportSettings
+from walltopo.export.contract import ExportSettings
 from walltopo.export.report import sections
 from walltopo.export.report.facts import Facts, read_facts
 from walltopo.export.report.maps import Maps, draw_maps
 from walltopo.export.report.markup import section, text
 from walltopo.export.tiers import Look
 from walltopo.export.wall import Wall
-from walltopo.workspace import ScanFolder, atomic_path
+from walltopo.scans.folder import ScanFolder, atomic_path
 
 __all__ = ["write_report"]
 

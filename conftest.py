@@ -1,0 +1,47 @@
+"""Fixtures that all tests share."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+
+def _data_root() -> Path:
+    return Path(
+        os.environ.get(
+            "WALLTOPO_TEST_DATA", Path(__file__).resolve().parents[1] / "shared" / "data"
+        )
+    )
+
+
+@pytest.fixture(scope="session")
+def data_root() -> Path:
+    """The folder of test data beside the checkout; tests that want it skip where it is absent."""
+    root = _data_root()
+    if not (root / "README.md").is_file():
+        pytest.skip(f"test data not found at {root} (set WALLTOPO_TEST_DATA)")
+    return root
+
+
+@pytest.fixture(scope="session")
+def gym_a(data_root: Path) -> Path:
+    """The rendered gym with exact ground truth."""
+    return data_root / "gym-a"
+
+
+@pytest.fixture(scope="session")
+def tiny_gym(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A small rendered gym with its truth: `photos/` and `truth/`."""
+    from walltopo_lab.synth import tiny
+
+    out = tmp_path_factory.mktemp("tiny-gym")
+    tiny(out)
+    return out
+
+
+@pytest.fixture(scope="session")
+def tiny_photos(tiny_gym: Path) -> Path:
+    """The photos of the small rendered gym."""
+    return tiny_gym / "photos"

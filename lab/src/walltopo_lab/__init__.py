@@ -1,0 +1,1 @@
+"""walltopo-lab: generated gyms, data sets, training, evaluation and tuning for walltopo."""

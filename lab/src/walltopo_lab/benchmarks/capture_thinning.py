@@ -1,0 +1,181 @@
+"""How many photos a wall and its measure need: gym-a with photos left out, against its truth.
+
+    python -m walltopo_lab.benchmarks.capture_thinning --scan SCAN --truth DATA/gym-a
+
+SCAN is a finished scan of gym-a (to the stage `scale`) that still has `work/features`: features
+and matches are taken from there, mapping and the measure are run again for every row.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import sys
+import tempfile
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import Camera, Silent, StageError, View
+from walltopo.measure.from_plates import measure_from_plates
+from walltopo.measure.markers import Detection
+from walltopo.measure.plates import Plate, built_in_plates
+from walltopo.measure.stage import detect_in_photos
+from walltopo.measure.upright import up_from_cameras
+from walltopo.meshes.similarity import Similarity
+from walltopo.raycast import render_ids
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.model import read_views
+from walltopo.sparse.colmap_process import run_worker
+from walltopo.sparse.contract import SparseSettings
+from walltopo.sparse.stage import camera_entries, mapping_job, photo_entries
+from walltopo_lab.benchmarks.reconstruction_poses import centres, fit_on_floor, load_truth, matched
+
+Floats = NDArray[np.float64]
+_WALL = 60  # photos 0 to 59 show the wall, 60 to 71 the measures
+_NEAR = 0.02  # m; a surface point is seen where the rendered depth is its own within this
+
+
+def map_subset(scan: ScanFolder, names: Sequence[str], work: Path) -> list[View]:
+    """Map only the named photos, from the features and matches that the scan has."""
+    photos = photo_entries(scan)
+    database = work / "features.db"
+    shutil.copyfile(scan.work / "features" / "features.db", database)
+    job = mapping_job(database, scan.photos, SparseSettings())
+    cameras, indices = camera_entries(photos)
+    job["cameras"] = cameras
+    job["images"] = [{"name": p["name"], "camera": k} for p, k in zip(photos, indices, strict=True)]
+    task: dict[str, Any] = {"output": str(work / "mapping"), "reference": "", "expected": 0}
+    task |= {"constant_cameras": [], "held_images": [], "only": list(names)}
+    result = run_worker({**job, "pairing": None, "map": task}, Silent())
+    return read_views(Path(result["best"])) if result["best"] else []
+
+
+def in_world(view: View, world: Similarity) -> View:
+    """The view in the world frame."""
+    rotation = view.cam_from_world[:, :3] @ world.rotation.T
+    return replace(view, cam_from_world=np.c_[rotation, -rotation @ world.apply(view.centre)])
+
+
+def coverage(truth_folder: Path, names: Sequence[str]) -> NDArray[np.bool_]:
+    """(photos, faces) bool: which hold faces of the truth each photo shows (area-sampled)."""
+    gt = np.load(truth_folder / "gt.npz")
+    vertices, faces = gt["vertices"].astype(np.float64), gt["faces"]
+    chosen = np.flatnonzero((gt["face_instance"] > 0) & (gt["face_views"] > 0))
+    corners = vertices[faces[chosen]]
+    areas = np.linalg.norm(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+    )
+    rng = np.random.default_rng(0)
+    points = corners[rng.choice(len(chosen), 20_000, p=areas / areas.sum())].mean(axis=1)
+    fx, fy, cx, cy = gt["intrinsics"].tolist()
+    width, height = gt["size"].tolist()
+    camera = Camera("PINHOLE", width, height, (fx, fy, cx, cy)).scaled(0.5)
+    poses = load_truth(truth_folder)
+    return np.array([_shows(vertices, faces, camera, poses[name], points) for name in names])
+
+
+def _shows(
+    vertices: Floats, faces: NDArray[np.int32], camera: Camera, pose: Floats, points: Floats
+) -> NDArray[np.bool_]:
+    depth = render_ids(vertices, faces, camera, pose)[1]
+    local = points @ pose[:, :3].T + pose[:, 3]
+    xy = np.nan_to_num(camera.project(local), nan=-1.0)
+    inside = ((xy >= 0) & (xy < [camera.width, camera.height])).all(axis=1)
+    column, row = (np.where(inside, xy[:, k], 0).astype(int) for k in (0, 1))
+    return np.asarray(inside & (np.abs(depth[row, column] - local[:, 2]) < _NEAR))
+
+
+def judge_row(
+    label: str,
+    views: list[View],
+    asked: int,
+    detections: Sequence[Detection],
+    plates: Sequence[Plate],
+    truth: dict[str, Floats],
+    seen: dict[str, NDArray[np.bool_]] | None = None,
+) -> None:
+    """Print one row: registered, centres, scale, up, and the share of holds in 3 photos."""
+    row = f"| {label} | {len(views)}/{asked} |"
+    if seen is not None:
+        counts = np.sum([seen[view.name] for view in views], axis=0)
+        row += f" {100 * (counts >= 3).mean():.0f} % |"
+    if not views:
+        print(f"{row} not reconstructed |")
+        return
+    try:
+        up = up_from_cameras(views)
+        measure, _, notes = measure_from_plates(views, detections, plates, up)
+    except StageError as told:
+        print(f"{row} {told.message} |")
+        return
+    if measure is None:
+        print(f"{row} unscaled: {'; '.join(notes) or 'no plate seen'} |")
+        return
+    placed = [in_world(view, measure.world_from_model) for view in views]
+    scan, real = matched(placed, truth)
+    a, b = centres(scan), centres(real)
+    apart = 1000 * np.linalg.norm(fit_on_floor(a, b).apply(a) - b, axis=1)
+    a0, b0 = a - a.mean(axis=0), b - b.mean(axis=0)
+    u, singular, vt = np.linalg.svd(b0.T @ a0)
+    rotation = u @ np.diag([1, 1, np.linalg.det(u @ vt)]) @ vt
+    tilt = np.degrees(np.arccos(np.clip(rotation[2, 2], -1, 1)))
+    error = 100 * ((a0**2).sum() / singular.sum() - 1)
+    print(f"{row} {np.median(apart):.1f} / {apart.max():.1f} mm | {error:+.2f} % | {tilt:.2f}° |")
+
+
+def thin_photos(scan: ScanFolder, truth_folder: Path, detections: Sequence[Detection]) -> None:
+    """Print the table of walls with ever fewer photos."""
+    truth, plates = load_truth(truth_folder), built_in_plates()[:3]
+    names = sorted(truth)
+    shown = dict(zip(names, coverage(truth_folder, names), strict=True))
+    wall, measures = names[:_WALL], names[_WALL:]
+    head = "| photos | registered | holds in >= 3 photos | centres, median / worst | scale | up |"
+    print(f"{head}\n|---|---|---|---|---|---|")
+    with tempfile.TemporaryDirectory() as work:
+        for step in (1, 2, 3, 4, 6):
+            kept = [*wall[::step], *measures]
+            views = map_subset(scan, kept, Path(work))
+            label = f"{len(wall[::step])} of the wall + 12 of the measures"
+            judge_row(label, views, len(kept), detections, plates, truth, shown)
+
+
+def thin_measures(scan: ScanFolder, truth_folder: Path, detections: Sequence[Detection]) -> None:
+    """Print the table of ever fewer plates and photos of them."""
+    truth, plates = load_truth(truth_folder), built_in_plates()[:3]
+    views, measures = read_views(scan.sparse), sorted(truth)[_WALL:]
+    print("\n| measures seen | registered | centres, median / worst | scale | up |")
+    print("|---|---|---|---|---|")
+    for plate_count in (3, 2, 1):
+        for photos in (4, 3, 2):
+            some = [
+                d
+                for number, plate in enumerate(plates[:plate_count])
+                for d in detections
+                if d.marker in plate.ids and d.photo in measures[4 * number :][:photos]
+            ]
+            label = f"{plate_count} in {photos} photos each"
+            judge_row(label, views, len(truth), some, plates, truth)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--scan", type=Path, required=True)
+    parser.add_argument("--truth", type=Path, required=True)
+    parser.add_argument("--table", choices=("photos", "measures", "both"), default="both")
+    args = parser.parse_args()
+    scan, names = ScanFolder(args.scan), sorted(load_truth(args.truth))
+    detections = detect_in_photos(scan.photos, names, built_in_plates()[:3], Silent())
+    if args.table != "measures":
+        thin_photos(scan, args.truth, detections)
+    if args.table != "photos":
+        thin_measures(scan, args.truth, detections)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

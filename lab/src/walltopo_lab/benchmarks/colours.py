@@ -1,0 +1,124 @@
+"""Colour accuracy on the rendered gym with its true instances.
+
+    python -m walltopo_lab.benchmarks.colours [DATA]
+
+DATA is the folder of the test data (default ../shared/data). Printed: the untrained default on
+both scans of the gym, and the first with a palette learnt on the other (`gym-a-reset`), where a
+setter is played by the truth: each cluster of that scan gets the name of its holds' majority.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import Camera, Mesh, Silent, View
+from walltopo.holds.colour import HoldPaint, assign_colours, find_palette, paint_over_views
+from walltopo.holds.contract import ClassifySettings
+from walltopo.holds.geometry import measure_shapes
+from walltopo.holds.observe import gather
+from walltopo.holds.palette import Entry
+
+RADIAL = 0.035  # k1 of the photos of both scans; see the data's README
+
+
+def true_scan(
+    folder: Path, lift: bool
+) -> tuple[list[View], Mesh, NDArray[np.int32], dict[int, str], dict[int, str]]:
+    """Views, mesh, face labels, true colours and classes of one scan of the gym.
+
+    lift : the reconstruction-like mesh instead of the true one.
+    """
+    truth = np.load(folder / "gt.npz")
+    source = np.load(folder / "lift" / "gt.npz") if lift else truth
+    mesh = Mesh(source["vertices"], source["faces"])
+    focal, _, cx, cy = (float(v) for v in truth["intrinsics"])
+    width, height = (int(v) for v in truth["size"])
+    camera = Camera("SIMPLE_RADIAL", width, height, (focal, cx, cy, RADIAL))
+    views = [
+        View(f"IMG_{number:04d}.jpg", camera, pose)
+        for number, pose in enumerate(truth["cam_from_world"])
+    ]
+    scene = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
+    colours = {entry["id"]: entry["colour"] for entry in scene["instances"]}
+    kinds = {entry["id"]: entry["class"] for entry in scene["instances"]}
+    return views, mesh, source["face_instance"].astype(np.int32), colours, kinds
+
+
+def scale(settings: ClassifySettings) -> dict[str, float]:
+    """The settings that say which colours are the same."""
+    return {"spread": settings.colour_spread, "lightness_weight": settings.lightness_weight}
+
+
+def paints_of(
+    folder: Path, lift: bool, settings: ClassifySettings
+) -> tuple[dict[int, HoldPaint], dict[int, str], set[int]]:
+    """Each seen hold's paint, its true colour, and which instances are volumes."""
+    views, mesh, labels, colours, kinds = true_scan(folder, lift)
+    seen, light = gather(views, folder / "photos", mesh, labels, settings, Silent())
+    shapes = measure_shapes(mesh, labels, sorted(colours))
+    positions = {number: shape.position for number, shape in shapes.items()}
+    seen = {number: rows for number, rows in sorted(seen.items()) if number in positions}
+    volumes = {number for number, kind in kinds.items() if kind == "volume"}
+    return paint_over_views(seen, light, positions, settings.max_views), colours, volumes
+
+
+def setters_palette(
+    paints: dict[int, HoldPaint],
+    colours: dict[int, str],
+    entries: list[Entry],
+    settings: ClassifySettings,
+) -> list[Entry]:
+    """The palette of a scan, its clusters named by a setter who knows the truth."""
+    found = assign_colours(paints, entries, **scale(settings))
+    named = []
+    for entry in entries:
+        truth = Counter(
+            colours[hold] for hold, colour in found.items() if colour.name == entry.name
+        )
+        if truth:
+            named.append(Entry(truth.most_common(1)[0][0], entry.rgb, entry.role))
+    return named
+
+
+def report(
+    title: str,
+    paints: dict[int, HoldPaint],
+    truth: dict[int, str],
+    palette: list[Entry],
+    settings: ClassifySettings,
+) -> None:
+    """Print accuracy and the confusions."""
+    found = assign_colours(paints, palette, **scale(settings))
+    right = sum(found[hold].name == truth[hold] for hold in found)
+    missed = len(truth) - len(found)
+    print(f"{title}: {right}/{len(found)} = {right / len(found):.4f} ({missed} instances not seen)")
+    print("  palette:", ", ".join(f"{entry.name} {entry.rgb}" for entry in palette))
+    wrong = Counter((truth[h], found[h].name) for h in found if found[h].name != truth[h])
+    for (was, called), count in wrong.most_common():
+        print(f"  {was} called {called}: {count}")
+
+
+def main() -> None:
+    data = Path(sys.argv[1] if len(sys.argv) > 1 else "../shared/data")
+    settings = ClassifySettings()
+    begun = time.process_time()
+    paints, truth, volumes = paints_of(data / "gym-a", True, settings)
+    print(f"{len(paints)} instances in 72 photos read in {time.process_time() - begun:.1f} CPU-s")
+    found = find_palette(paints, volumes, **scale(settings))
+    report("untrained default", paints, truth, found, settings)
+    others, colours, others_volumes = paints_of(data / "gym-a-reset", False, settings)
+    entries = find_palette(others, others_volumes, **scale(settings))
+    report("the other scan, untrained default", others, colours, entries, settings)
+    palette = setters_palette(others, colours, entries, settings)
+    report("with a palette from the other scan", paints, truth, palette, settings)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,188 @@
+"""Camera poses, scale, up and floor of a scan against exact truth.
+
+    python -m walltopo_lab.benchmarks.reconstruction_poses truth SCAN TRUTH [--update SCAN TRUTH]...
+    python -m walltopo_lab.benchmarks.reconstruction_poses gym-a --data DATA --out FOLDER
+
+`truth` judges finished scans; `gym-a` runs ingest, sparse and scale on gym-a, then gym-a-reset
+registered into it both ways, and judges all three.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import resource
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import Silent, View
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.model import read_views
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class FloorFit:
+    """Turn about z and shift on the floor (never in height) from scan to truth."""
+
+    rotation: Floats
+    shift: Floats
+
+    def apply(self, points: Floats) -> Floats:
+        return points @ self.rotation.T + self.shift
+
+
+def fit_on_floor(scan: Floats, truth: Floats) -> FloorFit:
+    """Least squares heading and place on the floor of matched points (n, 3)."""
+    a, b = scan[:, :2] - scan[:, :2].mean(axis=0), truth[:, :2] - truth[:, :2].mean(axis=0)
+    angle = np.arctan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum())
+    c, s = np.cos(angle), np.sin(angle)
+    rotation = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1.0]])
+    shift = truth.mean(axis=0) - rotation @ scan.mean(axis=0)
+    shift[2] = 0.0
+    return FloorFit(rotation, shift)
+
+
+def centres(poses: Floats) -> Floats:
+    """(n, 3) camera centres of (n, 3, 4) cam_from_world."""
+    return -np.einsum("nji,nj->ni", poses[:, :, :3], poses[:, :, 3])
+
+
+def load_truth(folder: Path) -> dict[str, Floats]:
+    """Photo name to its true cam_from_world (3, 4); poses are in the order of the names."""
+    poses = np.load(folder / "gt.npz")["cam_from_world"]
+    names = sorted(path.name for path in (folder / "photos").iterdir())
+    return dict(zip(names, poses, strict=True))
+
+
+def matched(views: list[View], truth: dict[str, Floats]) -> tuple[Floats, Floats]:
+    """Poses of scan and truth, (n, 3, 4) each, of the registered photos."""
+    scan = np.array([view.cam_from_world for view in views])
+    return scan, np.array([truth[view.name] for view in views])
+
+
+def judge(label: str, views: list[View], truth: dict[str, Floats], fit: FloorFit) -> None:
+    """Print one row of figures."""
+    scan, real = matched(views, truth)
+    a, b = centres(scan), centres(real)
+    moved = fit.apply(a)
+    apart = 1000 * np.linalg.norm(moved - b, axis=1)
+    print(
+        f"{label:28s} {len(views):3d}/{len(truth):<3d} centres: median {np.median(apart):6.2f} mm, "
+        f"worst {apart.max():6.2f} mm"
+    )
+
+
+def judge_frame(views: list[View], truth: dict[str, Floats]) -> None:
+    """Print scale, up and floor of a scan on its own."""
+    scan, real = matched(views, truth)
+    a, b = centres(scan), centres(real)
+    a0, b0 = a - a.mean(axis=0), b - b.mean(axis=0)
+    u, singular, vt = np.linalg.svd(b0.T @ a0)
+    scale = singular.sum() / (a0**2).sum()
+    rotation = u @ np.diag([1, 1, np.linalg.det(u @ vt)]) @ vt
+    tilt = np.degrees(np.arccos(np.clip(rotation[2, 2], -1, 1)))
+    bend = 1000 * np.linalg.norm(scale * a0 @ rotation.T - b0, axis=1)
+    # The scan's floor, z = 0, put into the truth by the full fit, over the cameras' middle.
+    below = np.array([*a.mean(axis=0)[:2], 0.0])
+    height = scale * rotation @ (below - a.mean(axis=0)) + b.mean(axis=0)
+    print(
+        f"{'':28s} bend (left after a full similarity): median {np.median(bend):.2f} mm, "
+        f"worst {bend.max():.2f} mm"
+    )
+    print(
+        f"{'':28s} scale error {100 * (1 / scale - 1):+.4f} %, up off by {tilt:.4f} deg, "
+        f"floor at {1000 * height[2]:+.2f} mm"
+    )
+
+
+def judge_scan(label: str, folder: Path, truth_folder: Path) -> FloorFit:
+    """Judge a scan in its own frame; returns the fit that put it on the truth."""
+    views = read_views(ScanFolder(folder).sparse)
+    truth = load_truth(truth_folder)
+    scan, real = matched(views, truth)
+    fit = fit_on_floor(centres(scan), centres(real))
+    judge(label, views, truth, fit)
+    judge_frame(views, truth)
+    return fit
+
+
+def judge_update(label: str, folder: Path, truth_folder: Path, fit: FloorFit) -> None:
+    """Judge an aligned update in its reference's frame: nothing is fitted to its own cameras."""
+    judge(label, read_views(ScanFolder(folder).sparse), load_truth(truth_folder), fit)
+    aligned = ScanFolder(folder).work / "aligned.json"
+    if aligned.is_file():
+        told = json.loads(aligned.read_text(encoding="utf-8"))
+        print(f"{'':28s} reference poses moved by {told.get('reference_moved', float('nan')):.1e}")
+
+
+def run_stages(photos: Path, out: Path, reference: str = "", align: str = "constrained") -> None:
+    """ingest, sparse and scale with default settings; prints wall and CPU seconds of each."""
+    from walltopo.measure.contract import ScaleSettings
+    from walltopo.measure.stage import run as scale
+    from walltopo.photos.contract import IngestSettings
+    from walltopo.photos.stage import run as ingest
+    from walltopo.sparse.contract import SparseSettings
+    from walltopo.sparse.stage import run as sparse_run
+
+    scan, silent = ScanFolder(out), Silent()
+    out.mkdir(parents=True, exist_ok=True)
+    stages: dict[str, Callable[[], dict[str, Any]]] = {
+        "ingest": lambda: ingest(scan, IngestSettings(), silent, [photos]),
+        "sparse": lambda: sparse_run(
+            scan, SparseSettings(reference=reference, align=align), silent
+        ),
+        "scale": lambda: scale(scan, ScaleSettings(), silent),
+    }
+    for name, stage in stages.items():
+        clock, cpu = time.perf_counter(), _cpu_seconds()
+        metrics = stage()
+        spent = f"{time.perf_counter() - clock:6.1f} s, {_cpu_seconds() - cpu:6.1f} CPU-s"
+        print(f"{out.name} {name:7s} {spent}: {metrics}")
+
+
+def _cpu_seconds() -> float:
+    kinds = (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
+    return sum(resource.getrusage(k).ru_utime + resource.getrusage(k).ru_stime for k in kinds)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    commands = parser.add_subparsers(dest="command", required=True)
+    truth = commands.add_parser("truth", help="judge finished scans")
+    truth.add_argument("scan", type=Path)
+    truth.add_argument("truth", type=Path)
+    truth.add_argument("--update", nargs=2, type=Path, action="append", default=[])
+    gym = commands.add_parser("gym-a", help="run and judge gym-a and its reset")
+    gym.add_argument("--data", type=Path, required=True, help="folder that holds gym-a")
+    gym.add_argument("--out", type=Path, required=True)
+    gym.add_argument("--reuse", action="store_true", help="judge what is already there")
+    args = parser.parse_args()
+    if args.command == "truth":
+        fit = judge_scan(args.scan.name, args.scan, args.truth)
+        for folder, truth_folder in args.update:
+            judge_update(folder.name, folder, truth_folder, fit)
+        return 0
+    names = {"constrained": args.out / "reset-constrained", "rigid": args.out / "reset-rigid"}
+    if not args.reuse:
+        run_stages(args.data / "gym-a" / "photos", args.out / "gym-a")
+        for align, folder in names.items():
+            reference = str(args.out / "gym-a")
+            photos = args.data / "gym-a-reset" / "photos"
+            run_stages(photos, folder, reference=reference, align=align)
+    fit = judge_scan("gym-a", args.out / "gym-a", args.data / "gym-a")
+    for align, folder in names.items():
+        judge_update(f"gym-a-reset, {align}", folder, args.data / "gym-a-reset", fit)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

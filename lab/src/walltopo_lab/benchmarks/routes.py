@@ -1,0 +1,179 @@
+"""Figures of route clustering.
+
+    python -m walltopo_lab.benchmarks.routes gym-a       true holds and colours of the rendered gym
+    python -m walltopo_lab.benchmarks.routes gyms        30 generated gyms that chose nothing
+    python -m walltopo_lab.benchmarks.routes masks       the real photos with hand-drawn masks, in the image
+    python -m walltopo_lab.benchmarks.routes proxy       path lengths on the proxy against the full mesh
+    python -m walltopo_lab.benchmarks.routes speed       600 holds on a wall of 500,000 triangles
+
+An optional last argument is the folder of the test data (default ../shared/data). ARI is the
+adjusted Rand index over holds that belong to a route; a hold left without a route counts as
+a group of its own.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+from sklearn.metrics import adjusted_rand_score
+
+from walltopo.core import Mesh
+from walltopo.routes.contract import RoutesSettings
+from walltopo.routes.stage import find_routes
+from walltopo.scans.records import Hold, Route
+
+
+def rand_index(routes: list[Route], truth: dict[int, int]) -> float:
+    """ARI of found routes against hold id to true route."""
+    found = {hold: route.id for route in routes for hold in route.holds}
+    ids = sorted(truth)
+    alone = {hold: -hold for hold in ids}
+    return float(
+        adjusted_rand_score([truth[k] for k in ids], [found.get(k, alone[k]) for k in ids])
+    )
+
+
+def _point(values: list[float]) -> tuple[float, float, float]:
+    return values[0], values[1], values[2]
+
+
+def true_holds(folder: Path) -> tuple[Mesh, list[Hold], dict[int, int]]:
+    """Mesh, holds with true attributes, and true routes of a rendered scan."""
+    source = folder / "lift" / "gt.npz"
+    data = np.load(source if source.is_file() else folder / "gt.npz")
+    scene = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
+    holds, truth = [], {}
+    for entry in scene["instances"]:
+        role = {-1: "volume", -2: "downclimb"}.get(entry["route"], "hold")
+        holds.append(
+            Hold(
+                entry["id"],
+                entry["class"],
+                _point(entry["position"]),
+                _point(entry["normal"]),
+                colour=entry["colour"],
+                size_m=0.15,
+                role=role,
+            )
+        )
+        if role == "hold":
+            truth[entry["id"]] = entry["route"]
+    return Mesh(data["vertices"], data["faces"]), holds, truth
+
+
+def gym_a(data: Path) -> None:
+    """ARI with true holds and colours."""
+    for name in ("gym-a", "gym-a-reset"):
+        mesh, holds, truth = true_holds(data / name)
+        begun = time.process_time()
+        routes, _ = find_routes(mesh, holds, RoutesSettings())
+        print(
+            f"{name}: ARI {rand_index(routes, truth):.4f}, {len(routes)} routes of "
+            f"{len(set(truth.values()))}, {len(truth)} holds, "
+            f"{time.process_time() - begun:.1f} CPU-s on {len(mesh.faces)} triangles"
+        )
+
+
+def gyms(data: Path) -> None:
+    """ARI over generated gyms: presets easy, modern, oldschool-dark and lead in turn."""
+    from walltopo_lab.benchmarks.routes_gyms import set_gym
+
+    presets = ("modern", "oldschool-dark", "lead", "modern", "easy")
+    values = []
+    for number in range(30):
+        preset = presets[number % len(presets)]
+        gym = set_gym(preset, 1000 + number)
+        routes, _ = find_routes(gym.mesh, gym.holds, RoutesSettings())
+        values.append(rand_index(routes, gym.route))
+        print(
+            f"{preset} {1000 + number}: ARI {values[-1]:.4f}, {len(routes)} routes of "
+            f"{len(set(gym.route.values()))}, {len(gym.route)} holds"
+        )
+    print(f"30 generated gyms: mean {np.mean(values):.4f}, worst {np.min(values):.4f}")
+
+
+def masks(data: Path) -> None:
+    """ARI per real photo."""
+    from walltopo_lab.benchmarks.routes_masks import report
+
+    report(data / "hold-masks")
+
+
+def proxy(data: Path) -> None:
+    """Errors of proxies of several sizes: against FlipOut on the full mesh of gym-a/lift."""
+    from walltopo.routes.geodesic import pair_lengths
+    from walltopo.routes.grouping import candidate_pairs
+    from walltopo.routes.proxy import build_proxy
+
+    mesh, holds, truth = true_holds(data / "gym-a")
+    present = np.unique(np.load(data / "gym-a" / "lift" / "gt.npz")["face_instance"])
+    holds = [hold for hold in holds if hold.id in truth and hold.id in present]
+    points = np.array([hold.position for hold in holds])
+    pairs = candidate_pairs(points, ["any"] * len(holds), 1.0, 2.5)
+    pairs = pairs[np.random.default_rng(0).choice(len(pairs), 100, replace=False)]
+    begun = time.process_time()
+    full = build_proxy(mesh.vertices, mesh.faces, points, len(mesh.faces))
+    exact = pair_lengths(full, pairs, 1.0)
+    print(
+        f"full mesh, {len(full.faces)} triangles after the repair: "
+        f"{time.process_time() - begun:.0f} CPU-s for {len(pairs)} paths up to {exact.max():.1f} m"
+    )
+    straight = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1)
+    error = np.abs(straight / exact - 1)
+    print(f"straight lines instead: median error {np.median(error):.1%}, worst {error.max():.1%}")
+    for faces in (5_000, 20_000, 80_000):
+        begun = time.process_time()
+        small = build_proxy(mesh.vertices, mesh.faces, points, faces)
+        lengths = pair_lengths(small, pairs, 1.0)
+        error = np.abs(lengths / exact - 1)
+        print(
+            f"{faces} triangles: error median {np.median(error):.1%}, 95 % "
+            f"{np.percentile(error, 95):.1%}, worst {error.max():.1%} "
+            f"({np.abs(lengths - exact).max() * 100:.1f} cm), "
+            f"{time.process_time() - begun:.1f} CPU-s"
+        )
+
+
+def speed(data: Path) -> None:
+    """All colours of 600 holds on 500,000 triangles."""
+    rng = np.random.default_rng(0)
+    columns, rows = 707, 354
+    x, z = np.meshgrid(np.linspace(0, 14, columns), np.linspace(0, 5, rows))
+    y = 0.25 * np.sin(1.3 * x) - 0.2 * z + rng.normal(0, 0.002, x.shape)
+    vertices = np.column_stack([x.ravel(), y.ravel(), z.ravel()])
+    corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
+    over = corner + columns
+    faces = np.vstack(
+        [
+            np.column_stack([corner, corner + 1, over + 1]),
+            np.column_stack([corner, over + 1, over]),
+        ]
+    )
+    places = vertices[rng.choice(len(vertices), 600, replace=False)].tolist()
+    holds = [
+        Hold(k + 1, "hold", (p[0], p[1], p[2]), colour=f"colour {k % 10}", size_m=0.15)
+        for k, p in enumerate(places)
+    ]
+    mesh = Mesh(vertices, faces)
+    find_routes(mesh, holds[:40], RoutesSettings())  # libraries loaded, code compiled
+    wall, cpu = time.perf_counter(), time.process_time()
+    routes, _ = find_routes(mesh, holds, RoutesSettings())
+    print(
+        f"600 holds of 10 colours on {len(faces)} triangles: {len(routes)} routes, "
+        f"{time.process_time() - cpu:.1f} CPU-s, {time.perf_counter() - wall:.1f} s"
+    )
+
+
+def main() -> None:
+    actions = {"gym-a": gym_a, "gyms": gyms, "masks": masks, "proxy": proxy, "speed": speed}
+    if len(sys.argv) < 2 or sys.argv[1] not in actions:
+        raise SystemExit(__doc__)
+    actions[sys.argv[1]](Path(sys.argv[2] if len(sys.argv) > 2 else "../shared/data"))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,83 @@
+"""Are downclimb holds found by themselves? On gyms of the generator, set but not photographed.
+
+    python -m walltopo_lab.benchmarks.routes_downclimb choose     other values of the rule, on gyms 3000 to 3029
+    python -m walltopo_lab.benchmarks.routes_downclimb report     the rule, on gyms 1000 to 1029
+
+Colours are true; types are told as the shipped network tells them of lifted instances: each drawn
+from what it said of that type on two reconstructed gyms (`python -m walltopo_lab.benchmarks.types scans`).
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+
+import numpy as np
+
+from walltopo.holds import downclimb
+from walltopo.scans.records import Hold
+from walltopo_lab.benchmarks.routes_gyms import set_gym
+
+PRESETS = ("modern", "oldschool-dark", "lead", "modern", "easy")
+# What lifted holds of a type were called, and how often: gyms 7000, modern and oldschool-dark.
+CALLED = {
+    "jug": {"jug": 57, "foothold": 2, "pinch": 1, "sloper": 1, "unknown": 15},
+    "crimp": {"crimp": 13, "foothold": 5, "pocket": 1, "unknown": 12},
+    "sloper": {"sloper": 29, "foothold": 2, "unknown": 3},
+    "pinch": {"pinch": 30, "jug": 2, "foothold": 1, "unknown": 8},
+    "pocket": {"pocket": 17, "foothold": 2, "sloper": 1, "unknown": 4},
+    "foothold": {"foothold": 56, "pocket": 2, "unknown": 4},
+}
+
+
+def as_seen(holds: list[Hold], seed: int) -> list[Hold]:
+    """The holds with types as a scan would have them."""
+    rng = np.random.default_rng([17, seed])
+    seen = []
+    for hold in holds:
+        counts = CALLED[hold.type]
+        odds = np.array(list(counts.values())) / sum(counts.values())
+        seen.append(replace(hold, type=str(rng.choice(list(counts), p=odds))))
+    return seen
+
+
+def count(gyms: list[tuple[list[Hold], list[Hold]]]) -> str:
+    """How many downclimb holds are found, and how many others are taken for some."""
+    there = found = false = 0
+    for holds, seen in gyms:
+        colours = downclimb.downclimb_colours(seen, 1.0)
+        there += sum(hold.role == "downclimb" for hold in holds)
+        found += sum(hold.role == "downclimb" and hold.colour in colours for hold in holds)
+        false += sum(hold.role == "hold" and hold.colour in colours for hold in holds)
+    total = sum(len(holds) for holds, _ in gyms)
+    return (
+        f"{found} of {there} downclimb holds found; {false} of {total - there} others taken for it"
+    )
+
+
+def main() -> None:
+    if sys.argv[1:] not in (["choose"], ["report"]):
+        raise SystemExit(__doc__)
+    first = 3000 if sys.argv[1] == "choose" else 1000
+    gyms = []
+    for number in range(30):
+        holds = set_gym(PRESETS[number % len(PRESETS)], first + number).holds
+        gyms.append((holds, as_seen(holds, first + number)))
+    print(f"the rule: {count(gyms)}")
+    if sys.argv[1] == "report":
+        return
+    for name, values in {
+        "JUGS": (0.25, 0.34, 0.5),
+        "OTHERS": (0.0, 0.34),
+        "LARGE": (1.0, 1.2),
+        "ALONE": (3, 6),
+    }.items():
+        kept = getattr(downclimb, name)
+        for value in values:
+            setattr(downclimb, name, value)
+            print(f"{name} = {value}: {count(gyms)}")
+        setattr(downclimb, name, kept)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,96 @@
+"""Gyms of the generator, set but not photographed, for figures of route clustering."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import Mesh
+from walltopo.scans.records import Hold
+from walltopo_lab.evaluate.routes import type_of_kind
+from walltopo_lab.synth.bodies import Body
+from walltopo_lab.synth.holds import make_hold
+from walltopo_lab.synth.params import gym_preset
+from walltopo_lab.synth.setter import SetWall, set_downclimbs, set_routes
+from walltopo_lab.synth.tnuts import sockets_of
+from walltopo_lab.synth.volumes import place_volumes, volume_footprint
+from walltopo_lab.synth.wall import build_wall
+
+__all__ = ["SetGym", "set_gym"]
+
+
+@dataclass(frozen=True, eq=False)
+class SetGym:
+    """A wall with true holds, colours and routes.
+
+    Parameters
+    ----------
+    route : hold id to its route, for holds that have one.
+    starts : ids of the holds that routes start at; the generator puts a tag beside each.
+    """
+
+    mesh: Mesh
+    holds: list[Hold]
+    route: dict[int, int]
+    starts: frozenset[int]
+
+
+def _make(kind: str, style: str, rng: np.random.Generator, scale: float) -> Body:
+    return make_hold(kind, style, rng, scale, 0.3)
+
+
+def _one_surface(polygons: list[NDArray[np.float64]]) -> Mesh:
+    """The facets as one mesh that hangs together, in triangles of some decimetres."""
+    import trimesh
+
+    corners = np.vstack(polygons)
+    faces, first = [], 0
+    for polygon in polygons:
+        faces += [[first, first + k, first + k + 1] for k in range(1, len(polygon) - 1)]
+        first += len(polygon)
+    joined = trimesh.Trimesh(corners, np.array(faces), process=True)
+    for _ in range(4):
+        joined = joined.subdivide()
+    return Mesh(np.asarray(joined.vertices), np.asarray(joined.faces, dtype=np.int32))
+
+
+def set_gym(preset: str, seed: int) -> SetGym:
+    """The wall of `walltopo synth --preset PRESET --seed SEED` with its routes."""
+    settings, _ = gym_preset(preset)
+    wall = build_wall(settings, np.random.default_rng([seed, 1]))
+    facets, volumes = place_volumes(wall, settings, np.random.default_rng([seed, 2]))
+    hosts = [*wall, *facets]
+    board = SetWall(sockets_of(hosts), hosts, len(volumes) + 1)
+    board.blocked += [(v.position, 0.8 * volume_footprint(v, facets), v.id) for v in volumes]
+    x = board.sockets.points[:, 0]
+    low, width = float(x.min()), float(np.ptp(x)) / settings.routes
+    slack = 0.1 * width
+    lanes = [
+        (low + k * width - slack, low + (k + 1) * width + slack) for k in range(settings.routes)
+    ]
+    set_downclimbs(board, settings, _make, np.random.default_rng([seed, 4]))
+    set_routes(board, lanes, 0, settings, _make, np.random.default_rng([seed, 3]))
+    mesh = _one_surface([facet.corners for facet in wall])
+    holds, route = [], {}
+    for item in board.holds:
+        position, normal = item.position.tolist(), item.normal.tolist()
+        assert item.body is not None
+        role = "downclimb" if item.route == -2 else "hold"
+        holds.append(
+            Hold(
+                item.id,
+                "hold",
+                (position[0], position[1], position[2]),
+                (normal[0], normal[1], normal[2]),
+                type=type_of_kind(item.kind),
+                colour=item.colour,
+                size_m=2 * item.body.radius,
+                role=role,
+            )
+        )
+        if role == "hold":
+            route[item.id] = item.route
+    starts = frozenset(item.id for item in board.holds if item.role == "start")
+    return SetGym(mesh, holds, route, starts)

@@ -1,0 +1,118 @@
+"""Whole scans from photos, as a user runs them: registered, metric, holds, time, memory.
+
+    python -m walltopo_lab.benchmarks.scan DATA            # the real spray wall and the rendered gym
+    python -m walltopo_lab.benchmarks.scan DATA --only spraywall --keep FOLDER
+
+DATA is the folder that holds `spraywall/` and `gym-a/`. Nothing is tuned on either.
+"""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.meshes.ply import read_mesh
+from walltopo.raycast import render_ids
+from walltopo.scans.folder import ScanFolder, read_json
+from walltopo.scans.model import read_views
+
+SCANS = ("spraywall", "gym-a")
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("data", type=Path, metavar="DATA")
+    parser.add_argument("--only", choices=SCANS)
+    parser.add_argument(
+        "--keep", type=Path, help="keep the scans in this folder, and go on with what is there"
+    )
+    args = parser.parse_args()
+    with tempfile.TemporaryDirectory() as temporary:
+        root = args.keep or Path(temporary)
+        for name in [args.only] if args.only else SCANS:
+            report(name, args.data / name, scan(args.data / name / "photos", root / name))
+    return 0
+
+
+def scan(photos: Path, out: Path) -> dict[str, Any]:
+    """Run the command in a process of its own; returns its figures.
+
+    Stages that a kept folder already has are not run again; their recorded times count.
+    """
+    command = [sys.executable, "-m", "walltopo", "scan", str(photos), "-o", str(out)]
+    subprocess.run(command, check=True)
+    stages = read_json(out / "scan.json")["stages"]
+    seconds = sum(record["seconds"] for record in stages.values())
+    peak = max(record["peak_mb"] for record in stages.values())
+    return {"folder": out, "seconds": seconds, "peak_mb": peak, "stages": stages}
+
+
+def report(name: str, data: Path, result: dict[str, Any]) -> None:
+    """Print the table of one scan."""
+    folder = ScanFolder(result["folder"])
+    photos = read_json(folder.photo_list)["photos"]
+    views = read_views(folder.sparse)
+    holds = read_json(folder.holds)["holds"]
+    print(f"\n## {name}\n\n| figure | value |\n|---|---|")
+    print(f"| photos registered | {len(views)} of {len(photos)} |")
+    print(f"| metric | {'yes' if read_json(folder.scale)['metric'] else 'no, and it said so'} |")
+    print(f"| instances | {len(holds)} |")
+    print(f"| routes | {len(read_json(folder.routes)['routes'])} |")
+    print(f"| whole scan | {result['seconds'] / 60:.1f} min |")
+    print(f"| peak memory | {result['peak_mb'] / 1024:.1f} GiB |")
+    for stage, record in result["stages"].items():
+        print(f"| {stage} | {record['seconds']:.0f} s, {record['peak_mb'] / 1024:.1f} GiB |")
+    for file in sorted((data / "labels").glob("*.txt")) if (data / "labels").is_dir() else []:
+        found, total = boxes_found(folder, file)
+        print(f"| labelled holds of {file.stem} met by a hold (box IoU 0.5) | "
+              f"{found} of {total} |")  # fmt: skip
+
+
+def boxes_found(folder: ScanFolder, labels: Path) -> tuple[int, int]:
+    """How many labelled boxes of one photo the projected holds meet, and how many there are.
+
+    Only what the scan shows as holds and volumes counts.
+    """
+    view = next(v for v in read_views(folder.sparse) if Path(v.name).stem == labels.stem)
+    mesh = read_mesh(folder.mesh)
+    face_id, _ = render_ids(mesh.vertices, mesh.faces, view.camera, view.cam_from_world)
+    shown = [hold["id"] for hold in read_json(folder.holds)["holds"]]
+    face_instance = np.load(folder.instances)["face_instance"]
+    face_instance = np.where(np.isin(face_instance, shown), face_instance, 0)
+    seen = np.where(face_id >= 0, face_instance[np.maximum(face_id, 0)], 0)
+    width, height = view.camera.width, view.camera.height
+    rows = np.loadtxt(labels, ndmin=2)[:, 1:5] * [width, height, width, height]
+    truth = np.column_stack([rows[:, :2] - rows[:, 2:] / 2, rows[:, :2] + rows[:, 2:] / 2])
+    found = instance_boxes(seen)
+    if not len(found):
+        return 0, len(truth)
+    return int((box_iou(truth, found).max(axis=1) >= 0.5).sum()), len(truth)
+
+
+def instance_boxes(seen: NDArray[np.int32]) -> NDArray[np.float64]:
+    """(n, 4) boxes x0, y0, x1, y1 of the ids in an id image."""
+    boxes = []
+    for instance in np.unique(seen[seen > 0]):
+        y, x = np.nonzero(seen == instance)
+        boxes.append((x.min(), y.min(), x.max() + 1, y.max() + 1))
+    return np.array(boxes, dtype=np.float64).reshape(-1, 4)
+
+
+def box_iou(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(n, m) intersection over union of two sets of boxes."""
+    low = np.maximum(a[:, None, :2], b[None, :, :2])
+    high = np.minimum(a[:, None, 2:], b[None, :, 2:])
+    overlap = np.clip(high - low, 0, None).prod(axis=2)
+    areas = [np.prod(boxes[:, 2:] - boxes[:, :2], axis=1) for boxes in (a, b)]
+    return overlap / (areas[0][:, None] + areas[1][None] - overlap)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,230 @@
+"""The published tables, in one command.
+
+    python -m walltopo_lab.benchmarks.tables [DATA] [--work DIR] [--scan SCAN] [--gyms N] [--trials N]
+        [--photos N] [--presets modern,oldschool-dark]
+        [--only labels,detectors,lift,given,routes,endtoend]
+
+Writes docs/results.md. Every part keeps its figures in DIR (default build/tables) and is not run
+again while they are there and were made with the same detector and plan, so the command can be
+stopped and repeated, and a part that was not run says so in the page. The last table is of a scan
+folder: it is measured anew whenever --scan is given. The generated gyms of the lift's table are
+split by gym (see `walltopo_lab.benchmarks.tables_lift`); `gym-a` is never tuned on.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from walltopo.core import Camera, View
+from walltopo.scans.folder import ScanFolder, hash_path, read_json, write_json
+from walltopo_lab.benchmarks.detectors import LOW_SCORE, thresholds
+from walltopo_lab.benchmarks.tables_lift import (
+    PRESETS,
+    Plan,
+    detections,
+    detector_hash,
+    lift_rows,
+    lift_table,
+    test_gyms,
+    ways_to_lift,
+)
+from walltopo_lab.benchmarks.tables_page import write_page
+from walltopo_lab.datasets.model import Annotation, Dataset
+
+console = Console()
+Row = dict[str, Any]
+
+CLASSES = {1: "hold", 2: "volume"}
+
+
+def labels_from_paint(data: Path, args: argparse.Namespace) -> Row:
+    """Table 1: labels that a painted, reconstruction-like mesh gives, against true masks."""
+    from walltopo_lab.datasets.compare import compare
+    from walltopo_lab.datasets.project import project_labels
+    from walltopo_lab.datasets.refine import grabcut, refine_dataset
+    from walltopo_lab.evaluate.truth import read_truth
+
+    gym = data / "gym-a"
+    exact, painted = read_truth(gym), read_truth(gym / "lift")
+    camera = Camera("SIMPLE_RADIAL", 1280, 960, (947.2, 640.0, 480.0, 0.035))
+    names = sorted(exact.views)[:60:4]
+    views = [View(name, camera, exact.views[name].cam_from_world) for name in names]
+    true = project_labels(
+        exact.mesh, exact.face_instance, exact.labelled.labels, CLASSES, views, gym / "photos"
+    )
+    mine = project_labels(
+        painted.mesh, painted.face_instance, painted.labelled.labels, CLASSES, views, gym / "photos"
+    )
+    boxes = Dataset(
+        tuple(
+            p.with_annotations(tuple(Annotation(a.label, a.box) for a in p.annotations))
+            for p in true.photos
+        ),
+        CLASSES,
+    )
+    rows: Row = {"photos": len(views)}
+    for name, dataset in (
+        ("painted mesh", mine),
+        ("painted mesh, GrabCut", refine_dataset(mine, grabcut)[0]),
+        ("true boxes as masks", boxes),
+        ("true boxes, GrabCut", refine_dataset(boxes, grabcut)[0]),
+    ):
+        figures = compare(dataset, true).as_dict()
+        rows[name] = {k: figures[k] for k in ("miou", "miou_objects", "instance_iou", "objects")}
+    return rows
+
+
+def detectors(data: Path, args: argparse.Namespace) -> Row:
+    """Table 2: the shipped detector on photos it never saw, ranked, and at its own thresholds."""
+    from walltopo.detect.contract import DetectSettings
+    from walltopo.detect.detector import open_detector
+    from walltopo_lab.datasets.read import read_dataset
+    from walltopo_lab.evaluate.detector import evaluate_detections
+
+    least = thresholds(open_detector(DetectSettings()))
+    rows: Row = {}
+    for name, where in (
+        ("hold-boxes/valid", "hold-boxes/valid"),
+        ("hold-masks", "hold-masks/annotations.json"),
+    ):
+        truth = read_dataset(data / where)
+        photos = [photo.path for photo in truth.photos if photo.path]
+        kept = f"detections-{name.replace('/', '-')}"
+        found = read_dataset(detections(photos, args.work, kept, LOW_SCORE))
+        sure = Dataset(
+            tuple(
+                p.with_annotations(tuple(a for a in p.annotations if a.score >= least[a.label]))
+                for p in found.photos
+            ),
+            found.classes,
+        )
+        rows[name] = {
+            "ranked": evaluate_detections(found, truth).as_dict(),
+            "sure": evaluate_detections(sure, truth).as_dict(),
+        }
+    return {"sets": rows, "thresholds": {CLASSES[k]: v for k, v in least.items()}}
+
+
+def _plan(args: argparse.Namespace) -> Plan:
+    return Plan(args.work, args.gyms, args.photos, args.trials, tuple(args.presets.split(",")))
+
+
+def lift(_data: Path, args: argparse.Namespace) -> Row:
+    """Table 3: 3D instances and semantics on generated gyms."""
+    return lift_table(_plan(args))
+
+
+def given_masks(data: Path, args: argparse.Namespace) -> Row:
+    """Table 4: the lift alone, on the masks that gym-a comes with; never tuned on."""
+    from walltopo_lab.tune.lift_problem import load_lift_wall
+    from walltopo_lab.tune.walls import Wall
+
+    gym, kept = data / "gym-a/lift", args.work / "tuned.json"
+    settings: dict[str, tuple[str, dict[str, Any]]] = {
+        "literal, defaults": ("literal", {}),
+        "literal, resolution 10": ("literal", {"resolution": 10.0}),
+        "ours, defaults": ("robust", {}),
+    }
+    tuned = read_json(kept) if kept.is_file() else {}
+    if "modern literal" in tuned:
+        settings |= ways_to_lift(tuned, "modern")
+    tables: Row = {}
+    for masks in ("noisy", "clean"):
+        wall = Wall("gym-a", "test", gym, masks=gym / f"{masks}.json", cameras=gym / "cameras")
+        tables[f"gym-a {masks}"] = lift_rows([load_lift_wall(wall)], settings)
+    return tables
+
+
+def routes(data: Path, args: argparse.Namespace) -> Row:
+    """Table 5: route ARI with true holds and colours, default settings."""
+    from walltopo_lab.tune.routes_problem import RoutesProblem, load_routes_wall
+    from walltopo_lab.tune.walls import Wall
+
+    walls = [Wall(name, "test", data / name) for name in ("gym-a", "gym-a-reset")]
+    plan = _plan(args)
+    gyms = [folder for preset in plan.presets for folder in test_gyms(plan, preset)]
+    walls += [Wall(folder.name, "test", folder / "truth") for folder in gyms]
+    problem = RoutesProblem([load_routes_wall(wall) for wall in walls])
+    return problem.evaluate({r.name: r.default for r in problem.ranges})
+
+
+def end_to_end(data: Path, args: argparse.Namespace) -> Row:
+    """Table 6: a scan of gym-a from its photos alone (give the scan folder with --scan)."""
+    from walltopo_lab.evaluate.scan import evaluate_scan
+    from walltopo_lab.evaluate.truth import read_truth
+
+    scan = ScanFolder(args.scan)
+    figures = evaluate_scan(scan, read_truth(data / "gym-a"), similarity=False).figures
+    stages = read_json(scan.manifest).get("stages", {}) if scan.manifest.is_file() else {}
+    seconds = {name: stage.get("seconds") for name, stage in stages.items()}
+    return {"figures": figures, "seconds": seconds}
+
+
+PARTS: dict[str, Callable[[Path, argparse.Namespace], Row]] = {
+    "labels": labels_from_paint,
+    "detectors": detectors,
+    "lift": lift,
+    "given": given_masks,
+    "routes": routes,
+    "endtoend": end_to_end,
+}
+
+
+def _setup(name: str, args: argparse.Namespace) -> Row:
+    """What a part's figures depend on besides code: other values, other figures."""
+    setup: Row = {}
+    if name in ("lift", "routes"):
+        setup |= {"gyms": args.gyms, "photos": args.photos, "presets": args.presets}
+    if name == "lift":
+        setup["trials"] = args.trials
+    if name in ("lift", "detectors"):
+        setup["detector"] = detector_hash()
+    if name == "given":
+        setup["tuned"] = hash_path(args.work / "tuned.json")
+    return setup
+
+
+def run_part(name: str, args: argparse.Namespace) -> None:
+    """Measure one part, unless its figures are there."""
+    kept, setup = args.work / f"{name}.json", _setup(name, args)
+    if name == "endtoend" and args.scan is None:
+        return
+    if name != "endtoend" and kept.is_file() and read_json(kept)["setup"] == setup:
+        return
+    begin = time.perf_counter(), time.process_time()
+    figures = PARTS[name](args.data, args)
+    wall, cpu = time.perf_counter() - begin[0], time.process_time() - begin[1]
+    took = {"seconds": wall, "cpu_seconds": cpu}
+    write_json(kept, {"figures": figures, "took": took, "setup": setup})
+    console.print(f"{name}: {wall:.0f} s, {cpu:.0f} CPU-s")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    parser.add_argument("data", type=Path, nargs="?", default=Path("../shared/data"))
+    parser.add_argument("--work", type=Path, default=Path("build/tables"))
+    parser.add_argument("--only", default=",".join(PARTS), help="parts, comma-separated")
+    parser.add_argument("--scan", type=Path, help="a finished scan of gym-a, for the last table")
+    parser.add_argument("--gyms", type=int, default=3, help="test gyms of each preset")
+    parser.add_argument("--trials", type=int, default=30, help="of each tuning")
+    parser.add_argument("--photos", type=int, default=32, help="of each generated gym")
+    parser.add_argument("--presets", default=",".join(PRESETS), help="of the generated gyms")
+    parser.add_argument("--output", type=Path, default=Path("docs/results.md"))
+    args = parser.parse_args()
+    args.work.mkdir(parents=True, exist_ok=True)
+    for name in args.only.split(","):
+        run_part(name, args)
+    parts = {name: read_json(args.work / f"{name}.json") for name in PARTS
+             if (args.work / f"{name}.json").is_file()}  # fmt: skip
+    write_page(args.output, parts)
+    console.print(f"wrote {args.output}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,222 @@
+"""Labelled cutouts: from a folder per class, from a scan, or from a generated or labelled gym."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import InputError
+from walltopo.holds.classifier_meaning import Meaning, read_classes
+from walltopo.holds.classifier_picture import square
+from walltopo.scans.folder import ScanFolder, read_json
+
+__all__ = ["LABELS", "Cutouts", "read_cutouts"]
+
+# What a class is made of, where attributes of holds are known.
+LABELS = ("type", "colour", "colour+type")
+PICTURES = (".png", ".jpg", ".jpeg", ".webp")
+LEAST_PIXELS = 80  # a smaller cutout shows no shape
+
+
+@dataclass(frozen=True, eq=False)
+class Cutouts:
+    """Labelled pictures of holds.
+
+    Parameters
+    ----------
+    pictures : (n, side, side, 3) uint8 RGB (`picture.square`).
+    label : (n,) int64 into `names`.
+    hold : (n,) int64, equal for cutouts of one hold: they are never split.
+    names : classes; meanings : what they say, for those that say more than their name.
+    keys : source and name or number of each hold.
+    """
+
+    pictures: NDArray[np.uint8]
+    label: NDArray[np.int64]
+    hold: NDArray[np.int64]
+    names: tuple[str, ...]
+    meanings: dict[str, Meaning]
+    keys: tuple[str, ...] = ()
+
+    def counts(self) -> dict[str, int]:
+        """Holds per class."""
+        pairs = {(int(hold), int(label)) for hold, label in zip(self.hold, self.label, strict=True)}
+        found = Counter(self.names[label] for _, label in pairs)
+        return {name: found[name] for name in self.names}
+
+    def meaning(self, given: Mapping[str, Meaning]) -> Cutouts:
+        """The same cutouts whose classes mean what `given` says.
+
+        Raises
+        ------
+        InputError : `given` has a class that no cutout is of.
+        """
+        missing = sorted(set(given) - set(self.names))
+        if missing:
+            raise InputError(
+                f"no cutout of class {', '.join(missing)}", f"There are: {', '.join(self.names)}."
+            )
+        return replace(self, meanings={**self.meanings, **given})
+
+
+@dataclass(frozen=True, eq=False)
+class _Cutout:
+    picture: NDArray[np.uint8]
+    name: str
+    hold: str
+    meaning: Meaning | None
+
+
+def read_cutouts(sources: Sequence[Path], label: str, side: int) -> Cutouts:
+    """Read all sources, each of one of three kinds.
+
+    - a folder with one folder of pictures per class (alpha = mask; without alpha the whole
+      picture is the hold), with a `classes.toml` beside them if classes mean more than a type;
+    - a scan folder: its `cutouts/` and the attributes of `attributes.json`, which a setter's
+      corrections are part of; holds to review and unknown ones are left out;
+    - a gym with truth: `photos/`, `truth/masks.json`, `truth/scene.json`.
+
+    Parameters
+    ----------
+    label : one of `LABELS`: what a class is made of, for scans and truth.
+
+    Raises
+    ------
+    InputError : a source is none of these, or all of them have fewer than two classes.
+    """
+    found: list[_Cutout] = []
+    for source in sources:
+        before = len(found)
+        found += _read(Path(source), label, side)
+        if len(found) == before:
+            raise InputError(f"{source}: holds no labelled cutout of {LEAST_PIXELS} pixels or more")
+    names = tuple(sorted({cutout.name for cutout in found}))
+    if len(names) < 2:
+        raise InputError(
+            f"only the class {names[0]!r} in {', '.join(map(str, sources))}",
+            "A classifier needs at least two.",
+        )
+    holds = {hold: k for k, hold in enumerate(dict.fromkeys(cutout.hold for cutout in found))}
+    meanings = {cutout.name: cutout.meaning for cutout in found if cutout.meaning is not None}
+    return Cutouts(
+        np.stack([cutout.picture for cutout in found]),
+        np.array([names.index(cutout.name) for cutout in found]),
+        np.array([holds[cutout.hold] for cutout in found]),
+        names,
+        meanings,
+        tuple(holds),
+    )
+
+
+def _read(source: Path, label: str, side: int) -> Iterator[_Cutout]:
+    if (source / "truth" / "scene.json").is_file():
+        return _of_truth(source, label, side)
+    scan = ScanFolder(source)
+    if scan.attributes.is_file():
+        return _of_scan(scan, label, side)
+    if source.is_dir() and any(child.is_dir() for child in source.iterdir()):
+        return _of_folders(source, side)
+    raise InputError(
+        f"{source}: neither a folder per class, nor a classified scan, nor a gym with truth"
+    )
+
+
+def _class(label: str, colour: str, kind: str, role: str) -> tuple[str, Meaning] | None:
+    """Name and meaning of a hold's class; None if what the class is made of is unknown."""
+    if role != "hold":
+        return role, Meaning("volume" if role == "volume" else kind, role=role)
+    parts = {"colour": colour, "type": kind}
+    words = [parts[word] for word in label.split("+")]
+    if "unknown" in words or "" in words:
+        return None
+    with_colour, with_type = "colour" in label, "type" in label
+    meaning = Meaning(kind if with_type else "unknown", colour if with_colour else "")
+    return " ".join(words), meaning
+
+
+def _of_folders(source: Path, side: int) -> Iterator[_Cutout]:
+    classes = source / "classes.toml"
+    meanings = read_classes(classes) if classes.is_file() else {}
+    for folder in sorted(child for child in source.iterdir() if child.is_dir()):
+        files = sorted(f for f in folder.iterdir() if f.suffix.lower() in PICTURES)
+        if not files:
+            raise InputError(f"{folder}: a class without pictures ({', '.join(PICTURES)})")
+        for file in files:
+            picture = _picture(file, side)
+            if picture is not None:
+                # Cutouts of one hold share the name up to the last underscore, as in a scan.
+                hold = f"{folder}/{file.stem.rsplit('_', 1)[0]}"
+                yield _Cutout(picture, folder.name, hold, meanings.get(folder.name))
+
+
+def _picture(file: Path, side: int) -> NDArray[np.uint8] | None:
+    """The square picture of a cutout file; None if it shows too little."""
+    from PIL import Image, UnidentifiedImageError
+
+    try:
+        with Image.open(file) as image:
+            pixels = np.asarray(image.convert("RGBA"))
+    except (OSError, UnidentifiedImageError) as error:
+        raise InputError(f"{file}: not a picture, or damaged ({error})") from error
+    mask = pixels[..., 3] >= 128
+    if np.count_nonzero(mask) < LEAST_PIXELS:
+        return None
+    return square(pixels[..., :3], mask, side)
+
+
+def _of_scan(scan: ScanFolder, label: str, side: int) -> Iterator[_Cutout]:
+    rows = {int(row["id"]): row for row in read_json(scan.attributes)["instances"]}
+    for entry in read_json(scan.cutouts / "index.json")["cutouts"]:
+        row = rows.get(int(entry["id"]))
+        if row is None or row["review"]:
+            continue
+        named = _class(label, row["colour"], row["type"], row["role"])
+        picture = _picture(scan.cutouts / entry["file"], side) if named else None
+        if named and picture is not None:
+            yield _Cutout(picture, named[0], f"{scan.root}/{entry['id']}", named[1])
+
+
+def _truth_class(item: dict[str, Any], label: str) -> tuple[str, Meaning] | None:
+    role = {-1: "volume", -2: "downclimb"}.get(int(item["route"]), "hold")
+    kind = "foothold" if item["kind"] == "foot" else str(item["kind"])
+    return _class(label, str(item["colour"]), kind, role)
+
+
+def _of_truth(source: Path, label: str, side: int) -> Iterator[_Cutout]:
+    """Cutouts by the true masks of the photos."""
+    import cv2
+
+    from walltopo.scans.detections import decode_segmentation
+
+    items = {int(item["id"]): item for item in read_json(source / "truth/scene.json")["instances"]}
+    data = json.loads((source / "truth" / "masks.json").read_text(encoding="utf-8"))
+    per_image: dict[int, list[dict[str, Any]]] = {}
+    for entry in data["annotations"]:
+        per_image.setdefault(int(entry["image_id"]), []).append(entry)
+    for image in data["images"]:
+        path = source / "photos" / image["file_name"]
+        photo = cv2.imread(str(path), cv2.IMREAD_COLOR)
+        if photo is None:
+            raise InputError(f"{path}: no such photo, or not a picture")
+        picture: NDArray[np.uint8] = np.asarray(photo[..., ::-1], dtype=np.uint8)
+        for entry in per_image.get(int(image["id"]), []):
+            number = int(entry["instance_id"])
+            named = _truth_class(items[number], label)
+            if named is None or entry["area"] < LEAST_PIXELS:
+                continue
+            mask = decode_segmentation(
+                entry["segmentation"], image["width"], image["height"], 1, 1.0
+            )
+            if np.count_nonzero(mask.bitmap) < LEAST_PIXELS:
+                continue
+            x, y = mask.x, mask.y
+            height, width = mask.bitmap.shape
+            crop = picture[y : y + height, x : x + width]
+            yield _Cutout(square(crop, mask.bitmap, side), named[0], f"{source}/{number}", named[1])

@@ -1,0 +1,98 @@
+"""The same classes by YOLO11-cls, through the `ultralytics` extra (AGPL-3.0)."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import EnvironmentLacksError, Progress
+from walltopo.holds.classifier_meaning import to_json
+from walltopo.inference.onnx_file import set_metadata
+from walltopo.scans.folder import atomic_path
+from walltopo_lab.classifier.params import ClassifierSettings
+from walltopo_lab.classifier.samples import Cutouts
+from walltopo_lab.classifier.split import hold_split
+
+__all__ = ["BASE", "train_yolo", "write_folders"]
+
+BASE = "yolo11n-cls.yaml"  # fresh weights; give `--base yolo11n-cls.pt` to start from ImageNet
+
+
+def write_folders(cutouts: Cutouts, held: NDArray[np.bool_], folder: Path) -> None:
+    """The layout Ultralytics reads: train/<number>/ and val/<number>/ of PNG pictures.
+
+    Folders carry the class's number, because Ultralytics sorts names and gyms name classes
+    with any characters.
+    """
+    from PIL import Image
+
+    for part in ("train", "val"):
+        for number in range(len(cutouts.names)):
+            (folder / part / f"{number:04d}").mkdir(parents=True)
+    for row, (label, kept) in enumerate(zip(cutouts.label, held, strict=True)):
+        part = "val" if kept else "train"
+        Image.fromarray(cutouts.pictures[row]).save(folder / part / f"{label:04d}" / f"{row}.png")
+
+
+def train_yolo(
+    cutouts: Cutouts,
+    settings: ClassifierSettings,
+    path: Path,
+    base: str,
+    progress: Progress,
+) -> float:
+    """Train and export; returns the share of held-out cutouts named right.
+
+    Raises
+    ------
+    EnvironmentLacksError : the extra is not installed.
+    """
+    try:
+        from ultralytics import YOLO
+    except ImportError as error:
+        raise EnvironmentLacksError(
+            f"--family yolo needs Ultralytics, which is not here ({error})",
+            "Install the extra (AGPL-3.0): pip install 'walltopo[ultralytics]', or leave out "
+            "--family: walltopo's own network needs only the extra `train`.",
+        ) from error
+    progress.step("training YOLO11-cls")
+    held = hold_split(cutouts, settings.held_out, settings.seed)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        write_folders(cutouts, held, folder / "data")
+        model = YOLO(base)
+        model.train(
+            data=str(folder / "data"),
+            imgsz=settings.side,
+            epochs=settings.epochs,
+            batch=settings.batch,
+            seed=settings.seed,
+            hsv_h=settings.hue,
+            degrees=settings.rotation,
+            project=str(folder),
+            name="run",
+            workers=0,
+            verbose=False,
+            plots=False,
+        )
+        figures = model.val(verbose=False, plots=False)
+        written = Path(str(model.export(format="onnx", imgsz=settings.side, dynamic=True)))
+        _label(written, cutouts, settings.side)
+        with atomic_path(path) as temporary:
+            shutil.copyfile(written, temporary)
+    return float(figures.top1)
+
+
+def _label(path: Path, cutouts: Cutouts, side: int) -> None:
+    """Put the classes' own names and meanings in place of the folders' numbers."""
+    facts = {
+        "names": json.dumps(list(cutouts.names)),
+        "classes": to_json(cutouts.meanings),
+        "side": str(side),
+    }
+    set_metadata(path, facts)

@@ -1,0 +1,1 @@
+"""The commands that walltopo-lab adds to `walltopo`."""

@@ -1,0 +1,225 @@
+"""`walltopo evaluate`: figures against truth, for scans, lifts and detectors."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+__all__ = ["register"]
+
+_SCAN_EPILOG = """\
+examples:
+  walltopo evaluate scan wall --truth gym-a            a metric scan: fits heading and place
+  walltopo evaluate scan wall --truth gym-a --align    also fits scale, to the true cameras
+"""
+_INSTANCES_EPILOG = """\
+example:
+  walltopo evaluate instances out/instances.npz --truth gym-a/lift
+"""
+_DETECTOR_EPILOG = """\
+examples:
+  walltopo evaluate detector detections.json --truth hold-masks/annotations.json
+  walltopo evaluate detector detections.json --truth hold-boxes/valid -o figures
+"""
+
+# section, key, what the table says, unit
+_ROWS = (
+    ("poses", "registered", "photos registered", ""),
+    ("poses", "centre_median_mm", "camera centres, median", "mm"),
+    ("poses", "centre_max_mm", "camera centres, worst", "mm"),
+    ("poses", "rotation_median_deg", "camera rotations, median", "°"),
+    ("poses", "scale_error_percent", "scale error", "%"),
+    ("poses", "up_error_deg", "up error", "°"),
+    ("poses", "floor_error_mm", "floor error", "mm"),
+    ("mesh", "accuracy_8mm", "mesh within 8 mm of truth", ""),
+    ("mesh", "accuracy_90_mm", "90 % of the mesh within", "mm"),
+    ("mesh", "completeness_10mm", "truth within 10 mm of mesh", ""),
+    ("mesh", "holds_present", "holds over 5 cm present", ""),
+    ("mesh", "holds_over_5cm", "  of", ""),
+    ("shown", "shown", "instances shown", ""),
+    ("shown", "truth", "  true", ""),
+    ("shown", "hits", "  met at IoU .5", ""),
+    ("shown", "precision", "precision of what is shown", ""),
+    ("shown", "recall", "recall of what is shown", ""),
+    ("semantics", "miou", "semantic mIoU of what is shown", ""),
+    ("semantics", "miou_objects", "  without wall", ""),
+    ("semantics_on_true_mesh", "miou", "  on the true mesh", ""),
+    ("semantics_all", "miou", "semantic mIoU of all instances", ""),
+    ("attributes", "colour_accuracy", "colours right", ""),
+    ("attributes", "type_named", "holds with a type", ""),
+    ("attributes", "type_accuracy", "  of these right", ""),
+    ("routes", "ari", "routes, ARI", ""),
+    ("routes", "homogeneity", "routes, homogeneity", ""),
+    ("routes", "completeness", "routes, completeness", ""),
+    ("routes", "holds_compared", "holds compared", ""),
+    ("routes", "routes_found", "routes found", ""),
+    ("routes", "routes_true", "  true", ""),
+)
+_AP = (("ap", "AP"), ("ap50", "AP50"), ("ap25", "AP25"), ("coco_ap", "AP .50:.95"))
+
+
+def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add this group's commands."""
+    group = commands.add_parser("evaluate", help="figures against truth")
+    kinds = group.add_subparsers(dest="kind", metavar="WHAT", required=True)
+    raw = argparse.RawDescriptionHelpFormatter
+    scan = kinds.add_parser(
+        "scan",
+        help="a scan folder against ground truth",
+        description="Compare a scan with ground truth (gt.npz and scene.json): cameras, mesh, "
+        "instances, semantics, colours and routes. The APs rank every instance that the lift "
+        "found; all else is of the instances that the scan shows as holds, without the doubtful. "
+        "Writes evaluation.json and a mesh that shows hits, misses, false ones and border errors "
+        "in four colours (errors.glb, errors.ply).",
+        epilog=_SCAN_EPILOG,
+        formatter_class=raw,
+    )
+    scan.add_argument("scan", type=Path, metavar="SCAN", help="the scan folder")
+    scan.add_argument("--truth", type=Path, required=True, metavar="DIR", help="ground truth")
+    scan.add_argument(
+        "--align", action="store_true", help="also fit scale and tilt to the true camera centres"
+    )
+    scan.add_argument(
+        "--distance", type=float, default=0.02, help="carry labels this far, metres (0.02)"
+    )
+    scan.add_argument("-o", "--output", type=Path, metavar="DIR", help="default: SCAN/evaluation")
+    scan.set_defaults(run=_scan)
+    instances = kinds.add_parser(
+        "instances",
+        help="3D instances against truth on the same mesh",
+        description="AP of instances.npz (with instances.json beside it) on the mesh of the truth.",
+        epilog=_INSTANCES_EPILOG,
+        formatter_class=raw,
+    )
+    instances.add_argument("instances", type=Path, metavar="NPZ", help="instances.npz")
+    instances.add_argument("--truth", type=Path, required=True, metavar="DIR", help="ground truth")
+    instances.add_argument("-o", "--output", type=Path, metavar="JSON", help="write the figures")
+    instances.set_defaults(run=_instances)
+    detector = kinds.add_parser(
+        "detector",
+        help="2D detections against labelled photos",
+        description="COCO figures of boxes, and of masks where the truth has them.",
+        epilog=_DETECTOR_EPILOG,
+        formatter_class=raw,
+    )
+    detector.add_argument("detections", type=Path, metavar="JSON", help="detections.json (COCO)")
+    detector.add_argument(
+        "--truth", type=Path, required=True, metavar="DATASET", help="a labelled set, any format"
+    )
+    detector.add_argument(
+        "-o", "--output", type=Path, metavar="DIR", help="write figures.json and curves (PNG)"
+    )
+    detector.set_defaults(run=_detector)
+
+
+def _scan(args: argparse.Namespace) -> int:
+    from walltopo.cli.console import console
+    from walltopo.scans.folder import ScanFolder, write_json
+    from walltopo_lab.evaluate.errors_mesh import write_errors
+    from walltopo_lab.evaluate.scan import evaluate_scan, is_metric
+    from walltopo_lab.evaluate.truth import read_truth
+
+    scan, truth = ScanFolder(args.scan), read_truth(args.truth)
+    metric = is_metric(scan)
+    if not metric and not args.align:
+        console.print("the scan is not in metres: fitting scale to the true cameras (--align)")
+    fits = [False] if metric else []
+    fits += [True] if args.align or not metric else []
+    folder = args.output or scan.root / "evaluation"
+    results = []
+    with console.status("comparing with truth"):
+        for similarity in fits:
+            results.append(evaluate_scan(scan, truth, similarity=similarity, within=args.distance))
+    console.print(scan_table([result.figures for result in results]))
+    write_json(
+        folder / "evaluation.json",
+        {
+            "version": 1,
+            "distance_m": args.distance,
+            "fits": [result.figures for result in results],
+        },
+    )
+    errors = results[-1].errors
+    if errors is not None:
+        write_errors(errors, folder)
+        console.print(
+            "errors.glb: [rgb(0,158,115)]hit[/], [rgb(0,114,178)]missed[/], "
+            "[rgb(213,94,0)]false[/], [rgb(240,228,66)]border[/]"
+        )
+    console.print(f"wrote {folder}", markup=False)
+    return 0
+
+
+def scan_table(fits: list[dict[str, Any]]) -> Any:
+    """One row a figure, one column a fit."""
+    from rich.table import Table
+
+    table = Table("figure", *[str(f["fit"]) for f in fits], title="scan against truth")
+    for section, key, label, unit in _ROWS:
+        if any(key in f.get(section, {}) for f in fits):
+            table.add_row(label, *[_text(f.get(section, {}).get(key), unit) for f in fits])
+    table.add_section()
+    for section, where in (("instances", ""), ("instances_on_true_mesh", " on the true mesh")):
+        for part, name in (("agnostic", "one class"), ("mean", "mean of classes")):
+            rows = [f.get(section, {}).get(part) for f in fits]
+            if any(rows):
+                cells = [" / ".join(_text((r or {}).get(key), "") for key, _ in _AP) for r in rows]
+                table.add_row(f"AP of all instances{where}, {name}", *cells)
+    table.caption = "AP, ranked by score: " + " / ".join(label for _, label in _AP)
+    return table
+
+
+def _text(value: Any, unit: str) -> str:
+    if value is None:
+        return "-"
+    return f"{value:.3g} {unit}".strip() if unit else f"{value:.3f}" if _real(value) else f"{value}"
+
+
+def _real(value: Any) -> bool:
+    return isinstance(value, float)
+
+
+def _instances(args: argparse.Namespace) -> int:
+    from rich.table import Table
+
+    from walltopo.cli.console import console
+    from walltopo.scans.folder import write_json
+    from walltopo_lab.evaluate.instances import evaluate_instances
+    from walltopo_lab.evaluate.scan import read_labelled
+    from walltopo_lab.evaluate.truth import read_truth
+
+    truth = read_truth(args.truth)
+    predicted = read_labelled(args.instances, args.instances.with_suffix(".json"))
+    metrics = evaluate_instances(predicted, truth.labelled, truth.mesh.areas, truth.ignored)
+    table = Table("", *[label for _, label in _AP], "true", "found", title="3D instances")
+    rows: Mapping[str, Any] = {
+        "one class": metrics.agnostic,
+        "mean of classes": metrics.mean,
+        **{f"class {label}": part for label, part in metrics.per_class.items()},
+    }
+    for name, part in rows.items():
+        values = part.as_dict()
+        cells = [_text(values[key], "") for key, _ in _AP]
+        table.add_row(name, *cells, str(part.truth), str(part.predicted))
+    console.print(table)
+    if args.output:
+        write_json(args.output, metrics.as_dict())
+    return 0
+
+
+def _detector(args: argparse.Namespace) -> int:
+    from walltopo.cli.console import console
+    from walltopo.scans.folder import write_json
+    from walltopo_lab.datasets.read import read_dataset
+    from walltopo_lab.evaluate.detector import evaluate_detections, figures_table
+    from walltopo_lab.evaluate.detector_plot import write_curves
+
+    result = evaluate_detections(read_dataset(args.detections), read_dataset(args.truth))
+    console.print(figures_table(result))
+    if args.output:
+        write_json(args.output / "figures.json", result.as_dict())
+        for path in write_curves(result, args.output):
+            console.print(f"wrote {path}", markup=False)
+    return 0

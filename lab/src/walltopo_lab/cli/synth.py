@@ -1,0 +1,179 @@
+"""`walltopo synth`: gyms with exact ground truth."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+from walltopo.core import InputError, SettingsError
+from walltopo_lab.synth.params import PRESETS, GymSettings, PhotoSettings, gym_preset
+
+__all__ = ["register"]
+
+_EXAMPLE = """example:
+  walltopo synth gym3 --preset modern --seed 3 --photos 24 --size 1600x1200
+  walltopo synth gym3-reset --reset-of gym3 --reset-seed 8 --reset-part left --photos 16
+"""
+_TYPES: dict[type, Any] = {int: int, float: float, str: str}
+# Settings with an option of their own; the rest through --set key=value.
+_GYM_OPTIONS = ("width", "height", "routes", "volumes", "plates")
+
+
+def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the `synth` command."""
+    parser = commands.add_parser(
+        "synth",
+        help="generate a climbing gym: photos with exact ground truth",
+        description="Build a gym from a seed and photograph it. Writes photos/ and truth/ "
+        "(gt.npz, scene.json, masks.json, cameras/). Run again to resume.",
+        epilog=_EXAMPLE,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("out", type=Path, help="folder to write")
+    parser.add_argument("--preset", choices=tuple(PRESETS), default=None, help="kind of gym")
+    parser.add_argument("--seed", type=int, default=None, help="decides everything (default 0)")
+    parser.add_argument("--photos", type=int, default=None, help="number of photos")
+    parser.add_argument("--size", default=None, metavar="WxH", help="size of a photo in pixels")
+    for key in _GYM_OPTIONS:
+        field = next(f for f in dataclasses.fields(GymSettings) if f.name == key)
+        unit = f" [{field.metadata['unit']}]" if field.metadata["unit"] else ""
+        parser.add_argument(
+            f"--wall-{key}" if key in ("width", "height") else f"--{key}",
+            dest=f"gym_{key}",
+            type=type(field.default),
+            default=None,
+            help=field.metadata["help"] + unit,
+        )
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="KEY=VALUE", dest="changes",
+        help="any other setting of the gym or the photos (repeatable); --list names them",
+    )  # fmt: skip
+    parser.add_argument("--list", action="store_true", help="list the settings and stop")
+    parser.add_argument("--photo-seed", type=int, default=None, help="another walk, same gym")
+    parser.add_argument("--reset-of", type=Path, default=None, metavar="DIR",
+                        help="the gym of DIR after a reset of routes")  # fmt: skip
+    parser.add_argument("--reset-seed", type=int, default=None, help="seed of the new routes")
+    parser.add_argument("--reset-part", choices=("all", "left", "middle", "right"), default="all",
+                        help="where routes are replaced")  # fmt: skip
+    parser.add_argument("--holds", type=Path, default=None, metavar="DIR",
+                        help="use the scanned holds (OBJ, GLB, PLY, STL) of DIR")  # fmt: skip
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Generate; exit code 0."""
+    from walltopo.cli.console import console
+    from walltopo.cli.listener import TerminalListener
+
+    if args.list:
+        _list_settings()
+        return 0
+    from walltopo_lab.synth.recipe import generate
+
+    recipe = _recipe(args)
+    with TerminalListener(console) as listener:
+        result = generate(args.out, recipe, listener)
+    console.print(
+        f"{args.out}: {result['photos']} photos ({result['rendered']} rendered now), "
+        f"{result['instances']} instances, {result['routes']} routes"
+    )
+    return 0
+
+
+def _list_settings() -> None:
+    from walltopo.cli.console import console
+
+    for title, kind in (("gym", GymSettings), ("photos", PhotoSettings)):
+        console.print(f"[bold]{title}[/bold]")
+        for field in dataclasses.fields(kind):
+            key = f"photo.{field.name}" if kind is PhotoSettings else field.name
+            unit = f" \\[{field.metadata['unit']}]" if field.metadata["unit"] else ""
+            console.print(f"  {key} = {field.default!r}{unit}  {field.metadata['help']}")
+
+
+def _recipe(args: argparse.Namespace) -> Any:
+    """The recipe the options ask for."""
+    from walltopo_lab.synth.recipe import Recipe
+
+    if args.reset_of is not None:
+        base = _recipe_of(args.reset_of)
+        if args.preset is not None or args.seed is not None:
+            raise SettingsError("--reset-of takes preset and seed from DIR; leave them out")
+        if args.reset_seed is None:
+            raise SettingsError("--reset-of needs --reset-seed N")
+        gym, photo, seed, preset = base.gym, base.photos, base.seed, base.preset
+    else:
+        preset, seed = args.preset or "modern", args.seed or 0
+        gym, photo = gym_preset(preset)
+    changes = {
+        key: getattr(args, f"gym_{key}")
+        for key in _GYM_OPTIONS
+        if getattr(args, f"gym_{key}") is not None
+    }
+    photo_changes: dict[str, Any] = {}
+    if args.photos is not None:
+        photo_changes["photos"] = args.photos
+    if args.size is not None:
+        photo_changes["width"], photo_changes["height"] = _size(args.size)
+    for change in args.changes:
+        _apply(change, changes, photo_changes)
+    photo_seed = args.photo_seed
+    if photo_seed is None and args.reset_of is not None:
+        photo_seed = args.reset_seed
+    return Recipe(
+        dataclasses.replace(gym, **changes),
+        dataclasses.replace(photo, **photo_changes),
+        seed,
+        preset,
+        args.reset_seed,
+        args.reset_part,
+        photo_seed,
+        None if args.holds is None else str(args.holds),
+    )
+
+
+def _recipe_of(folder: Path) -> Any:
+    from walltopo.scans.folder import read_json
+    from walltopo_lab.synth.recipe import Recipe
+
+    path = folder / "truth" / "recipe.json"
+    if not path.is_file():
+        raise InputError(f"{folder}: not a generated gym, {path} is missing")
+    data = read_json(path)
+    return Recipe(
+        GymSettings(**data["gym"]), PhotoSettings(**data["photos"]), data["seed"], data["preset"]
+    )
+
+
+def _size(text: str) -> tuple[int, int]:
+    width, _, height = text.lower().partition("x")
+    if not (width.isdigit() and height.isdigit()):
+        raise SettingsError(f"--size: expected WIDTHxHEIGHT such as 1600x1200, got {text!r}")
+    return int(width), int(height)
+
+
+def _apply(change: str, gym: dict[str, Any], photo: dict[str, Any]) -> None:
+    """Sort `key=value` or `photo.key=value` into its settings, converted to the field's type."""
+    import difflib
+
+    key, equals, value = change.partition("=")
+    key = key.strip()
+    target, kind = (photo, PhotoSettings) if key.startswith("photo.") else (gym, GymSettings)
+    name = key.removeprefix("photo.")
+    fields = {field.name: field for field in dataclasses.fields(kind)}
+    if not equals or name not in fields:
+        near = difflib.get_close_matches(name, fields, 1)
+        hint = f"Did you mean {near[0]}?" if near else "`walltopo synth x --list` names them."
+        raise SettingsError(f"--set {change!r}: expected KEY=VALUE with a known key", hint)
+    default: Any = fields[name].default
+    try:
+        if isinstance(default, bool):
+            target[name] = {"true": True, "false": False}[value.strip().lower()]
+        else:
+            target[name] = _TYPES[type(default)](value.strip())
+    except (ValueError, KeyError) as error:
+        raise SettingsError(
+            f"--set {key}: expected a {type(default).__name__}, got {value.strip()!r}"
+        ) from error

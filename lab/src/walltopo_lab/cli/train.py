@@ -1,0 +1,173 @@
+"""`walltopo train`: a detector from labelled photos."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import shlex
+import sys
+from pathlib import Path
+from typing import Any
+
+from walltopo.core import InputError, SettingsError
+from walltopo_lab.cli.extras import need_torch
+from walltopo_lab.cli.train_classifier import add_classifier_word
+from walltopo_lab.train.params import (
+    AugmentSettings,
+    TrainSettings,
+    YoloSettings,
+    is_yolo,
+    read_augment,
+    read_values,
+)
+
+__all__ = ["register"]
+
+EXAMPLES = """\
+examples:
+  walltopo train hold-boxes/train -o run
+  walltopo train hold-boxes/train synth/coco.json -o run --minutes 70 --threads 2
+  walltopo train our-gym.json -o ours --pretrained onnx --rate 3e-4 --minutes 10
+  walltopo train hold-boxes/train -o yolo --model yolo11s-seg --augment published --device cuda
+The same command goes on where the last one stopped. The result is run/holds.onnx, for
+`walltopo detect --model run/holds.onnx`; run/holds.md is its model card.
+"""
+
+
+def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the command."""
+    parser = commands.add_parser(
+        "train",
+        help="train a detector on labelled photos",
+        description="Train a network on YOLO box sets (made into pseudo-masks) and on COCO sets "
+        "with masks; export it as ONNX with a model card.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        "datasets", type=Path, nargs="+", help="YOLO folders (images/, labels/), COCO .json files"
+    )
+    parser.add_argument("-o", "--out", type=Path, required=True, help="folder of the run")
+    parser.add_argument(
+        "--attribution", action="append", default=[], help="credit of a data set, for the card"
+    )
+    parser.add_argument(
+        "--pretrained",
+        metavar="FILE|onnx",
+        help="start from this network instead of fresh weights: for votes an exported one (onnx: "
+        "the shipped one) and a lower --rate, such as 3e-4; for Ultralytics' a .pt file",
+    )
+    parser.add_argument("-v", "--verbose", action="store_true", help="a line per minute")
+    parser.add_argument(
+        "--model",
+        default="votes",
+        help="votes (default), or one of Ultralytics' networks (AGPL-3.0, extra [ultralytics]): "
+        "yolo11s-seg, yolo11s, rtdetr-l and their sizes",
+    )
+    group = parser.add_argument_group("training")
+    group.add_argument(
+        "--hyp",
+        type=Path,
+        metavar="FILE",
+        help="settings from a TOML file, such as tuned.toml of `walltopo tune detector`; the "
+        "options below go before it",
+    )
+    _add_settings(group, TrainSettings, YoloSettings)
+    group = parser.add_argument_group("augmentation")
+    group.add_argument(
+        "--augment",
+        default="default",
+        metavar="default|none|published|FILE",
+        help="how photos are varied; a TOML file names what differs from the default, and the "
+        "options below go before both",
+    )
+    _add_settings(group, AugmentSettings)
+    parser.set_defaults(run=run)
+    add_classifier_word(commands, parser)
+
+
+def _add_settings(group: argparse._ArgumentGroup, *kinds: type[Any]) -> None:
+    """An option per setting of these kinds; None where it is not given."""
+    defaults = [{f.name: f.default for f in dataclasses.fields(kind)} for kind in kinds]
+    for field in {f.name: f for kind in reversed(kinds) for f in dataclasses.fields(kind)}.values():
+        unit = f" [{field.metadata['unit']}]" if field.metadata["unit"] else ""
+        told = ", ".join(str(known[field.name]) for known in defaults if field.name in known)
+        if len(kinds) > 1 and field.name not in defaults[0]:
+            told = f"Ultralytics' networks only; {told}"
+        elif len(kinds) > 1 and field.name not in defaults[1]:
+            told = f"votes only; {told}"
+        group.add_argument(
+            "--" + field.name.replace("_", "-"),
+            type=type(field.default),
+            choices=field.metadata["choices"] or None,
+            help=f"{field.metadata['help']}{unit} (default: {told})".replace("%", "%%"),
+        )
+
+
+def _given(args: argparse.Namespace, *kinds: type[Any]) -> dict[str, Any]:
+    names = {field.name for kind in kinds for field in dataclasses.fields(kind)}
+    return {name: getattr(args, name) for name in names if getattr(args, name) is not None}
+
+
+def _settings(args: argparse.Namespace, kind: type[Any]) -> Any:
+    """Settings of the chosen model; an option of the other kind is refused."""
+    known = {field.name for field in dataclasses.fields(kind)}
+    given = _given(args, TrainSettings, YoloSettings)
+    for name in sorted(set(given) - known):
+        raise SettingsError(
+            f"--{name.replace('_', '-')} is no setting of --model {args.model}",
+            f"Its settings: {', '.join(sorted(known))}",
+        )
+    return kind(**{**(read_values(args.hyp, kind) if args.hyp else {}), **given})
+
+
+def _augmentation(args: argparse.Namespace) -> AugmentSettings:
+    return dataclasses.replace(read_augment(args.augment), **_given(args, AugmentSettings))
+
+
+def run(args: argparse.Namespace) -> int:
+    """Train, export, say how good it is."""
+    from walltopo.cli.console import console
+    from walltopo.cli.listener import TerminalListener
+
+    votes = args.model == "votes"
+    if not votes and not is_yolo(args.model):
+        raise InputError(
+            f"--model {args.model}: no network that can be trained",
+            "Give votes, or one of Ultralytics' such as yolo11s-seg, yolo11s, rtdetr-l.",
+        )
+    settings = _settings(args, TrainSettings if votes else YoloSettings)
+    augment = _augmentation(args)
+    need_torch()
+    from walltopo_lab.train.detector import Job, train_detector
+    from walltopo_lab.train.yolo import train_yolo
+
+    words = [Path(w).name if Path(w).is_absolute() else w for w in sys.argv[1:]]
+    job = Job(
+        tuple(args.datasets),
+        args.out,
+        tuple(args.attribution),
+        "walltopo " + shlex.join(words),
+        _pretrained(args.pretrained, votes),
+    )
+    with TerminalListener(console, verbose=args.verbose) as progress:
+        if votes:
+            figures = train_detector(job, settings, augment, progress)
+        else:
+            figures = train_yolo(job, args.model, settings, augment, progress)
+    told = ", ".join(f"{name} {value:.3f}" for name, value in figures.items())
+    console.print(f"{args.out / 'holds.onnx'}: {told}", soft_wrap=True)
+    return 0
+
+
+def _pretrained(text: str | None, votes: bool) -> Path | None:
+    from walltopo.detect.detector import shipped_model
+
+    if text == "onnx":
+        if not votes:
+            raise InputError(
+                "--pretrained onnx: the shipped network is a vote network",
+                "Give Ultralytics' networks weights of their own kind (.pt).",
+            )
+        return shipped_model()
+    return Path(text) if text else None

@@ -1,0 +1,130 @@
+"""`walltopo train classifier`: what a hold is, from its cutouts."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from walltopo_lab.classifier.params import ClassifierSettings
+
+__all__ = ["add_classifier_word"]
+
+EXAMPLES = """\
+examples:
+  walltopo train classifier gym1 gym2 -o types.onnx               # scans, holds corrected by hand
+  walltopo train classifier gym1 -o holds.onnx --label colour+type
+  walltopo train classifier cutouts/ -o makers.onnx               # cutouts/<class>/*.webp
+  walltopo train classifier gym1 -o yolo.onnx --family yolo       # needs the ultralytics extra
+then
+  walltopo scan photos/ gym3 --set classify.model=types.onnx
+"""
+
+
+class _ByFirstWord(argparse.ArgumentParser):
+    """`train classifier ...` is read by another parser than the rest of `train`."""
+
+    def __init__(
+        self, detector: argparse.ArgumentParser, classifier: argparse.ArgumentParser
+    ) -> None:
+        super().__init__(add_help=False)
+        self._detector, self._classifier = detector, classifier
+
+    def parse_known_args(  # type: ignore[override]
+        self, args: Sequence[str] | None = None, namespace: Any = None
+    ) -> tuple[Any, list[str]]:
+        words = list(args or [])
+        if words[:1] == ["classifier"]:
+            return self._classifier.parse_known_args(words[1:], namespace)
+        return self._detector.parse_known_args(words, namespace)
+
+
+def add_classifier_word(
+    commands: argparse._SubParsersAction[argparse.ArgumentParser],
+    detector: argparse.ArgumentParser,
+) -> None:
+    """Let `train` go to the classifier where its first word is `classifier`."""
+    parser = argparse.ArgumentParser(
+        prog=f"{detector.prog} classifier",
+        description="Train a classifier of hold cutouts on labelled ones, and export it as ONNX "
+        "with its class names. Sources: classified scan folders (their corrections count), gyms "
+        "of `walltopo synth`, folders with one folder of pictures per class.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("sources", type=Path, nargs="+", help="labelled cutouts")
+    parser.add_argument("-o", "--out", type=Path, required=True, help="ONNX file to write")
+    parser.add_argument(
+        "--label",
+        choices=("type", "colour", "colour+type"),
+        default="type",
+        help="what a class is made of, in scans and generated gyms (default: type)",
+    )
+    parser.add_argument(
+        "--family",
+        choices=("small", "yolo"),
+        default="small",
+        help="small: walltopo's own network, 0.6 million weights; yolo: YOLO11-cls "
+        "(default: small)",
+    )
+    parser.add_argument(
+        "--base", default="", help="with --family yolo: weights or layout to start from"
+    )
+    parser.add_argument(
+        "--classes",
+        type=Path,
+        metavar="TOML",
+        help="what classes mean (type, colour, maker, role), kept in the file; see docs/colours.md",
+    )
+    for field in dataclasses.fields(ClassifierSettings):
+        unit = f" [{field.metadata['unit']}]" if field.metadata["unit"] else ""
+        parser.add_argument(
+            "--" + field.name.replace("_", "-"),
+            type=type(field.default),
+            default=field.default,
+            help=f"{field.metadata['help']}{unit} (default: {field.default})",
+        )
+    parser.set_defaults(run=run)
+    commands.choices["train"] = _ByFirstWord(detector, parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Train, export, say how good it is."""
+    from walltopo.cli.console import console
+    from walltopo.cli.listener import TerminalListener
+    from walltopo.core import SettingsError
+    from walltopo.holds.classifier_meaning import read_classes
+    from walltopo_lab.classifier.samples import read_cutouts
+    from walltopo_lab.cli.extras import need_torch
+
+    if args.base and args.family != "yolo":
+        raise SettingsError("--base is for --family yolo")
+    names = [field.name for field in dataclasses.fields(ClassifierSettings)]
+    settings = ClassifierSettings(**{name: getattr(args, name) for name in names})
+    need_torch()
+    with TerminalListener(console) as progress:
+        progress.step("reading cutouts")
+        cutouts = read_cutouts(args.sources, args.label, settings.side)
+        if args.classes is not None:
+            cutouts = cutouts.meaning(read_classes(args.classes))
+        counts = ", ".join(f"{name} {count}" for name, count in cutouts.counts().items())
+        progress.note(f"{len(cutouts.label)} cutouts; holds per class: {counts}")
+        if args.family == "yolo":
+            from walltopo_lab.classifier.yolo import BASE, train_yolo
+
+            top = train_yolo(cutouts, settings, args.out, args.base or BASE, progress)
+            told = f"{top:.3f} of the held-out cutouts right"
+        else:
+            from walltopo_lab.classifier.training import train, write_onnx
+
+            trained = train(cutouts, settings, progress)
+            write_onnx(trained, cutouts, args.out)
+            told = (
+                f"{trained.accuracy:.3f} of {trained.holds[1]} held-out holds right, "
+                f"{trained.per_cutout:.3f} of their cutouts (epoch {trained.epoch}, which they "
+                "chose)"
+            )
+    console.print(f"{args.out}: {told}", soft_wrap=True)
+    return 0

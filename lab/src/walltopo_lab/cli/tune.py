@@ -1,0 +1,137 @@
+"""`walltopo tune`: settings chosen by search on labelled walls and photos."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from walltopo_lab.cli.tune_detector import add_detector
+
+__all__ = ["register"]
+
+_EPILOG = """\
+walls.toml lists labelled walls (paths relative to it):
+  [[wall]]
+  name = "gym1"            # the wall; all scans of one wall carry one name
+  use = "train"            # train: tuned on; test: reported on
+  truth = "gym1/truth"     # gt.npz, scene.json
+  scan = "gym1/scan"       # or: mesh, cameras, masks; or nothing: the truth's own
+
+examples:
+  walltopo tune lift walls.toml -o tuned/ --trials 100
+  walltopo tune lift walls.toml -o tuned/ --method literal --storage postgresql+pg8000://me@host/tuning
+  walltopo tune routes walls.toml -o tuned/ --trials 60 --workers 2
+
+Run again to go on; run on several machines with one database to share the work.
+"""
+
+
+def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add this group's commands."""
+    group = commands.add_parser("tune", help="choose settings on labelled walls and photos")
+    kinds = group.add_subparsers(dest="what", metavar="WHAT", required=True)
+    for what, help in (
+        ("lift", "the lift's settings, by instance AP"),
+        ("routes", "the route settings, by adjusted Rand index"),
+    ):
+        parser = kinds.add_parser(
+            what,
+            help=help,
+            description="Gaussian-process Bayesian optimisation (Optuna's GPSampler) of "
+            + help
+            + ". Writes walltopo.toml, report.md and slices.png.",
+            epilog=_EPILOG,
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+        parser.add_argument("walls", type=Path, metavar="WALLS.toml", help="labelled walls")
+        parser.add_argument("-o", "--output", type=Path, required=True, metavar="DIR")
+        parser.add_argument(
+            "--trials", type=int, default=100, help="in all, resumed ones too (100)"
+        )
+        parser.add_argument("--storage", default="", help="database URL (default: DIR/study.db)")
+        parser.add_argument(
+            "--study", default="", help="name in the database (default: what it is)"
+        )
+        parser.add_argument("--workers", type=int, default=1, help="processes on this machine (1)")
+        parser.add_argument("--seed", type=int, default=0)
+        if what == "lift":
+            parser.add_argument("--method", choices=("robust", "literal"), default="robust")
+            parser.add_argument("--figure", choices=("ap", "ap50", "ap25", "coco_ap"), default="ap")
+        parser.set_defaults(run=_run)
+    add_detector(kinds)
+
+
+def _problem(what: str, walls: list[Any], method: str, figure: str) -> Any:
+    if what == "lift":
+        from walltopo_lab.tune.lift_problem import LiftProblem, load_lift_wall
+
+        return LiftProblem([load_lift_wall(wall) for wall in walls], method, figure)
+    from walltopo_lab.tune.routes_problem import RoutesProblem, load_routes_wall
+
+    return RoutesProblem([load_routes_wall(wall) for wall in walls])
+
+
+def _work(args: argparse.Namespace, storage: str, name: str, seed: int) -> None:
+    """One more worker process on the same study."""
+    from walltopo_lab.tune.study import open_study, search
+    from walltopo_lab.tune.walls import contents, read_walls
+
+    train = [wall for wall in read_walls(args.walls) if wall.use == "train"]
+    method, figure = getattr(args, "method", ""), getattr(args, "figure", "")
+    problem = _problem(args.what, train, method, figure)
+    search(open_study(problem, storage, name, seed, contents(train)), problem, args.trials)
+
+
+def _run(args: argparse.Namespace) -> int:
+    import multiprocessing
+
+    from walltopo.cli.console import console
+    from walltopo.cli.listener import TerminalListener
+    from walltopo_lab.tune.report import merge_settings, write_report, write_slices
+    from walltopo_lab.tune.study import open_study, results, search
+    from walltopo_lab.tune.walls import contents, read_walls
+
+    walls = read_walls(args.walls)
+    train = [wall for wall in walls if wall.use == "train"]
+    held_out = [wall for wall in walls if wall.use == "test"]
+    args.output.mkdir(parents=True, exist_ok=True)
+    storage = args.storage or f"sqlite:///{args.output / 'study.db'}"
+    method, figure = getattr(args, "method", ""), getattr(args, "figure", "")
+    name = args.study or "-".join(part for part in (args.what, method, figure) if part)
+    problem = _problem(args.what, train, method, figure)
+    study = open_study(problem, storage, name, args.seed, contents(train))
+    context = multiprocessing.get_context("spawn")
+    others = [
+        context.Process(target=_work, args=(args, storage, name, args.seed + k))
+        for k in range(1, args.workers)
+    ]
+    for process in others:
+        process.start()
+    with TerminalListener(console) as listener:
+        search(study, problem, args.trials, listener)
+    for process in others:
+        process.join()
+    found = results(study, problem)
+    test = None
+    if held_out:
+        judge = _problem(args.what, held_out, method, figure)
+        before = judge.evaluate(found.default.values)
+        after = judge.evaluate(found.best.values)
+        test = {wall: (before[wall], after[wall]) for wall in before}
+    merge_settings(
+        args.output / "walltopo.toml",
+        problem.section,
+        {**problem.fixed, **{k: round(v, 6) for k, v in found.best.values.items()}},
+    )
+    write_slices(args.output / "slices.png", problem, found)
+    write_report(args.output / "report.md", problem, found, test)
+    console.print(
+        f"{problem.figure} on train walls: {found.default.figure:.3f} -> {found.best.figure:.3f}"
+    )
+    if test is None:
+        console.print("no test walls: this says nothing about other walls", style="yellow")
+    for wall, (a, b) in (test or {}).items():
+        console.print(f"test {wall}: {a:.3f} -> {b:.3f}")
+    console.print(f"wrote {args.output}/walltopo.toml, report.md, slices.png", markup=False)
+    return 0

@@ -1,0 +1,109 @@
+"""What the colours of a painted mesh mean."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import InputError
+from walltopo.scans.folder import read_json, write_json
+
+__all__ = ["Legend", "Rgb", "object_colours", "read_legend", "write_legend"]
+
+Rgb = tuple[int, int, int]
+
+
+@dataclass(frozen=True)
+class Legend:
+    """Colours of the wall and of known objects; other colours are new objects.
+
+    Parameters
+    ----------
+    wall : colours of what is no object.
+    objects : colour to class name.
+    default : class of objects whose colour is not listed.
+    classes : class names in the order of their ids (1, 2, ...).
+    tolerance : a colour within this many steps of 255 (largest channel difference) of a listed
+        one is that one: programs round colours.
+    """
+
+    wall: tuple[Rgb, ...] = ((190, 190, 190), (255, 255, 255))
+    objects: Mapping[Rgb, str] = field(default_factory=dict[Rgb, str])
+    default: str = "hold"
+    classes: tuple[str, ...] = ("hold", "volume")
+    tolerance: int = 3
+
+    def __post_init__(self) -> None:
+        stray = sorted({self.default, *self.objects.values()} - set(self.classes))
+        if stray:
+            raise InputError(f"legend: unknown classes {stray}; known: {', '.join(self.classes)}")
+
+
+def _rgb(text: str, where: Path) -> Rgb:
+    match = re.fullmatch(r"#([0-9a-fA-F]{2})([0-9a-fA-F]{2})([0-9a-fA-F]{2})", text.strip())
+    if match is None:
+        raise InputError(f"{where}: {text!r} is no colour; expected #rrggbb")
+    r, g, b = (int(part, 16) for part in match.groups())
+    return r, g, b
+
+
+def read_legend(path: Path) -> Legend:
+    """Read a legend JSON.
+
+    `{"wall": ["#bebebe"], "objects": {"#ff0000": "volume"}, "default": "hold",
+    "classes": ["hold", "volume"], "tolerance": 3}`; every key may be left out.
+    """
+    data = read_json(path)
+    unknown = set(data) - {"wall", "objects", "default", "classes", "tolerance"}
+    if unknown:
+        raise InputError(f"{path}: unknown keys {', '.join(sorted(unknown))}")
+    plain = Legend()
+    classes = tuple(str(name) for name in data.get("classes", plain.classes))
+    return Legend(
+        tuple(_rgb(c, path) for c in data["wall"]) if "wall" in data else plain.wall,
+        {_rgb(c, path): str(name) for c, name in data.get("objects", {}).items()},
+        str(data.get("default", classes[0])),
+        classes,
+        int(data.get("tolerance", plain.tolerance)),
+    )
+
+
+def write_legend(path: Path, legend: Legend) -> None:
+    """Write what `read_legend` reads."""
+    write_json(
+        path,
+        {
+            "wall": ["#{:02x}{:02x}{:02x}".format(*c) for c in legend.wall],
+            "objects": {
+                "#{:02x}{:02x}{:02x}".format(*c): name for c, name in legend.objects.items()
+            },
+            "default": legend.default,
+            "classes": list(legend.classes),
+            "tolerance": legend.tolerance,
+        },
+    )
+
+
+def object_colours(count: int) -> NDArray[np.uint8]:
+    """(count, 3) colours, vivid and at least 8 steps apart in some channel, none of them grey.
+
+    The colours of a 28-step grid, strongest first, those next to each other in the list far
+    apart in hue; so a painter sees neighbours differ and rounding cannot confuse two.
+    """
+    levels = np.arange(0, 256, 17 if count > 400 else 28)
+    grid = np.stack(np.meshgrid(levels, levels, levels), axis=-1).reshape(-1, 3)
+    spread = grid.max(axis=1) - grid.min(axis=1)
+    vivid = grid[spread >= 80]
+    if count > len(vivid):
+        raise InputError(f"{count} objects; a painted mesh can hold {len(vivid)} colours")
+    order = np.argsort(-(vivid.max(axis=1) - vivid.min(axis=1)), kind="stable")[:count]
+    # A step coprime to the length walks through all of them, far from one to the next.
+    step = max(1, round(count * 0.382))
+    while np.gcd(step, count) > 1:
+        step += 1
+    return vivid[order[(np.arange(count) * step) % count]].astype(np.uint8)

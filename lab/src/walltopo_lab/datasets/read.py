@@ -1,0 +1,111 @@
+"""Any labelled set, by what it looks like; and any format out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from walltopo.core import InputError
+from walltopo.scans.folder import atomic_path, read_json
+from walltopo_lab.datasets.coco import is_coco, read_coco, write_coco
+from walltopo_lab.datasets.labelme import is_labelme, read_labelme, write_labelme
+from walltopo_lab.datasets.model import Dataset
+from walltopo_lab.datasets.via import is_via, read_via, write_via
+from walltopo_lab.datasets.yolo import read_yolo, write_yolo
+
+__all__ = ["FORMATS", "read_dataset", "write_dataset"]
+
+FORMATS = ("coco", "coco-rle", "yolo", "yolo-seg", "labelme", "labelme-embedded", "via")
+
+
+def read_dataset(path: Path, photos: Path | None = None) -> Dataset:
+    """Read a labelled set; its format is told from the file or folder.
+
+    Parameters
+    ----------
+    path : a COCO or VIA JSON; a LabelMe JSON or a folder of them; a YOLO folder, its data.yaml,
+        or a folder of such folders (`train`, `valid`), whose photos are then taken together; or
+        a folder with one COCO or VIA JSON in it.
+    photos : folder of the pictures, where they do not lie beside the labels.
+
+    Raises
+    ------
+    InputError : nothing there that is known; says what was looked for.
+    """
+    path = Path(path)
+    if path.suffix.lower() in (".yaml", ".yml"):
+        path = path.parent
+    if path.is_file():
+        return _read_json_file(path, photos)
+    if not path.is_dir():
+        raise InputError(f"{path}: no such file or folder")
+    if (path / "labels").is_dir():
+        return read_yolo(path)
+    parts = [sub for sub in sorted(path.iterdir()) if (sub / "labels").is_dir()]
+    if parts:
+        return _together([read_yolo(part) for part in parts])
+    files = sorted(path.glob("*.json"))
+    whole = [file for file in files if not is_labelme(read_json(file))]
+    if len(whole) == 1:
+        return _read_json_file(whole[0], photos)
+    if files and not whole:
+        return read_labelme(path)
+    raise InputError(
+        f"{path}: no labelled set found here",
+        "Known: YOLO (labels/ beside images/), LabelMe (JSON per photo), one COCO or VIA JSON.",
+    )
+
+
+def _read_json_file(path: Path, photos: Path | None) -> Dataset:
+    data = read_json(path)
+    if is_coco(data):
+        return read_coco(path, photos)
+    if is_labelme(data):
+        return read_labelme(path)
+    if is_via(data):
+        return read_via(path, photos)
+    raise InputError(f"{path}: neither COCO nor LabelMe nor VIA")
+
+
+def _together(parts: list[Dataset]) -> Dataset:
+    classes: dict[int, str] = {}
+    for part in parts:
+        classes |= part.classes
+    return Dataset(tuple(photo for part in parts for photo in part.photos), classes)
+
+
+def write_dataset(path: Path, dataset: Dataset, kind: str, *, copy_photos: bool = True) -> None:
+    """Write a set in one of `FORMATS` into the folder `path`.
+
+    COCO is written as `annotations.json`, VIA as `via.json`. With `copy_photos` the pictures go
+    along (into `images/`, or beside the JSON for LabelMe), so that the set stands on its own.
+
+    Raises
+    ------
+    InputError : unknown format, or a picture to copy is not at hand.
+    """
+    path = Path(path)
+    if kind in ("coco", "coco-rle"):
+        write_coco(path / "annotations.json", dataset, rle=kind == "coco-rle")
+    elif kind in ("yolo", "yolo-seg"):
+        write_yolo(path, dataset, segments=kind == "yolo-seg")
+    elif kind in ("labelme", "labelme-embedded"):
+        write_labelme(path, dataset, embed=kind == "labelme-embedded")
+    elif kind == "via":
+        write_via(path / "via.json", dataset)
+    else:
+        raise InputError(f"unknown format {kind!r}; expected one of {', '.join(FORMATS)}")
+    if copy_photos:
+        copy_pictures(dataset, path if kind.startswith("labelme") else path / "images")
+
+
+def copy_pictures(dataset: Dataset, folder: Path) -> None:
+    """Copy the pictures of a set, bytes as they are.
+
+    Raises
+    ------
+    InputError : a picture was not found.
+    """
+    for photo in dataset.photos:
+        if not (folder / photo.name).is_file():
+            with atomic_path(folder / photo.name) as temporary:
+                temporary.write_bytes(photo.content())

@@ -1,0 +1,113 @@
+"""Boxes, polygons and bitmaps of one object, and how each gives the others."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from walltopo.core import Mask
+from walltopo.scans.detections import decode_segmentation
+from walltopo_lab.datasets.model import Annotation, Photo, Polygon
+
+__all__ = [
+    "box_of_polygons",
+    "ellipse",
+    "joined",
+    "mask_of",
+    "polygons_of",
+    "polygons_of_mask",
+    "rectangle",
+]
+
+
+def rectangle(x: float, y: float, w: float, h: float) -> Polygon:
+    """(4, 2) corners of a box."""
+    return np.array([[x, y], [x + w, y], [x + w, y + h], [x, y + h]], dtype=np.float64)
+
+
+def ellipse(cx: float, cy: float, rx: float, ry: float, corners: int = 32) -> Polygon:
+    """(corners, 2) points of an ellipse along the axes."""
+    angle = np.linspace(0, 2 * np.pi, corners, endpoint=False)
+    return np.stack([cx + rx * np.cos(angle), cy + ry * np.sin(angle)], axis=1)
+
+
+def box_of_polygons(polygons: Sequence[Polygon]) -> tuple[float, float, float, float]:
+    """x, y, w, h around all points."""
+    points = np.concatenate(list(polygons))
+    x, y = points.min(axis=0)
+    right, bottom = points.max(axis=0)
+    return float(x), float(y), float(right - x), float(bottom - y)
+
+
+def mask_of(annotation: Annotation, photo: Photo) -> Mask:
+    """The object's bitmap; a box-only object is its box, cut to the photo.
+
+    Polygons are drawn by COCO's rule (pycocotools), whose coordinates have the same origin.
+    """
+    if annotation.mask is not None:
+        return annotation.mask
+    polygons = annotation.polygons or (rectangle(*annotation.box),)
+    flat = [polygon.ravel().tolist() for polygon in polygons]
+    score = min(max(annotation.score, 1e-6), 1.0)
+    return decode_segmentation(flat, photo.width, photo.height, annotation.label, score)
+
+
+def polygons_of_mask(mask: Mask, tolerance: float = 0.0) -> tuple[Polygon, ...]:
+    """Outlines of a bitmap along its pixel edges; holes in it are filled.
+
+    Parameters
+    ----------
+    tolerance : corners that move the outline by less than this are left out, pixels.
+    """
+    import cv2
+
+    if mask.area == 0:
+        return ()
+    # Outlines of a picture twice as large run through pixel edges, not through pixel centres,
+    # so that drawing them again gives the same bitmap.
+    doubled = np.kron(np.pad(mask.bitmap, 1), np.ones((2, 2), dtype=np.uint8)).astype(np.uint8)
+    contours, _ = cv2.findContours(doubled, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    polygons: list[Polygon] = []
+    for contour in contours:
+        points = contour[:, 0, :].astype(np.float64)
+        # Outer pixels of the doubled picture: their far corner is the pixel edge itself.
+        edge = np.round((points + 0.5) / 2.0) - 1.0
+        edge = edge[np.r_[True, (np.diff(edge, axis=0) != 0).any(axis=1)]]
+        if tolerance > 0:
+            kept = cv2.approxPolyDP(edge.astype(np.float32)[:, None], tolerance, True)
+            edge = kept[:, 0].astype(np.float64)
+        edge = _without_straight(edge)
+        if len(edge) >= 3:
+            polygons.append(edge + np.array([mask.x, mask.y], dtype=np.float64))
+    return tuple(polygons)
+
+
+def _without_straight(points: Polygon) -> Polygon:
+    """The same outline without the points that lie on a straight run."""
+    before = points - np.roll(points, 1, axis=0)
+    after = np.roll(points, -1, axis=0) - points
+    turns = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+    return points[turns != 0]
+
+
+def joined(polygons: Sequence[Polygon]) -> Polygon:
+    """One outline that draws all parts: each further part hangs on a bridge of no width."""
+    outline = polygons[0]
+    for part in polygons[1:]:
+        gaps = np.linalg.norm(outline[:, None] - part[None], axis=2)
+        at, start = np.unravel_index(int(gaps.argmin()), gaps.shape)
+        loop = np.concatenate([part[start:], part[: start + 1]])
+        outline = np.concatenate([outline[: at + 1], loop, outline[at:]])
+    return outline
+
+
+def polygons_of(
+    annotation: Annotation, photo: Photo, tolerance: float = 0.0
+) -> tuple[Polygon, ...]:
+    """The object's outlines; of a box-only object, its box."""
+    if annotation.polygons:
+        return annotation.polygons
+    if annotation.mask is not None:
+        return polygons_of_mask(annotation.mask, tolerance)
+    return (rectangle(*annotation.box),)

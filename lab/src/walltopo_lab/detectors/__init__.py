@@ -1,0 +1,1 @@
+"""Detectors that walltopo-lab adds: Ultralytics families (AGPL-3.0)."""

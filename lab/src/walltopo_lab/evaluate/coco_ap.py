@@ -1,0 +1,85 @@
+"""Average precision by the COCO protocol, on any elements with a weight (faces by area).
+
+Source: pycocotools `cocoeval.py`: predictions in order of score take the free true instance of
+largest overlap at or above the threshold; precision is made monotone and sampled at 101 recalls.
+Here without a cap on the number of predictions: a wall has more than 100 holds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo_lab.evaluate.overlap import Overlap
+
+__all__ = ["COCO_THRESHOLDS", "coco_ap", "coco_matches"]
+
+Floats = NDArray[np.float64]
+
+COCO_THRESHOLDS = tuple(round(0.50 + 0.05 * k, 2) for k in range(10))
+_RECALLS = np.linspace(0.0, 1.0, 101)
+
+
+def coco_matches(scene: Overlap, threshold: float, min_size: float = 0.0) -> NDArray[np.int64]:
+    """Index of the true instance that each prediction takes, -1 = none.
+
+    True instances smaller than `min_size` are taken only when no other will do (COCO's ignored
+    truth). Predictions of equal score go in their given order.
+    """
+    iou = scene.iou()
+    small = scene.truth_sizes < min_size
+    at_least = min(threshold, 1 - 1e-10)
+    free = np.ones(len(scene.truth_sizes), dtype=np.bool_)
+    taken = np.full(len(scene.pred_sizes), -1, dtype=np.int64)
+    for p in np.argsort(-scene.pred_scores, kind="stable"):
+        for group in (~small, small):
+            candidates = np.flatnonzero(free & group & (iou[p] >= at_least))
+            if len(candidates):
+                # COCO's loop keeps the last of equals.
+                best = candidates[::-1][np.argmax(iou[p, candidates[::-1]])]
+                taken[p] = best
+                free[best] = False
+                break
+    return taken
+
+
+def _ap_at(scenes: Sequence[Overlap], threshold: float, min_size: float, truth: int) -> float:
+    scores: list[Floats] = []
+    hits: list[NDArray[np.bool_]] = []
+    for scene in scenes:
+        taken = coco_matches(scene, threshold, min_size)
+        matched = taken >= 0
+        ignored = np.zeros(len(taken), dtype=np.bool_)
+        ignored[matched] = scene.truth_sizes[taken[matched]] < min_size
+        ignored[~matched] = scene.pred_sizes[~matched] < min_size
+        scores.append(scene.pred_scores[~ignored])
+        hits.append(matched[~ignored])
+    order = np.argsort(-np.concatenate(scores), kind="stable")
+    hit = np.concatenate(hits)[order]
+    if len(hit) == 0:
+        return 0.0
+    positives = np.cumsum(hit)
+    recall = positives / truth
+    precision = positives / np.arange(1, len(hit) + 1)
+    precision = np.maximum.accumulate(precision[::-1])[::-1]
+    at = np.searchsorted(recall, _RECALLS, side="left")
+    return float(np.where(at < len(hit), precision[np.minimum(at, len(hit) - 1)], 0.0).mean())
+
+
+def coco_ap(
+    scenes: Sequence[Overlap],
+    thresholds: Sequence[float] = COCO_THRESHOLDS,
+    min_size: float = 0.0,
+) -> Floats:
+    """AP of one class over several scenes, at each threshold; see `scannet_ap` for the terms.
+
+    Returns
+    -------
+    (len(thresholds),) float; 0 where there is truth and no prediction, NaN where no truth.
+    """
+    truth = sum(int((scene.truth_sizes >= min_size).sum()) for scene in scenes)
+    if truth == 0:
+        return np.full(len(thresholds), np.nan)
+    return np.array([_ap_at(scenes, t, min_size, truth) for t in thresholds])

@@ -1,0 +1,93 @@
+"""A mesh that shows, face by face, what was found, missed, invented or cut wrongly."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import IntEnum
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import Mesh
+from walltopo.meshes.ply import write_ply
+from walltopo.scans.folder import atomic_path
+
+__all__ = ["COLOURS", "Outcome", "coloured_mesh", "outcome_of_faces", "write_errors"]
+
+
+class Outcome(IntEnum):
+    """What became of a face."""
+
+    WALL = 0
+    HIT = 1
+    MISSED = 2
+    FALSE = 3
+    BORDER = 4
+    IGNORED = 5
+
+
+# Told apart with red-green blindness too: blue, orange, vermilion, yellow of Okabe & Ito.
+COLOURS: Mapping[Outcome, tuple[int, int, int]] = {
+    Outcome.WALL: (190, 190, 190),
+    Outcome.HIT: (0, 158, 115),
+    Outcome.MISSED: (0, 114, 178),
+    Outcome.FALSE: (213, 94, 0),
+    Outcome.BORDER: (240, 228, 66),
+    Outcome.IGNORED: (90, 90, 90),
+}
+
+
+def outcome_of_faces(
+    predicted: NDArray[np.int32],
+    truth: NDArray[np.int32],
+    pairs: Mapping[int, int],
+    ignored: NDArray[np.bool_],
+) -> NDArray[np.int64]:
+    """(F,) an `Outcome` per face.
+
+    Parameters
+    ----------
+    predicted, truth : (F,) instance ids, 0 = none.
+    pairs : predicted id to true id of the instances that match.
+    ignored : (F,) faces that count nowhere.
+    """
+    partner = np.zeros(max(int(predicted.max(initial=0)), *pairs, 0) + 1, dtype=np.int64)
+    for mine, true in pairs.items():
+        partner[mine] = true
+    found_true = np.isin(truth, list(pairs.values()))
+    expected = partner[predicted]
+    result = np.full(len(predicted), Outcome.WALL, dtype=np.int64)
+    has_pred, has_truth = predicted > 0, truth > 0
+    result[has_pred & (expected > 0)] = Outcome.BORDER
+    result[has_truth & found_true] = Outcome.BORDER
+    result[has_pred & (expected == 0)] = Outcome.FALSE
+    result[has_truth & ~found_true] = Outcome.MISSED
+    result[has_pred & has_truth & (expected == truth)] = Outcome.HIT
+    result[ignored] = Outcome.IGNORED
+    return result
+
+
+def coloured_mesh(mesh: Mesh, outcomes: NDArray[np.int64]) -> Mesh:
+    """The mesh with one colour per face; vertices are split only where colours meet."""
+    corner = mesh.faces.astype(np.int64) * len(Outcome) + outcomes[:, None]
+    pairs, index = np.unique(corner, return_inverse=True)
+    table = np.array([COLOURS[outcome] for outcome in Outcome], dtype=np.uint8)
+    return Mesh(
+        mesh.vertices[pairs // len(Outcome)],
+        index.reshape(-1, 3).astype(np.int32),
+        table[pairs % len(Outcome)],
+    )
+
+
+def write_errors(mesh: Mesh, folder: Path) -> None:
+    """Write a coloured mesh as `errors.ply` and `errors.glb` (glTF is y up: turned for it)."""
+    import trimesh
+
+    write_ply(folder / "errors.ply", mesh)
+    y_up = np.stack([mesh.vertices[:, 0], mesh.vertices[:, 2], -mesh.vertices[:, 1]], axis=1)
+    shape = trimesh.Trimesh(
+        y_up, mesh.faces, vertex_colors=mesh.vertex_colours, process=False, validate=False
+    )
+    with atomic_path(folder / "errors.glb") as temporary:
+        temporary.write_bytes(shape.export(file_type="glb"))

@@ -1,0 +1,128 @@
+"""How well holds are grouped into routes, and named by colour and type."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from walltopo.core import EnvironmentLacksError
+from walltopo_lab.evaluate.overlap import Overlap
+from walltopo_lab.evaluate.truth import TrueInstance
+
+__all__ = ["attribute_metrics", "grouping_scores", "match_pairs", "route_metrics", "type_of_kind"]
+
+
+def match_pairs(overlap: Overlap, threshold: float = 0.5) -> dict[int, int]:
+    """Predicted id to true id where their IoU is over the threshold (>= .5: one-to-one)."""
+    iou = overlap.iou()
+    if iou.size == 0:
+        return {}
+    best = iou.argmax(axis=1)
+    return {
+        int(overlap.pred_ids[p]): int(overlap.truth_ids[t])
+        for p, t in enumerate(best)
+        if iou[p, t] > threshold
+    }
+
+
+def grouping_scores(truth: Sequence[int], predicted: Sequence[int]) -> dict[str, float]:
+    """Adjusted Rand index, homogeneity and completeness of a grouping (scikit-learn).
+
+    Raises
+    ------
+    EnvironmentLacksError : scikit-learn is not installed.
+    """
+    try:
+        from sklearn.metrics import (
+            adjusted_rand_score,
+            completeness_score,
+            homogeneity_score,
+        )
+    except ImportError as error:
+        raise EnvironmentLacksError(
+            "route metrics need scikit-learn", "Install it: pip install 'walltopo[evaluate]'"
+        ) from error
+    return {
+        "ari": float(adjusted_rand_score(truth, predicted)),
+        "homogeneity": float(homogeneity_score(truth, predicted)),
+        "completeness": float(completeness_score(truth, predicted)),
+    }
+
+
+def route_metrics(
+    routes: Sequence[Mapping[str, Any]],
+    pairs: Mapping[int, int],
+    truth: Mapping[int, TrueInstance],
+) -> dict[str, Any]:
+    """Grouping scores over the matched holds that belong to a true route.
+
+    Volumes and downclimb holds are left out: they belong to all routes or to none. A hold that
+    the scan put in no route counts as a group of its own.
+
+    Parameters
+    ----------
+    routes : the `routes` of `routes.json`.
+    pairs : predicted id to true id, see `match_pairs`.
+    truth : true instances by id.
+    """
+    route_of: dict[int, int] = {}
+    for route in routes:
+        for hold in route["holds"]:
+            route_of.setdefault(int(hold), int(route["id"]))
+    holds = [(p, t) for p, t in sorted(pairs.items()) if truth[t].route >= 0]
+    true_groups = [truth[t].route for _, t in holds]
+    # Negative ids cannot clash with route ids.
+    found_groups = [route_of.get(p, -1 - p) for p, _ in holds]
+    downclimb = [p for p, t in pairs.items() if truth[t].route == -2]
+    result: dict[str, Any] = {
+        "holds_compared": len(holds),
+        "holds_unrouted": sum(p not in route_of for p, _ in holds),
+        "routes_true": len(set(true_groups)),
+        "routes_found": len(routes),
+        "downclimb_holds": len(downclimb),
+        "downclimb_kept_out": sum(p not in route_of for p in downclimb),
+    }
+    if len(holds) < 2:
+        return {**result, "ari": None, "homogeneity": None, "completeness": None}
+    return result | grouping_scores(true_groups, found_groups)
+
+
+def type_of_kind(kind: str) -> str:
+    """The scan's word for what `scene.json` calls a hold."""
+    return "foothold" if kind == "foot" else kind
+
+
+def attribute_metrics(
+    records: Sequence[Mapping[str, Any]],
+    pairs: Mapping[int, int],
+    truth: Mapping[int, TrueInstance],
+) -> dict[str, Any]:
+    """Share of the matched instances with the right colour, type and class.
+
+    Types are compared on holds only, and "unknown" counts apart from wrong: `type_named` is the
+    share of holds with a type, `type_accuracy` the share of those that have the right one.
+
+    Parameters
+    ----------
+    records : the `instances` of `attributes.json`.
+    """
+    by_id = {int(record["id"]): record for record in records}
+    both = [(by_id[p], truth[t]) for p, t in sorted(pairs.items()) if p in by_id]
+    holds = [(mine, true) for mine, true in both if true.label == 1]
+    typed = [(mine, true) for mine, true in holds if mine.get("type", "unknown") != "unknown"]
+
+    def share(rows: Sequence[bool]) -> float | None:
+        return float(np.mean(rows)) if rows else None
+
+    return {
+        "compared": len(both),
+        "colour_accuracy": share([mine.get("colour") == true.colour for mine, true in holds]),
+        "type_named": len(typed) / len(holds) if holds else None,
+        "type_accuracy": share([mine["type"] == type_of_kind(true.kind) for mine, true in typed]),
+        "type_unknown": len(holds) - len(typed),
+        "class_accuracy": share(
+            [{"hold": 1, "volume": 2}.get(str(m.get("class"))) == t.label for m, t in both]
+        ),
+    }

@@ -1,0 +1,51 @@
+"""Procedural gyms with exact ground truth.
+
+`make_gym(settings, seed)` builds one, `render_gym(gym, out, photos, seed)` photographs it into
+a folder with its truth, `generate(out, recipe)` does both and resumes, `tiny(out)` makes the
+smallest one for tests. Names are imported when used; this module itself is light.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from walltopo_lab.synth.params import PRESETS, GymSettings, PhotoSettings, gym_preset
+
+if TYPE_CHECKING:
+    from walltopo_lab.synth.gym import Gym, Reset, make_gym
+    from walltopo_lab.synth.recipe import Recipe, generate, render_gym
+    from walltopo_lab.synth.small import tiny, tiny_recipe
+
+__all__ = [
+    "PRESETS",
+    "Gym",
+    "GymSettings",
+    "PhotoSettings",
+    "Recipe",
+    "Reset",
+    "generate",
+    "gym_preset",
+    "make_gym",
+    "render_gym",
+    "tiny",
+    "tiny_recipe",
+]
+
+_HOMES = {
+    "Gym": "gym",
+    "Reset": "gym",
+    "make_gym": "gym",
+    "Recipe": "recipe",
+    "generate": "recipe",
+    "render_gym": "recipe",
+    "tiny": "small",
+    "tiny_recipe": "small",
+}
+
+
+def __getattr__(name: str) -> Any:
+    from importlib import import_module
+
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)

@@ -1,0 +1,196 @@
+"""A gym from a seed: wall, volumes, routes, measures, bitmaps and light put together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from walltopo.core import Progress, SettingsError, Silent
+from walltopo_lab.synth.atlas import Atlas, build_atlas
+from walltopo_lab.synth.bodies import Body, Facet, GymInstance
+from walltopo_lab.synth.light import Baked, bake, hang_lamps
+from walltopo_lab.synth.marks import Tag
+from walltopo_lab.synth.measure import place_plates
+from walltopo_lab.synth.mesh import Surface, merge_surface
+from walltopo_lab.synth.paint import PaintWork
+from walltopo_lab.synth.params import GymSettings
+from walltopo_lab.synth.setter import MakeHold, SetWall, set_downclimbs, set_routes
+from walltopo_lab.synth.tnuts import sockets_of
+from walltopo_lab.synth.tracer import Tracer
+from walltopo_lab.synth.volumes import place_volumes, volume_footprint
+from walltopo_lab.synth.wall import build_hall, build_wall
+
+__all__ = ["RESET_PARTS", "Gym", "Reset", "SetUp", "make_gym", "set_up"]
+
+RESET_PARTS = ("all", "left", "middle", "right")
+
+
+@dataclass(frozen=True)
+class Reset:
+    """Routes of a part of the wall replaced by others.
+
+    Parameters
+    ----------
+    seed : seed of the new routes.
+    part : all, left, middle or right (of the wall: halves, and the middle third).
+    """
+
+    seed: int
+    part: str = "all"
+
+    def __post_init__(self) -> None:
+        if self.part not in RESET_PARTS:
+            raise SettingsError(
+                f"synth reset part: expected one of {', '.join(RESET_PARTS)}, got {self.part!r}"
+            )
+
+    def interval(self, low: float, high: float) -> tuple[float, float]:
+        """The x interval that is reset."""
+        third = (high - low) / 3
+        middle = (low + high) / 2
+        return {
+            "all": (low, high),
+            "left": (low, middle),
+            "right": (middle, high),
+            "middle": (low + third, high - third),
+        }[self.part]
+
+
+@dataclass(frozen=True, eq=False)
+class Gym:
+    """A built gym, ready to be photographed.
+
+    Parameters
+    ----------
+    facets : wall facets first, then volumes, plates and the hall.
+    wall : the wall's facets alone.
+    plates : the measures' facets.
+    instances : volumes, then holds; ids are unique but may have gaps after a reset.
+    tags : the start tags as they were drawn.
+    """
+
+    settings: GymSettings
+    seed: int
+    reset: Reset | None
+    facets: list[Facet]
+    wall: list[Facet]
+    plates: list[Facet]
+    instances: list[GymInstance]
+    tags: list[Tag]
+    surface: Surface
+    atlas: Atlas
+    baked: Baked
+    tracer: Tracer
+
+
+def _procedural(settings: GymSettings) -> MakeHold:
+    from walltopo_lab.synth.holds import make_hold
+
+    def make(kind: str, style: str, rng: np.random.Generator, scale: float) -> Body:
+        return make_hold(kind, style, rng, scale, settings.detail)
+
+    return make
+
+
+def _lanes(span: tuple[float, float], count: int, spray: bool) -> list[tuple[float, float]]:
+    low, high = span
+    if spray:
+        return [(low + 0.1, high - 0.1)] * count
+    width = (high - low) / count
+    slack = 0.1 * width
+    return [(low + k * width - slack, low + (k + 1) * width + slack) for k in range(count)]
+
+
+def _set_wall(
+    wall: SetWall, settings: GymSettings, seed: int, reset: Reset | None, make: MakeHold
+) -> None:
+    """All routes; after a reset those of a part are taken off and others set."""
+    x = wall.sockets.points[:, 0]
+    span = (float(x.min()), float(x.max()))
+    rng = np.random.default_rng([seed, 3])
+    set_downclimbs(wall, settings, make, np.random.default_rng([seed, 4]))
+    set_routes(wall, _lanes(span, settings.routes, settings.spray), 0, settings, make, rng)
+    if reset is None:
+        return
+    low, high = reset.interval(*span)
+    middles: dict[int, list[float]] = {}
+    for hold in wall.holds:
+        middles.setdefault(hold.route, []).append(float(hold.position[0]))
+    gone = {r for r, xs in middles.items() if r >= 0 and low <= float(np.mean(xs)) <= high}
+    wall.holds[:] = [hold for hold in wall.holds if hold.route not in gone]
+    lanes = _lanes((low, high), max(1, len(gone)), settings.spray)
+    fresh = np.random.default_rng([reset.seed, 5])
+    set_routes(wall, lanes, settings.routes, settings, make, fresh)
+
+
+@dataclass(frozen=True, eq=False)
+class SetUp:
+    """A gym before bitmaps and light: what is built and bolted where.
+
+    Parameters
+    ----------
+    wall, plates : facets of the wall and of the measures.
+    facets : all facets: wall, volumes, plates, hall.
+    volumes, holds : the instances.
+    """
+
+    wall: list[Facet]
+    plates: list[Facet]
+    facets: list[Facet]
+    volumes: list[GymInstance]
+    holds: list[GymInstance]
+
+    @property
+    def instances(self) -> list[GymInstance]:
+        return [*self.volumes, *self.holds]
+
+
+def set_up(
+    settings: GymSettings, seed: int, reset: Reset | None = None, make_hold: MakeHold | None = None
+) -> SetUp:
+    """Build the wall, screw on volumes, set routes, lay measures out; see `make_gym`."""
+    wall = build_wall(settings, np.random.default_rng([seed, 1]))
+    volume_facets, volumes = place_volumes(wall, settings, np.random.default_rng([seed, 2]))
+    hosts = [*wall, *volume_facets]
+    set_wall = SetWall(sockets_of(hosts), hosts, len(volumes) + 1)
+    set_wall.blocked += [
+        (v.position, 0.8 * volume_footprint(v, volume_facets), v.id) for v in volumes
+    ]
+    _set_wall(set_wall, settings, seed, reset, make_hold or _procedural(settings))
+    plates = place_plates(wall, settings, np.random.default_rng([seed, 6]))
+    facets = [*hosts, *plates, *build_hall(wall, settings)]
+    return SetUp(wall, plates, facets, volumes, set_wall.holds)
+
+
+def make_gym(
+    settings: GymSettings,
+    seed: int,
+    reset: Reset | None = None,
+    make_hold: MakeHold | None = None,
+    progress: Progress | None = None,
+) -> Gym:
+    """Build a gym; the same arguments give the same gym.
+
+    Parameters
+    ----------
+    settings : see `GymSettings` and `gym_preset`.
+    seed : >= 0; decides everything that varies.
+    reset : replace the routes of a part of the wall; wall, volumes and light stay.
+    make_hold : where holds come from; procedural ones by default.
+    progress : told what is going on.
+    """
+    progress = progress or Silent()
+    progress.step("building the gym")
+    built = set_up(settings, seed, reset, make_hold)
+    work = PaintWork(settings, seed, built.holds, {v.id: v for v in built.volumes})
+    atlas = build_atlas(built.facets, work, seed)
+    surface = merge_surface(built.facets, built.holds, settings.cell)
+    progress.step("lighting the gym")
+    tracer = Tracer(surface.vertices, surface.faces)
+    lamps = hang_lamps(built.wall, settings, np.random.default_rng([seed, 7]))
+    baked = bake(surface, tracer, lamps, settings)
+    return Gym(
+        settings, seed, reset, built.facets, built.wall, built.plates, built.instances, work.tags,
+        surface, atlas, baked, tracer,
+    )  # fmt: skip

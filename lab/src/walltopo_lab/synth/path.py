@@ -1,0 +1,112 @@
+"""How the phone is carried: where each photo is taken from and what it looks at."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import Camera
+from walltopo_lab.synth.bodies import Facet
+from walltopo_lab.synth.params import GymSettings, PhotoSettings
+
+__all__ = ["look_at", "phone_camera", "walk"]
+
+Floats = NDArray[np.float64]
+
+
+def phone_camera(settings: PhotoSettings) -> Camera:
+    """SIMPLE_RADIAL, focal length from its 35 mm equivalent along the longer side."""
+    focal = settings.focal_35mm / 36.0 * max(settings.width, settings.height)
+    centre = settings.width / 2, settings.height / 2
+    return Camera("SIMPLE_RADIAL", settings.width, settings.height, (focal, *centre, settings.k1))
+
+
+def look_at(eye: Floats, target: Floats, roll: float) -> Floats:
+    """(3, 4) cam_from_world of a camera at `eye` that sees `target` in its centre, z up."""
+    forward = (target - eye) / np.linalg.norm(target - eye)
+    right = np.cross(forward, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    down = np.cross(forward, right)
+    c, s = np.cos(roll), np.sin(roll)
+    rotation = np.stack([c * right + s * down, -s * right + c * down, forward])
+    return np.column_stack([rotation, -rotation @ eye])
+
+
+def _front(wall: list[Facet], x: float) -> tuple[float, float]:
+    """y of the wall's foot at x and y of its most forward point nearby."""
+    points = np.concatenate([f.corners for f in wall])
+    foot = points[points[:, 2] < 0.01]
+    foot = foot[np.argsort(foot[:, 0])]
+    near = points[np.abs(points[:, 0] - x) < 1.6]
+    forward = near[:, 1].min() if len(near) else points[:, 1].min()
+    return float(np.interp(x, foot[:, 0], foot[:, 1])), float(forward)
+
+
+def walk(
+    wall: list[Facet],
+    plates: list[Facet],
+    gym: GymSettings,
+    photos: PhotoSettings,
+    rng: np.random.Generator,
+) -> list[Floats]:
+    """cam_from_world of every photo: passes along the wall, then the measures.
+
+    Each pass walks the wall's length at another distance and height of aim; neighbours overlap
+    by design because the eye moves evenly and always looks at the wall.
+    """
+    at_plates = round(photos.photos * photos.measure_share) if plates else 0
+    count = photos.photos - at_plates
+    points = np.concatenate([f.corners for f in wall])
+    low, high = points[:, 0].min(), points[:, 0].max()
+    passes = max(1, round(count / max(5.0, 1.6 * (high - low) + 2)))
+    poses = []
+    for k in range(count):
+        lap, t = divmod(k * passes / count, 1.0)
+        t = t if int(lap) % 2 == 0 else 1 - t
+        tier = k if gym.height > 6 else int(lap)
+        poses.append(_wall_photo(wall, gym, photos, (low, high), t, int(lap), tier, passes, rng))
+    for k in range(at_plates):
+        poses.append(_plate_photo(wall, plates[k % len(plates)], k // len(plates), gym, rng))
+    return poses
+
+
+def _wall_photo(
+    wall: list[Facet],
+    gym: GymSettings,
+    photos: PhotoSettings,
+    span: tuple[float, float],
+    t: float,
+    lap: int,
+    tier: int,
+    passes: int,
+    rng: np.random.Generator,
+) -> Floats:
+    low, high = span
+    margin = min(0.3 * (high - low), 1.1)
+    aim_x = low + margin + t * (high - low - 2 * margin) + rng.normal(0, 0.12)
+    x = aim_x + rng.normal(0, 0.35) + 0.5 * np.sin(7.0 * t + lap)
+    foot, forward = _front(wall, aim_x)
+    depth = photos.distance_low + (photos.distance_high - photos.distance_low) * (
+        ((lap + 0.5) / passes + rng.uniform(-0.25, 0.25)) % 1.0
+    )
+    y = 0.5 * (foot + forward) - depth
+    y = min(y, forward - 1.1)  # not under the overhang
+    z = float(np.clip(rng.normal(1.55, 0.12), 1.1, 2.1))
+    share = (0.50, 0.66, 0.38, 0.58, 0.74, 0.32)[tier % 6]
+    if gym.height > 6:  # tall walls are seen from the ground in tiers, one photo each
+        share = (0.22, 0.45, 0.72, 0.42)[tier % 4]
+    aim = np.array([aim_x, 0.5 * (foot + forward), gym.height * (share + rng.normal(0, 0.03))])
+    roll = np.radians(rng.normal(0, photos.roll_deg))
+    return look_at(np.array([x, y, z]), aim, roll)
+
+
+def _plate_photo(
+    wall: list[Facet], plate: Facet, turn: int, gym: GymSettings, rng: np.random.Generator
+) -> Floats:
+    """A measure and the wall behind it in one picture."""
+    centre = plate.corners.mean(axis=0)
+    side = (-0.6, 0.55, -0.2, 0.25, 0.9, -0.95)[turn % 6] + rng.normal(0, 0.1)
+    eye = np.array([centre[0] + side, centre[1] - rng.uniform(1.4, 1.7), rng.uniform(1.5, 1.75)])
+    foot, _ = _front(wall, centre[0])
+    aim = np.array([centre[0] - 0.15 * side, 0.2 * centre[1] + 0.8 * foot, 0.3])
+    return look_at(eye, aim, np.radians(rng.normal(0, 2.0)))

@@ -1,0 +1,130 @@
+"""The wall: columns of corners along a bent line, panels between them, creased into facets."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo_lab.synth.bodies import Facet
+from walltopo_lab.synth.params import GymSettings
+
+__all__ = ["build_hall", "build_wall"]
+
+Floats = NDArray[np.float64]
+
+
+def _plan(settings: GymSettings, rng: np.random.Generator) -> tuple[Floats, Floats]:
+    """Foot points (C, 2) of the columns and the outward direction (C, 2) at each."""
+    panels = settings.columns - 1
+    widths = rng.uniform(0.75, 1.25, panels)
+    widths *= settings.width / widths.sum()
+    turns = np.radians(rng.uniform(-settings.corner_deg, settings.corner_deg, panels))
+    # Headings swing about the x axis, so that a long wall does not curl up.
+    headings = np.clip(np.cumsum(turns) * 0.5 + turns * 0.5, -0.7, 0.7)
+    headings -= headings.mean()
+    steps = np.stack([np.cos(headings), np.sin(headings)], axis=1) * widths[:, None]
+    foot = np.vstack([[0.0, 0.0], np.cumsum(steps, axis=0)])
+    bisected = np.concatenate([headings[:1], (headings[1:] + headings[:-1]) / 2, headings[-1:]])
+    outward = np.stack([np.sin(bisected), -np.cos(bisected)], axis=1)
+    return foot, outward
+
+
+def _rows(settings: GymSettings, rng: np.random.Generator) -> Floats:
+    """Heights of the rows of corners: floor, a crease or two, the top."""
+    count = max(1, round(settings.height / 2.6)) if settings.facets > 0.3 else 1
+    inner = (np.arange(1, count + 1) - 0.45) / (count + 0.3) * settings.height
+    return np.concatenate([[0.0], inner + rng.uniform(-0.15, 0.15, count), [settings.height]])
+
+
+def _corners(settings: GymSettings, rng: np.random.Generator) -> Floats:
+    """(R, C, 3) corners of the panels."""
+    foot, outward = _plan(settings, rng)
+    heights = _rows(settings, rng)
+    low, high = np.radians([settings.overhang_min_deg, settings.overhang_max_deg])
+    lean = rng.uniform(low, high, len(foot))
+    # Panels, not columns, have a lean in a plain gym: neighbours share it.
+    if settings.facets < 0.5:
+        lean[:] = lean.mean() if settings.columns <= 2 else np.repeat(lean[::2], 2)[: len(lean)]
+    corners = np.zeros((len(heights), len(foot), 3))
+    reach = np.zeros(len(foot))
+    for row, height in enumerate(heights):
+        if row:
+            change = rng.uniform(-0.5, 0.5, len(foot)) * settings.facets
+            slope = np.clip(np.tan(lean) * (1 + change), math.tan(low), math.tan(high))
+            reach = reach + slope * (height - heights[row - 1])
+        # z varies a little along creases, not at the floor and at the top
+        wobble = settings.facets * 0.5 if 0 < row < len(heights) - 1 else 0.0
+        corners[row, :, :2] = foot + outward * reach[:, None]
+        corners[row, :, 2] = height + rng.uniform(-wobble, wobble, len(foot))
+    return corners
+
+
+def build_wall(settings: GymSettings, rng: np.random.Generator) -> list[Facet]:
+    """The climbing surface as plane triangles; it begins at the origin and faces -y.
+
+    A panel between two columns is cut along one diagonal: where its four corners are in a
+    plane the cut does not show, where not it is a crease, as in gyms built of facets.
+    """
+    corners = _corners(settings, rng)
+    facets = []
+    for row in range(corners.shape[0] - 1):
+        for column in range(corners.shape[1] - 1):
+            a, b = corners[row, column], corners[row, column + 1]
+            d, c = corners[row + 1, column], corners[row + 1, column + 1]
+            style = int(rng.integers(1 << 16))
+            pair = ([a, b, c], [a, c, d]) if rng.random() < 0.5 else ([a, b, d], [b, c, d])
+            flat = abs(np.dot(np.cross(b - a, c - a), d - a)) < 1e-6
+            if flat:
+                facets.append(Facet(np.array([a, b, c, d]), "wall", style=style))
+            else:
+                facets += [Facet(np.array(t), "wall", style=style + k) for k, t in enumerate(pair)]
+    facets += _fins(corners, settings, rng)
+    return facets
+
+
+def _fins(corners: Floats, settings: GymSettings, rng: np.random.Generator) -> list[Facet]:
+    """Fins: pyramids on the floor that lean on an inner column, two facets and an arete each."""
+    facets: list[Facet] = []
+    inner = np.arange(1, corners.shape[1] - 1)
+    for column in rng.permutation(inner)[: settings.fins]:
+        foot, height = corners[0, column], rng.uniform(0.55, 0.85) * settings.height
+        path = corners[:, column]
+        apex = np.array([np.interp(height, path[:, 2], path[:, k]) for k in range(3)])
+        left = foot + (corners[0, column - 1] - foot) * rng.uniform(0.25, 0.4)
+        right = foot + (corners[0, column + 1] - foot) * rng.uniform(0.25, 0.4)
+        out = np.cross([0.0, 0.0, 1.0], left - right)
+        out /= np.linalg.norm(out)
+        apex = apex + out * 0.05
+        ridge = foot + out * rng.uniform(0.3, 0.55) + out * max(0.0, (apex - foot) @ out)
+        ridge = ridge * [1, 1, 0]
+        style = int(rng.integers(1 << 16))
+        facets.append(Facet(np.array([left, ridge, apex]), "fin", style=style))
+        facets.append(Facet(np.array([ridge, right, apex]), "fin", style=style + 1))
+    return facets
+
+
+def build_hall(wall: list[Facet], settings: GymSettings) -> list[Facet]:
+    """Mats in front of the wall and the building around it."""
+    points = np.concatenate([f.corners for f in wall])
+    low, high = points.min(axis=0), points.max(axis=0)
+    x0, x1 = low[0] - 2.5, high[0] + 2.5
+    front, back = low[1] - 5.5, high[1] + 0.8
+    roof = settings.height + 1.6
+
+    def quad(a: list[float], b: list[float], c: list[float], d: list[float]) -> Floats:
+        return np.array([a, b, c, d], dtype=np.float64)
+
+    floor = quad([x0, front, 0], [x1, front, 0], [x1, back, 0], [x0, back, 0])
+    rear = quad([x0, back, 0], [x1, back, 0], [x1, back, roof], [x0, back, roof])
+    left = quad([x0, front, 0], [x0, back, 0], [x0, back, roof], [x0, front, roof])
+    right = quad([x1, back, 0], [x1, front, 0], [x1, front, roof], [x1, back, roof])
+    ceiling = quad([x0, back, roof], [x1, back, roof], [x1, front, roof], [x0, front, roof])
+    return [
+        Facet(floor, "floor", texel=0.006),
+        Facet(rear, "concrete", texel=0.008, style=1),
+        Facet(left, "concrete", texel=0.008, style=2),
+        Facet(right, "concrete", texel=0.008, style=3),
+        Facet(ceiling, "ceiling", texel=0.012),
+    ]

@@ -1,0 +1,118 @@
+"""Random batches of crops, made on a thread beside the training step."""
+
+from __future__ import annotations
+
+import hashlib
+import queue
+import threading
+from collections.abc import Iterator, Sequence
+from dataclasses import fields
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo_lab.train.augment import Crop, crop_sample, mosaic
+from walltopo_lab.train.cache import open_cache
+from walltopo_lab.train.params import AugmentSettings, TrainSettings
+from walltopo_lab.train.targets import Targets, make_targets
+
+__all__ = ["Batch", "batches", "source_of", "split_sources"]
+
+Batch = dict[str, NDArray[np.generic]]
+
+
+def source_of(name: str) -> str:
+    """The photo a file stems from: Roboflow appends `.rf.<hash>` to augmented copies."""
+    return name.split(".rf.")[0]
+
+
+def split_sources(names: Sequence[str], held_out: float) -> tuple[list[str], list[str]]:
+    """Part names into training and held-out ones; all copies of one source go together.
+
+    The part of a source follows from its name alone, so that it never changes when photos are
+    added. Sources that share a day in their name (one visit to one gym) also go together.
+    """
+    train: list[str] = []
+    kept: list[str] = []
+    for name in names:
+        source = source_of(name)
+        key = source[:13] if source[:2] == "20" and source[4:5] == "-" else source
+        digest = hashlib.blake2b(key.encode(), digest_size=4).digest()
+        share = int.from_bytes(digest, "big") / 2**32
+        (kept if share < held_out else train).append(name)
+    return train, kept
+
+
+def _one_crop(
+    folders: Sequence[tuple[Path, Sequence[str]]],
+    shares: Sequence[float],
+    settings: TrainSettings,
+    augment: AugmentSettings,
+    rng: np.random.Generator,
+) -> Crop:
+    folder, names = folders[int(rng.choice(len(folders), p=shares))]
+    sample = open_cache(folder, names[int(rng.integers(len(names)))])
+    return crop_sample(sample, settings.crop, augment, rng)
+
+
+def _one_batch(
+    folders: Sequence[tuple[Path, Sequence[str]]],
+    shares: Sequence[float],
+    settings: TrainSettings,
+    augment: AugmentSettings,
+    rng: np.random.Generator,
+) -> Batch:
+    images: list[NDArray[np.uint8]] = []
+    targets: list[Targets] = []
+    for _ in range(settings.batch):
+        count = 4 if rng.random() < augment.mosaic else 1
+        crops = [_one_crop(folders, shares, settings, augment, rng) for _ in range(count)]
+        crop = mosaic(crops, rng) if count == 4 else crops[0]
+        images.append(crop.image)
+        targets.append(make_targets(crop))
+    batch: Batch = {"image": np.stack(images).transpose(0, 3, 1, 2)}
+    for field in fields(Targets):
+        batch[field.name] = np.stack([getattr(t, field.name) for t in targets])
+    return batch
+
+
+def batches(
+    folders: Sequence[tuple[Path, Sequence[str]]],
+    shares: Sequence[float],
+    settings: TrainSettings,
+    augment: AugmentSettings,
+    seed: int,
+) -> Iterator[Batch]:
+    """Endless batches.
+
+    Parameters
+    ----------
+    folders : cache folder and the names to draw from it, per set.
+    shares : share of the crops that each set gives, summing to 1.
+    """
+    cv2.setNumThreads(1)
+    rng = np.random.default_rng(seed)
+    ready: queue.Queue[Batch | BaseException] = queue.Queue(maxsize=2)
+    over = threading.Event()
+
+    def produce() -> None:
+        try:
+            while not over.is_set():
+                ready.put(_one_batch(folders, shares, settings, augment, rng))
+        except BaseException as error:  # handed to the consumer, which raises it
+            ready.put(error)
+
+    worker = threading.Thread(target=produce, daemon=True)
+    worker.start()
+    try:
+        while True:
+            item = ready.get()
+            if isinstance(item, BaseException):
+                raise item
+            yield item
+    finally:
+        over.set()
+        while not ready.empty():
+            ready.get_nowait()

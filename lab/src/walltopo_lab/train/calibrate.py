@@ -1,0 +1,137 @@
+"""What an exported network needs to know about itself, measured on held-out photos.
+
+Its constant box error, and per class the least score worth showing, both through the detector as
+it is used. Both are written into the file's metadata.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import Progress
+from walltopo.detect.contract import DetectSettings
+from walltopo.detect.found import Found, box_iou
+from walltopo.detect.onnx_detector import OnnxDetector
+from walltopo.inference.onnx_file import set_metadata
+from walltopo_lab.train.cache import open_cache
+from walltopo_lab.train.choose import Truth, ap_of, match_photo
+
+__all__ = ["calibrate", "least_scores", "network_offset"]
+
+_LOW = 0.03  # score from which detections are looked at
+_NEAR_BEST = 0.005  # F1 given up for recall: lifting drops what no second photo confirms
+
+
+def least_scores(
+    found: Sequence[Found], truth: Sequence[Truth], classes: Sequence[int]
+) -> list[float]:
+    """Per class the least score at which F1 (boxes, 0.5 IoU) is nearly the best."""
+    chosen = []
+    for label in classes:
+        mine = [f.pick(np.flatnonzero(f.labels == label)) for f in found]
+        hits = [match_photo(f, t, 0.5, label) for f, t in zip(mine, truth, strict=True)]
+        wanted = sum(int((t.labels == label).sum()) for t in truth)
+        scores = np.concatenate([f.scores for f in mine])
+        if not wanted or not len(scores):
+            chosen.append(0.3)
+            continue
+        order = np.argsort(-scores, kind="stable")
+        good = np.cumsum(np.concatenate(hits)[order])
+        f1 = 2 * good / (np.arange(1, len(good) + 1) + wanted)
+        last = int(np.flatnonzero(f1 >= f1.max() - _NEAR_BEST)[-1])
+        chosen.append(round(float(np.clip(scores[order][last], 0.05, 0.9)), 3))
+    return chosen
+
+
+def _errors(found: Found, truth: Truth, scale: float) -> NDArray[np.float64]:
+    """(m, 2) error of the middle of each box that meets a label, in input pixels."""
+    if not len(found) or not len(truth.labels):
+        return np.zeros((0, 2))
+    overlap = box_iou(found.boxes, truth.boxes)
+    met = np.flatnonzero(overlap.max(axis=1) >= 0.5)
+    wrong = found.boxes[met] - truth.boxes[overlap[met].argmax(axis=1)]
+    return np.asarray((wrong[:, :2] + wrong[:, 2:]) / 2 * scale)
+
+
+def network_offset(
+    detector: OnnxDetector, photos: Sequence[tuple[NDArray[np.uint8], Truth]]
+) -> list[float]:
+    """How far right and down the network puts every box, in pixels of its input.
+
+    Labels may be off by a constant, too; in mirrored photos that error changes its side, the
+    network's does not, so the mean of both is the network's. Photos upside down are too rare in
+    training to tell the two apart in the other direction: there both count.
+
+    Parameters
+    ----------
+    detector : looks once (`again` 0).
+    photos : RGB photos with their labels.
+    """
+    errors = [np.zeros((0, 2)), np.zeros((0, 2))]
+    for photo, truth in photos:
+        width = photo.shape[1]
+        scale = detector.settings.size / max(photo.shape[:2])
+        other = truth.boxes[:, [2, 1, 0, 3]].copy()
+        other[:, [0, 2]] = width - other[:, [0, 2]]
+        turned = np.ascontiguousarray(photo[:, ::-1])
+        sides = ((photo, truth), (turned, Truth(other, truth.labels)))
+        for k, (picture, labels) in enumerate(sides):
+            new = _errors(detector.detect(picture), labels, scale)
+            errors[k] = np.concatenate([errors[k], new])
+    if not all(map(len, errors)):
+        return [0.0, 0.0]
+    middle = np.mean([np.median(e, axis=0) for e in errors], axis=0)
+    return [round(float(v), 2) for v in middle]
+
+
+def _samples(folder: Path, names: Sequence[str]) -> Iterator[tuple[NDArray[np.uint8], Truth]]:
+    for name in names:
+        sample = open_cache(folder, name)
+        photo = cv2.cvtColor(np.asarray(sample.image), cv2.COLOR_BGR2RGB)
+        yield (
+            np.asarray(photo, dtype=np.uint8),
+            Truth(sample.boxes.astype(np.float64), sample.labels),
+        )
+
+
+def calibrate(
+    model: Path,
+    folder: Path,
+    names: Sequence[str],
+    progress: Progress,
+    settings: DetectSettings | None = None,
+) -> dict[str, float]:
+    """Measure an exported network on cached photos and write `scores` and `offset` into it.
+
+    Returns
+    -------
+    Thresholds, offset, and AP50 of boxes (classes as one) with the detector's default looks.
+    """
+    settings = settings or DetectSettings()
+    progress.step("calibration", 2)
+    offset = [0.0, 0.0]
+    if OnnxDetector(model, settings).model.head == "votes":
+        set_metadata(model, {"offset": json.dumps(offset)})
+        once = OnnxDetector(model, replace(settings, score=0.2, again=0.0))
+        offset = network_offset(once, list(_samples(folder, names)))
+        set_metadata(model, {"offset": json.dumps(offset)})
+    progress.advance()
+    detector = OnnxDetector(model, replace(settings, score=_LOW))
+    found, truth = [], []
+    for photo, labels in _samples(folder, names):
+        found.append(detector.detect(photo))
+        truth.append(labels)
+    scores = least_scores(found, truth, list(detector.classes))
+    set_metadata(model, {"scores": json.dumps(scores)})
+    progress.advance()
+    told = {
+        f"threshold_{name}": s for name, s in zip(detector.classes.values(), scores, strict=True)
+    }
+    return {**told, "offset_x": offset[0], "offset_y": offset[1], "ap50": ap_of(found, truth)}

@@ -1,0 +1,130 @@
+"""The model card that goes with an exported network."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from walltopo.scans.folder import atomic_path
+from walltopo_lab.train.params import AugmentSettings, TrainSettings
+
+__all__ = ["CardFacts", "write_card", "yolo_card"]
+
+
+@dataclass(frozen=True)
+class CardFacts:
+    """What a model card tells.
+
+    Parameters
+    ----------
+    sets : per data set its name, its photos for training, held out, and dropped by the audit.
+    attribution : credit and licence of the data, one line per set.
+    command : the command that repeats the training.
+    parameters : weights in the network.
+    step, minutes : length of the run that gave these weights.
+    figures : figures on the held-out photos.
+    pretrained : the network the run started from; '' means fresh weights.
+    """
+
+    sets: Sequence[tuple[str, int, int, int]]
+    attribution: Sequence[str]
+    command: str
+    parameters: int
+    step: int
+    minutes: float
+    figures: Mapping[str, float]
+    pretrained: str = ""
+
+
+def _table(rows: Mapping[str, object]) -> list[str]:
+    return ["| | |", "|---|---|", *(f"| {key} | {value} |" for key, value in rows.items())]
+
+
+def _data_section(sets: Sequence[tuple[str, int, int, int]], credit: Sequence[str]) -> list[str]:
+    return [
+        "## Data",
+        "",
+        "| set | trained on | held out | dropped (labels do not fit) |",
+        "|---|---|---|---|",
+        *(f"| {name} | {n} | {held} | {dropped} |" for name, n, held, dropped in sets),
+        "",
+        *(f"- {line}" for line in credit),
+        "",
+        "Sets with boxes only were made into pseudo-masks (GrabCut in the box, undecided where "
+        "colour cannot tell).",
+        "",
+    ]
+
+
+def write_card(
+    path: Path, facts: CardFacts, settings: TrainSettings, augment: AugmentSettings
+) -> None:
+    """Write the card as Markdown."""
+    lines = [
+        f"# {path.stem}",
+        "",
+        "Finds holds and volumes in photos of indoor climbing walls: boxes, masks, scores.",
+        f"Vote network (`walltopo_lab.train.net`), {facts.parameters / 1e6:.2f} M weights, trained "
+        f"from {facts.pretrained or 'fresh weights'} for {facts.minutes:.0f} minutes "
+        f"({facts.step} steps of {settings.batch} crops of {settings.crop} px).",
+        "",
+        *_data_section(facts.sets, facts.attribution),
+        "## Figures on the held-out photos",
+        "",
+        "These photos chose the weights and the threshold: they flatter. The figures to quote "
+        "come from `python -m walltopo_lab.benchmarks.detectors`, on photos that chose nothing.",
+        "",
+        *_table({key: f"{value:.3f}" for key, value in facts.figures.items()}),
+        "",
+        "## Command",
+        "",
+        f"    {facts.command}",
+        "",
+        "## Settings",
+        "",
+        *_table({**asdict(settings), **asdict(augment)}),
+    ]
+    with atomic_path(path) as temporary:
+        temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def yolo_card(
+    path: Path,
+    name: str,
+    credit: Sequence[str],
+    command: str,
+    sets: Sequence[tuple[str, int, int, int]],
+    tables: Sequence[Mapping[str, object]],
+    figures: Mapping[str, float],
+) -> None:
+    """The card of an Ultralytics network.
+
+    Parameters
+    ----------
+    sets : as in `CardFacts`.
+    tables : settings, then augmentation.
+    """
+    lines = [
+        f"# {path.stem}",
+        "",
+        f"Finds holds and volumes in photos of indoor climbing walls: {name}, trained and exported "
+        "by Ultralytics (AGPL-3.0: its licence reaches these weights and what is built on them).",
+        "",
+        *_data_section(sets, credit),
+        "## Figures on the held-out photos",
+        "",
+        "These photos chose the thresholds: they flatter.",
+        "",
+        *_table({key: f"{value:.3f}" for key, value in figures.items()}),
+        "",
+        "## Command",
+        "",
+        f"    {command}",
+        "",
+        "## Settings",
+        "",
+        *_table({key: value for table in tables for key, value in table.items()}),
+    ]
+    with atomic_path(path) as temporary:
+        temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")

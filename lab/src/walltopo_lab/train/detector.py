@@ -1,0 +1,203 @@
+"""`walltopo train` as a function: data sets in, ONNX file, card and plot out."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from walltopo.core import Progress
+from walltopo.scans.folder import read_json, write_json
+from walltopo_lab.train.audit import audit
+from walltopo_lab.train.calibrate import calibrate
+from walltopo_lab.train.card import CardFacts, write_card
+from walltopo_lab.train.choose import check_on
+from walltopo_lab.train.export import export_onnx
+from walltopo_lab.train.loop import Run, train
+from walltopo_lab.train.net import NET_SIZES, VoteNet, build_net
+from walltopo_lab.train.params import AugmentSettings, TrainSettings
+from walltopo_lab.train.plots import plot_history
+from walltopo_lab.train.sets import LabelledSet, open_sets
+
+__all__ = ["Job", "OnCheck", "export_run", "fit_detector", "train_detector"]
+
+OnCheck = Callable[[int, float], None]
+
+
+@dataclass(frozen=True)
+class Job:
+    """What `walltopo train` is asked for.
+
+    Parameters
+    ----------
+    datasets : YOLO folders (`images/`, `labels/`) and COCO files (photos beside them, in
+        `photos/` or in `images/`).
+    out : folder of the run: cache, checkpoint, audit, results.
+    attribution : credit of the data, for the card.
+    command : how the run was called, for the card.
+    pretrained : an exported network to start from, or None for fresh weights.
+    cache : where labelled photos are cached, None for a folder of the run; runs may share one.
+    """
+
+    datasets: tuple[Path, ...]
+    out: Path
+    attribution: tuple[str, ...] = ()
+    command: str = "walltopo train"
+    pretrained: Path | None = None
+    cache: Path | None = None
+
+    @property
+    def cached(self) -> Path:
+        """Folder of the cache."""
+        return self.cache or self.out / "cache"
+
+
+def _held_out(sets: Sequence[LabelledSet], count: int) -> tuple[Path, list[str]]:
+    """The photos to check on: evenly drawn from the held-out ones of the first set with any."""
+    for item in sets:
+        if item.held_out:
+            pick = np.linspace(0, len(item.held_out) - 1, min(count, len(item.held_out)))
+            return item.folder, [item.held_out[int(k)] for k in pick]
+    item = sets[0]
+    return item.folder, list(item.train[:count])
+
+
+def _drop_wrong(
+    job: Job, sets: Sequence[LabelledSet], net: VoteNet | None, progress: Progress
+) -> list[LabelledSet]:
+    """Leave out photos whose labels do not fit; remembers its verdicts in the run's folder."""
+    verdicts_file = job.out / "audit.json"
+    if net is not None and not verdicts_file.is_file():
+        verdicts = {
+            s.name: [dataclasses.asdict(v) for v in audit(net, s.folder, s.train, progress)]
+            for s in sets
+            if not s.exact
+        }
+        write_json(verdicts_file, verdicts)
+    if not verdicts_file.is_file():
+        return list(sets)
+    wrong = {v["name"] for items in read_json(verdicts_file).values() for v in items if v["wrong"]}
+    progress.note(f"{len(wrong)} photos left out: their labels do not fit the picture")
+    return [
+        dataclasses.replace(
+            s,
+            train=tuple(n for n in s.train if n not in wrong),
+            dropped=tuple(n for n in s.train if n in wrong),
+        )
+        for s in sets
+    ]
+
+
+def _shares(sets: Sequence[LabelledSet], synthetic: float) -> list[float]:
+    """Share of the crops per set: exact sets together `synthetic`, by photos within a kind."""
+    photos = [len(s.train) for s in sets]
+    exact = sum(n for s, n in zip(sets, photos, strict=True) if s.exact)
+    boxes = sum(photos) - exact
+    if not exact or not boxes:
+        return [n / sum(photos) for n in photos]
+    return [
+        synthetic * n / exact if s.exact else (1 - synthetic) * n / boxes
+        for s, n in zip(sets, photos, strict=True)
+    ]
+
+
+def export_run(
+    run: Run,
+    job: Job,
+    sets: Sequence[LabelledSet],
+    settings: TrainSettings,
+    augment: AugmentSettings,
+    progress: Progress,
+) -> dict[str, Any]:
+    """Write `holds.onnx`, its card and the plot from the best weights of a run."""
+    net = build_net(run.net.size)
+    net.load_state_dict(run.best_state or run.average.state_dict())
+    net.eval()
+    folder, names = _held_out(sets, max(settings.check_photos, 48))
+    figures = check_on(net, folder, names)
+    facts = {"version": f"step {run.step}", "size": net.size.as_dict()}
+    model = job.out / "holds.onnx"
+    difference = export_onnx(net, model, facts)
+    # As it is used, with all looks; the checks looked once.
+    used = calibrate(model, folder, names, progress)
+    used["ap50_as_used"] = used.pop("ap50")
+    parameters = sum(p.numel() for p in net.parameters())
+    card = CardFacts(
+        [(s.name, len(s.train), len(s.held_out), len(s.dropped)) for s in sets],
+        job.attribution,
+        job.command,
+        parameters,
+        run.step,
+        run.seconds / 60,
+        {**figures, **used},
+        job.pretrained.name if job.pretrained else "",
+    )
+    write_card(job.out / "holds.md", card, settings, augment)
+    plot_history(run.history, job.out / "history.svg")
+    write_json(job.out / "history.json", run.history)
+    return {**figures, **used, "export_difference": difference}
+
+
+def fit_detector(
+    job: Job,
+    settings: TrainSettings,
+    augment: AugmentSettings,
+    progress: Progress,
+    on_check: OnCheck | None = None,
+) -> tuple[Run, list[LabelledSet]]:
+    """Train, or go on training, without the export.
+
+    Parameters
+    ----------
+    on_check : called after each check with its number from 1 and AP50 on held-out photos; what
+        it raises ends the training.
+    """
+    sets = open_sets(job.datasets, job.cached, settings.held_out, progress)
+    folder, names = _held_out(sets, settings.check_photos)
+    checks = 0
+
+    def check(net: VoteNet) -> dict[str, float]:
+        nonlocal checks
+        figures = check_on(net, folder, names)
+        checks += 1
+        if on_check is not None:
+            on_check(checks, figures["ap50"])
+        return figures
+
+    def leg(parts: Sequence[LabelledSet], until: float) -> Run:
+        used = [s for s in parts if s.train]
+        return train(
+            [(s.folder, s.train) for s in used],
+            _shares(used, settings.synthetic),
+            job.out / "checkpoint.pt",
+            check,
+            settings,
+            augment,
+            progress,
+            size=NET_SIZES[settings.network],
+            until=until,
+            pretrained=job.pretrained,
+        )
+
+    if 0 < settings.audit < 1 and not (job.out / "audit.json").is_file():
+        run = leg(sets, settings.audit)
+        _drop_wrong(job, sets, run.average, progress)
+    sets = _drop_wrong(job, sets, None, progress)
+    return leg(sets, 1.0), sets
+
+
+def train_detector(
+    job: Job, settings: TrainSettings, augment: AugmentSettings, progress: Progress
+) -> dict[str, Any]:
+    """Train, or go on training, and export; returns the held-out figures.
+
+    Raises
+    ------
+    InputError : a data set cannot be read, or the folder holds another run's checkpoint.
+    """
+    run, sets = fit_detector(job, settings, augment, progress)
+    return export_run(run, job, sets, settings, augment, progress)

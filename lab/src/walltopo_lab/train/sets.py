@@ -1,0 +1,77 @@
+"""Labelled sets as training sees them: cached, and parted by where photos come from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from walltopo.core import InputError, Progress
+from walltopo_lab.train.batches import split_sources
+from walltopo_lab.train.cache import cache_coco, cache_yolo
+
+__all__ = ["LabelledSet", "open_sets"]
+
+
+@dataclass(frozen=True)
+class LabelledSet:
+    """One cached data set, parted.
+
+    Parameters
+    ----------
+    name : of the set.
+    folder : the cache (`walltopo_lab.train.cache`).
+    exact : whether its masks were drawn or rendered, not guessed from boxes.
+    train, held_out, dropped : names of cached photos.
+    """
+
+    name: str
+    folder: Path
+    exact: bool
+    train: tuple[str, ...]
+    held_out: tuple[str, ...]
+    dropped: tuple[str, ...] = ()
+
+
+def _photos_of(annotations: Path) -> Path:
+    for folder in (annotations.parent / "photos", annotations.parent / "images"):
+        if folder.is_dir():
+            return folder
+    return annotations.parent
+
+
+def open_sets(
+    datasets: Sequence[Path], cache: Path, held_out: float, progress: Progress
+) -> list[LabelledSet]:
+    """Cache data sets in folders of `cache` and part each into training and held-out photos.
+
+    Raises
+    ------
+    InputError : a set is neither a COCO file nor a YOLO folder, or there are no labels at all.
+    """
+    sets = []
+    # Rendered photos tell little about real ones: where there are box sets, check on those.
+    only_exact = all(path.suffix == ".json" for path in datasets)
+    for path in datasets:
+        exact = path.suffix == ".json"
+        label = "-".join(path.with_suffix("").parts[-2:])
+        folder = cache / label
+        if exact:
+            names = cache_coco(path, _photos_of(path), folder, progress)
+            share = held_out if only_exact else 0.0
+            kept, aside = split_sources(names, share)
+            sets.append(LabelledSet(label, folder, True, tuple(kept), tuple(aside)))
+        elif (path / "images").is_dir() and (path / "labels").is_dir():
+            names = cache_yolo(path, folder, progress)
+            kept, aside = split_sources(names, held_out)
+            sets.append(LabelledSet(label, folder, False, tuple(kept), tuple(aside)))
+        else:
+            raise InputError(
+                f"{path}: neither a COCO file nor a YOLO folder",
+                "A YOLO folder holds images/ and labels/; a COCO set is named by its .json.",
+            )
+    if not any(s.held_out for s in sets):
+        progress.note("no photo is held out: checks look at photos that were trained on")
+    if not any(s.train for s in sets):
+        raise InputError(f"no labelled photos in {', '.join(str(p) for p in datasets)}")
+    return sets

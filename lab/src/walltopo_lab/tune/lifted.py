@@ -1,0 +1,102 @@
+"""The lift of one wall, again and again with other settings: only what they change is redone."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Hashable
+from typing import Any
+
+from walltopo.core import Instances, Mesh, Silent, View
+from walltopo.lifting import LiftParams
+from walltopo.lifting.cluster import louvain
+from walltopo.lifting.covisible import compare_projections
+from walltopo.lifting.distance import resolve_lengths
+from walltopo.lifting.evidence import Sampling
+from walltopo.lifting.fast import by_score, literal_clusters, literal_graph
+from walltopo.lifting.merge import literal_instances, literal_labels
+from walltopo.lifting.robust import robust_instances
+from walltopo.lifting.tidy import tidy_order
+from walltopo_lab.tune.seen import SeenOnce
+
+__all__ = ["Lifted"]
+
+
+class Lifted:
+    """A wall's lift that remembers its steps.
+
+    Each step is kept for the settings that it depends on, the last ones only: a look at the scene
+    takes hundreds of megabytes at a million faces, and a search seldom returns to where it was.
+
+    Parameters
+    ----------
+    farthest : the largest visibility distance that will be asked for, metres.
+    widest : the same for the border band, pixels.
+
+    Attributes
+    ----------
+    done : how often each step was computed.
+    """
+
+    def __init__(
+        self, mesh: Mesh, views: tuple[View, ...], farthest: float, widest: float = 0.0
+    ) -> None:
+        self._mesh, self._views = mesh, views
+        self._farthest, self._widest = farthest, widest
+        self._kept: dict[str, tuple[Hashable, Any]] = {}
+        self.done: Counter[str] = Counter()
+
+    def _step(self, name: str, key: Hashable, compute: Callable[[], Any]) -> Any:
+        kept = self._kept.get(name)
+        if kept is None or kept[0] != key:
+            self._kept[name] = kept = (key, compute())
+            self.done[name] += 1
+        return kept[1]
+
+    def __call__(self, params: LiftParams) -> Instances:
+        """What `walltopo.lifting.lift` gives for these settings."""
+        if params.normalised:
+            params = resolve_lengths(params, self._mesh, self._views)
+        self._farthest = max(self._farthest, params.visibility_distance)
+        self._widest = max(self._widest, params.border_band)
+        return self._literal(params) if params.method == "literal" else self._robust(params)
+
+    def _literal(self, params: LiftParams) -> Instances:
+        look = "literal", self._farthest, params.mask_resolution
+        sampling = Sampling(self._farthest, 0.0, params.mask_resolution)
+        seen: SeenOnce = self._step(
+            "look", look, lambda: SeenOnce(self._mesh, self._views, by_score, sampling)
+        )
+        distance, power = params.visibility_distance, params.easing_power
+        weigh = *look, distance, power
+        evidence = self._step("weigh", weigh, lambda: seen.evidence(distance, power))
+        graph = self._step("compare", weigh, lambda: literal_graph(evidence))
+        parted = *weigh, params.resolution, params.seed
+        cluster = self._step(
+            "cluster", parted, lambda: literal_clusters(evidence, params, louvain, graph)
+        )
+        self.done["decide"] += 1
+        kept, shares = literal_labels(evidence, cluster, params.threshold)
+        return literal_instances(evidence, cluster, kept, shares, len(self._mesh.faces))
+
+    def _robust(self, params: LiftParams) -> Instances:
+        drop = params.drop_duplicates
+        look = (
+            "robust", self._farthest, self._widest, params.mask_resolution, params.sample_px,
+            params.most_splits, drop,
+        )  # fmt: skip
+        sampling = Sampling(
+            self._farthest, 0.0, params.mask_resolution, self._widest, params.sample_px,
+            params.most_splits,
+        )  # fmt: skip
+        seen: SeenOnce = self._step(
+            "look",
+            look,
+            lambda: SeenOnce(self._mesh, self._views, lambda v: tidy_order(v, drop), sampling),
+        )
+        # Distance alone says who takes part: easing weighs nothing in this method.
+        distance, band = params.visibility_distance, params.border_band
+        weigh = *look, distance, band
+        evidence = self._step("weigh", weigh, lambda: seen.evidence(distance, 0.0, band))
+        pairs = self._step("compare", (*look, distance), lambda: compare_projections(evidence))
+        self.done["decide"] += 1
+        return robust_instances(self._mesh, evidence, pairs, params, Silent())

@@ -1,0 +1,123 @@
+"""What a search leaves: walltopo.toml, a report, and slices through the search."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from walltopo.core import SettingsError
+from walltopo.scans.folder import atomic_path
+from walltopo_lab.plotting import Axis, Chart, write_charts
+from walltopo_lab.tune.problem import Problem
+from walltopo_lab.tune.study import Found
+
+__all__ = ["merge_settings", "write_report", "write_slices"]
+
+
+def _toml_value(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, (int, float)):
+        return repr(value)
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(_toml_value(item) for item in value) + "]"
+    text = str(value).replace("\\", "\\\\").replace('"', '\\"')
+    return f'"{text}"'
+
+
+def merge_settings(path: Path, section: str, values: Mapping[str, Any]) -> None:
+    """Put values into a section of walltopo.toml; other sections and keys stay, comments do not.
+
+    Raises
+    ------
+    SettingsError : the file is there and is not TOML.
+    """
+    data: dict[str, dict[str, Any]] = {}
+    if path.is_file():
+        try:
+            data = tomllib.loads(path.read_text(encoding="utf-8"))
+        except tomllib.TOMLDecodeError as error:
+            raise SettingsError(f"{path}: not valid TOML ({error})") from error
+    data.setdefault(section, {}).update(values)
+    lines: list[str] = []
+    for name, content in data.items():
+        lines.append(f"[{name}]")
+        lines += [f"{key} = {_toml_value(value)}" for key, value in content.items()]
+        lines.append("")
+    with atomic_path(path) as temporary:
+        temporary.write_text("\n".join(lines), encoding="utf-8")
+
+
+def write_slices(path: Path, problem: Problem, found: Found) -> None:
+    """One panel per setting: the figure of every trial over its value."""
+    real = [t for t in found.trials if t.walls]
+    top = max(t.figure for t in real)
+    bottom = min(t.figure for t in real)
+    charts = []
+    for r in problem.ranges:
+        share = found.importance.get(r.name)
+        title = r.name if share is None else f"{r.name} (importance {share:.2f})"
+        room = 0.05 * max(top - bottom, 0.02)
+        chart = Chart(
+            title, Axis(r.name, r.low, r.high), Axis(problem.figure, bottom - room, top + room)
+        )
+        chart.points([t.values[r.name] for t in real], [t.figure for t in real], "trial", 4)
+        chart.points([found.default.values[r.name]], [found.default.figure], "default", 2)
+        chart.points([found.best.values[r.name]], [found.best.figure], "best", 1)
+        charts.append(chart)
+    write_charts(path, charts)
+
+
+def write_report(
+    path: Path,
+    problem: Problem,
+    found: Found,
+    test: Mapping[str, tuple[float, float]] | None,
+) -> None:
+    """A Markdown report.
+
+    Parameters
+    ----------
+    test : test wall to the figure with (defaults, best settings); None: no test walls were given,
+        and the report says in so many words that it shows figures on what it was tuned on.
+    """
+    lines = [f"# Tuning of `{problem.section}`", ""]
+    lines += [f"{len(found.trials)} trials; the figure is {problem.figure}, mean over walls.", ""]
+    if test is None:
+        lines += [
+            "**No test walls were given. The figures below are on the very walls that were tuned "
+            "on; they say nothing about other walls.**",
+            "",
+        ]
+    else:
+        lines += [
+            "## On walls that were not tuned on",
+            "",
+            "| wall | defaults | tuned |",
+            "|---|---|---|",
+        ]
+        lines += [f"| {name} | {a:.3f} | {b:.3f} |" for name, (a, b) in test.items()]
+        mean = [sum(pair[k] for pair in test.values()) / len(test) for k in (0, 1)]
+        lines += [f"| mean | {mean[0]:.3f} | {mean[1]:.3f} |", ""]
+    lines += ["## On the walls it was tuned on", "", "| wall | defaults | tuned |", "|---|---|---|"]
+    for name, value in found.best.walls.items():
+        lines.append(f"| {name} | {found.default.walls[name]:.3f} | {value:.3f} |")
+    lines += [f"| mean | {found.default.figure:.3f} | {found.best.figure:.3f} |", ""]
+    lines += [
+        "## Settings",
+        "",
+        "| setting | range | default | tuned | importance |",
+        "|---|---|---|---|---|",
+    ]
+    for r in problem.ranges:
+        share = found.importance.get(r.name)
+        lines.append(
+            f"| {r.name} | {r.low:g} to {r.high:g} | {found.default.values[r.name]:g} | "
+            f"{found.best.values[r.name]:.4g} | {'-' if share is None else f'{share:.2f}'} |"
+        )
+    lines += ["", "Importance: fANOVA, the share of the figure's variance a setting explains.", ""]
+    lines += ["![slices](slices.png)", ""]
+    with atomic_path(path) as temporary:
+        temporary.write_text("\n".join(lines), encoding="utf-8")

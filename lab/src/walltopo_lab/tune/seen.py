@@ -1,0 +1,71 @@
+"""The evidence of a lift for any visibility distance and easing, from one look at the scene."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from walltopo.core import Mesh, Silent, View
+from walltopo.lifting.blocks import blocks_of
+from walltopo.lifting.easing import ease
+from walltopo.lifting.evidence import Evidence, Sampling, gather_evidence
+
+__all__ = ["SeenOnce"]
+
+
+class SeenOnce:
+    """Who sees what, found once at the largest distance and with the widest soft border.
+
+    With linear easing (power 0) the weight of an entry is 1 - distance / farthest, so the distance
+    of every entry can be read back from it, and each trial only filters and weighs again.
+
+    Parameters
+    ----------
+    drawing : order in which a view's masks are drawn, see `gather_evidence`.
+    sampling : with the largest visibility distance and band that will be asked for.
+    """
+
+    def __init__(
+        self,
+        mesh: Mesh,
+        views: Sequence[View],
+        drawing: Callable[[View], list[int]],
+        sampling: Sampling,
+    ) -> None:
+        linear = replace(sampling, easing_power=0.0)
+        self._all = gather_evidence(blocks_of(mesh), views, drawing, linear, Silent())
+        farthest = sampling.visibility_distance
+        self._distance = farthest * (1.0 - self._all.ease.astype(np.float64))
+
+    def evidence(
+        self, visibility_distance: float, easing_power: float, band: float = 0.0
+    ) -> Evidence:
+        """What `gather_evidence` gives for these settings, up to rounding.
+
+        With a band narrower than the one looked at, entries beyond it keep the number of the mask
+        that they are near to; at the full width of the band that number has no weight.
+        """
+        near = self._distance < visibility_distance
+        counts = np.concatenate([[0], np.cumsum(near)])
+        starts = counts[self._all.starts]
+        weight = ease(self._distance[near], visibility_distance, easing_power)
+        # Faces that no near entry puts on a mask cannot get a label; they go, as in a fresh look.
+        on_mask = np.concatenate([[0], np.cumsum(near & (self._all.projection >= 0))])
+        useful = on_mask[self._all.starts[1:]] > on_mask[self._all.starts[:-1]]
+        entries = np.repeat(useful, np.diff(starts))
+        lengths = np.diff(starts)[useful]
+        pick = np.flatnonzero(near)[entries]
+        return replace(
+            self._all,
+            faces=self._all.faces[useful],
+            areas=self._all.areas[useful],
+            starts=np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64),
+            projection=self._all.projection[pick],
+            view=self._all.view[pick],
+            share=self._all.share[pick],
+            ease=weight[entries].astype(np.float32),
+            border=np.minimum(self._all.border[pick], np.float32(band)),
+            detail=self._all.detail[pick],
+        )

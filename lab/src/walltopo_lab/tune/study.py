@@ -1,0 +1,205 @@
+"""The search: Gaussian-process Bayesian optimisation that resumes and runs in parallel."""
+
+from __future__ import annotations
+
+import os
+import re
+import socket
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from walltopo.core import EnvironmentLacksError, InputError, Progress, SettingsError, Silent
+from walltopo_lab.tune.problem import Problem
+
+__all__ = ["Found", "Trial", "open_study", "results", "search"]
+
+# Trials at random points before the Gaussian process takes over, the default among them.
+STARTUP = 10
+MOST_ATTEMPTS = 6
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One evaluated point."""
+
+    number: int
+    values: dict[str, float]
+    figure: float
+    walls: dict[str, float]
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a search found.
+
+    Parameters
+    ----------
+    best : the trial with the highest mean figure; the earliest of equals.
+    default : the trial of the present defaults.
+    trials : all complete ones, in order.
+    importance : share of the figure's variance that each setting explains (fANOVA), largest first.
+    """
+
+    best: Trial
+    default: Trial
+    trials: tuple[Trial, ...]
+    importance: dict[str, float]
+
+
+def _optuna() -> Any:
+    try:
+        import optuna
+        import torch  # noqa: F401 (the Gaussian process needs it)
+    except ImportError as error:
+        raise EnvironmentLacksError(
+            f"tuning needs Optuna and PyTorch ({error})",
+            "Install them: pip install 'walltopo[tune]'",
+        ) from error
+    optuna.logging.set_verbosity(optuna.logging.ERROR)
+    return optuna
+
+
+def open_study(
+    problem: Problem, storage: str, name: str, seed: int, walls: Mapping[str, str] | None = None
+) -> Any:
+    """Open or create a study.
+
+    Parameters
+    ----------
+    storage : a database URL (`sqlite:///file.db`, `postgresql+pg8000://...`): workers on one or
+        many machines share it, and a later run goes on where it ended.
+    walls : what is tuned on, name to content (see `walls.contents`). A study that goes on with
+        other walls would report on walls that its first trials were tuned on.
+
+    Raises
+    ------
+    InputError : the study exists for other settings or other walls.
+    """
+    import warnings
+
+    optuna = _optuna()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # GPSampler is marked experimental
+        sampler = optuna.samplers.GPSampler(seed=seed, n_startup_trials=STARTUP)
+        study = _create(optuna, storage, name, sampler)
+    mine = {r.name: [r.low, r.high, r.curve] for r in problem.ranges}
+    mine_text = {
+        "ranges": mine,
+        "figure": problem.figure,
+        "fixed": dict(problem.fixed),
+        "walls": dict(walls or {}),
+    }
+    before = study.user_attrs.get("problem")
+    if before is not None and before != mine_text:
+        raise InputError(
+            f"{_without_password(storage)}: study {name!r} searches something else ({before})",
+            "Give another --study name, or another --storage.",
+        )
+    if before is None:
+        study.set_user_attr("problem", mine_text)
+        # The present defaults are the first trial: the result can only be as good or better.
+        study.enqueue_trial({r.name: r.share(r.default) for r in problem.ranges})
+    return study
+
+
+def _create(optuna: Any, storage: str, name: str, sampler: Any) -> Any:
+    """Open or create a study; workers that come first at the same time do not trip each other."""
+    attempts = 0
+    while True:
+        try:
+            return optuna.create_study(
+                storage=storage, study_name=name, sampler=sampler, direction="maximize",
+                load_if_exists=True,
+            )  # fmt: skip
+        except Exception as error:  # each database driver has errors of its own
+            attempts += 1
+            # Another worker is making the tables just now: next time they are there.
+            if "already exists" not in str(error) or attempts == MOST_ATTEMPTS:
+                raise InputError(
+                    f"{_without_password(storage)}: cannot be opened ({error})",
+                    "PostgreSQL needs a driver: pip install pg8000, and a URL such as "
+                    "postgresql+pg8000://user:password@host/database.",
+                ) from error
+        time.sleep(0.5 * attempts)
+
+
+def _without_password(storage: str) -> str:
+    return re.sub(r"(://[^:/@]*):[^@]*@", r"\1:***@", storage)
+
+
+def _objective(problem: Problem) -> Callable[[Any], float]:
+    worker = f"{socket.gethostname()}:{os.getpid()}"
+
+    def evaluate(trial: Any) -> float:
+        values = {r.name: r.value(trial.suggest_float(r.name, 0.0, 1.0)) for r in problem.ranges}
+        try:
+            walls = problem.evaluate(values)
+        except SettingsError:
+            # Values that contradict each other are worth nothing; the search learns to stay away.
+            trial.set_user_attr("impossible", True)
+            return 0.0
+        trial.set_user_attr("walls", walls)
+        trial.set_user_attr("worker", worker)
+        return float(np.mean(list(walls.values())))
+
+    return evaluate
+
+
+def search(study: Any, problem: Problem, trials: int, progress: Progress | None = None) -> None:
+    """Run until the study has this many complete trials, those of other workers included."""
+    optuna = _optuna()
+    listener = progress or Silent()
+    done = (optuna.trial.TrialState.COMPLETE,)
+    have = len(study.get_trials(deepcopy=False, states=done))
+    listener.step("trials", max(0, trials - have))
+    if have >= trials:
+        return
+
+    def tell(study: Any, trial: Any) -> None:
+        listener.advance()
+        value = "-" if trial.value is None else f"{trial.value:.4f}"
+        listener.detail(f"trial {trial.number}: {value} {trial.params}")
+
+    stop = optuna.study.MaxTrialsCallback(trials, states=done)
+    study.optimize(_objective(problem), callbacks=[stop, tell])
+
+
+def results(study: Any, problem: Problem, seed: int = 0) -> Found:
+    """The best trial, the default's, and what mattered.
+
+    Raises
+    ------
+    InputError : no trial is complete.
+    """
+    optuna = _optuna()
+    done = study.get_trials(deepcopy=False, states=(optuna.trial.TrialState.COMPLETE,))
+    trials = tuple(
+        Trial(
+            t.number,
+            {r.name: r.value(t.params[r.name]) for r in problem.ranges},
+            float(t.value),
+            dict(t.user_attrs.get("walls", {})),
+            t.duration.total_seconds() if t.duration else 0.0,
+        )
+        for t in sorted(done, key=lambda t: t.number)
+    )
+    real = [t for t in trials if t.walls]
+    if not real:
+        raise InputError("no trial of the study is complete")
+    best = max(real, key=lambda t: (t.figure, -t.number))
+    defaults = {r.name: r.default for r in problem.ranges}
+    same = (t for t in real if all(abs(t.values[k] - v) < 1e-9 for k, v in defaults.items()))
+    default = next(same, None)
+    if default is None:
+        walls = problem.evaluate(defaults)
+        default = Trial(-1, defaults, float(np.mean(list(walls.values()))), walls, 0.0)
+    importance: dict[str, float] = {}
+    if len(trials) >= STARTUP and len({t.figure for t in trials}) > 1:
+        evaluator = optuna.importance.FanovaImportanceEvaluator(seed=seed)
+        importance = dict(optuna.importance.get_param_importances(study, evaluator=evaluator))
+    return Found(best, default, trials, {k: float(v) for k, v in importance.items()})

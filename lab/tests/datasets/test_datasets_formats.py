@@ -1,0 +1,191 @@
+"""Each format: what it writes it reads back; real files of each program; broken ones."""
+
+from __future__ import annotations
+
+import base64
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from PIL import Image
+
+from walltopo.core import InputError, Mask
+from walltopo_lab.datasets.model import Annotation, Dataset, Photo
+from walltopo_lab.datasets.read import FORMATS, read_dataset, write_dataset
+from walltopo_lab.datasets.shapes import ellipse, joined, mask_of, polygons_of_mask
+from walltopo_lab.datasets.yolo import read_names
+
+
+def make_set(folder: Path) -> Dataset:
+    """Two photos: a box, an outline and a two-part object; and one with nothing in it."""
+    folder.mkdir(parents=True)
+    for name, size in (("a.jpg", (60, 40)), ("b.jpg", (30, 50))):
+        Image.new("RGB", size, (90, 120, 60)).save(folder / name)
+    outline = np.array([[5.0, 5], [20, 5], [20, 15], [5, 15]])
+    parts = (ellipse(40, 10, 5, 4), ellipse(50, 30, 4, 5))
+    rows = (
+        Annotation(1, (2.0, 20.0, 10.0, 12.0)),
+        Annotation(2, (5.0, 5.0, 15.0, 10.0), (outline,)),
+        Annotation(1, (35.0, 6.0, 19.0, 29.0), parts),
+    )
+    photos = (
+        Photo("a.jpg", 60, 40, rows, folder / "a.jpg"),
+        Photo("b.jpg", 30, 50, (), folder / "b.jpg"),
+    )
+    return Dataset(photos, {1: "hold", 2: "volume"})
+
+
+@pytest.mark.parametrize("kind", FORMATS)
+def test_round_trip(tmp_path: Path, kind: str) -> None:
+    before = make_set(tmp_path / "photos")
+    write_dataset(tmp_path / "out", before, kind)
+    after = read_dataset(tmp_path / "out")
+    assert dict(after.classes) == dict(before.classes)
+    assert [p.name for p in after.photos] == ["a.jpg", "b.jpg"]
+    assert [(p.width, p.height) for p in after.photos] == [(60, 40), (30, 50)]
+    assert after.photos[1].annotations == ()
+    assert after.photos[0].pixels().shape == (40, 60, 3)
+    drawn = {label: np.zeros((40, 60), dtype=np.bool_) for label in (1, 2)}
+    expected = {label: np.zeros((40, 60), dtype=np.bool_) for label in (1, 2)}
+    for target, dataset in ((drawn, after), (expected, before)):
+        for row in dataset.photos[0].annotations:
+            x, y, w, h = row.box
+            box_only = kind == "yolo" or (target is expected and not row.has_shape)
+            shape = Annotation(row.label, (x, y, w, h)) if box_only else row
+            if kind == "yolo" and target is expected:
+                shape = Annotation(row.label, row.box)
+            target[row.label] |= mask_of(shape, dataset.photos[0]).full()
+    for label in (1, 2):
+        assert (drawn[label] != expected[label]).mean() < 0.005
+
+
+@st.composite
+def bitmaps(draw: st.DrawFn) -> np.ndarray[tuple[int, int], np.dtype[np.bool_]]:
+    seed = draw(st.integers(0, 100_000))
+    rng = np.random.default_rng(seed)
+    image = np.zeros((24, 30), dtype=np.bool_)
+    for _ in range(int(rng.integers(1, 6))):
+        x, y, w, h = rng.integers(0, 20), rng.integers(0, 16), *rng.integers(1, 10, 2)
+        image[y : y + h, x : x + w] = True
+    return image
+
+
+@given(bitmap=bitmaps())
+@settings(max_examples=150, deadline=None)
+def test_outline_of_a_bitmap_draws_it_again(
+    bitmap: np.ndarray[tuple[int, int], np.dtype[np.bool_]],
+) -> None:
+    from scipy.ndimage import binary_fill_holes
+
+    mask = Mask.from_full(binary_fill_holes(bitmap), 1)
+    photo = Photo("x", 30, 24)
+    polygons = polygons_of_mask(mask)
+    again = mask_of(Annotation(1, (0, 0, 1, 1), polygons), photo)
+    # Pixels that touch at a corner only may join or part.
+    assert (again.full() != mask.full()).sum() <= 2
+    one = mask_of(Annotation(1, (0, 0, 1, 1), (joined(polygons),)), photo)
+    assert (one.full() != mask.full()).sum() <= 4
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "names: {0: hold, 1: volume}\n",
+        "nc: 2\nnames: ['hold', \"volume\"]\ntrain: x\n",
+        "names:\n  0: hold\n  1: volume\ntrain: x\n",
+        "names:\n- hold\n- volume\n",
+    ],
+)
+def test_names_of_data_yaml(tmp_path: Path, text: str) -> None:
+    (tmp_path / "data.yaml").write_text(text)
+    assert read_names(tmp_path / "data.yaml") == {0: "hold", 1: "volume"}
+
+
+def test_via_project_with_all_shapes(tmp_path: Path) -> None:
+    Image.new("RGB", (50, 40)).save(tmp_path / "w.png")
+    shapes = [
+        {"name": "rect", "x": 1, "y": 2, "width": 3, "height": 4},
+        {"name": "circle", "cx": 20, "cy": 20, "r": 5},
+        {"name": "ellipse", "cx": 30, "cy": 20, "rx": 5, "ry": 3},
+        {"name": "polygon", "all_points_x": [1, 9, 5], "all_points_y": [30, 30, 38]},
+        {"name": "point", "cx": 3, "cy": 3},
+    ]
+    regions = [{"shape_attributes": s, "region_attributes": {"type": "hold"}} for s in shapes]
+    project = {"_via_img_metadata": {"w.png9": {"filename": "w.png", "regions": regions}}}
+    (tmp_path / "via.json").write_text(json.dumps(project))
+    (photo,) = read_dataset(tmp_path / "via.json").photos
+    assert [row.has_shape for row in photo.annotations] == [False, True, True, True]
+    assert mask_of(photo.annotations[1], photo).area == pytest.approx(np.pi * 25, rel=0.1)
+
+
+def test_labelme_groups_circles_and_embedded_picture(tmp_path: Path) -> None:
+    Image.new("RGB", (50, 40)).save(tmp_path / "w.png")
+    content = base64.b64encode((tmp_path / "w.png").read_bytes()).decode()
+    (tmp_path / "w.png").unlink()
+    square = [[1, 1], [5, 1], [5, 5], [1, 5]]
+    shapes = [
+        {"label": "hold", "points": square, "shape_type": "polygon", "group_id": 3},
+        {"label": "hold", "points": [[20, 1], [30, 9]], "shape_type": "rectangle", "group_id": 3},
+        {"label": "hold", "points": [[20, 20], [25, 20]], "shape_type": "circle"},
+        {"label": "hold", "points": [[0, 0], [9, 9]], "shape_type": "line"},
+    ]
+    document = {"shapes": shapes, "imagePath": "..\\w.png", "imageData": content}
+    (tmp_path / "w.json").write_text(json.dumps(document))
+    (photo,) = read_dataset(tmp_path).photos
+    assert (photo.width, photo.height, len(photo.annotations)) == (50, 40, 2)
+    assert len(photo.annotations[0].polygons) == 2
+    assert photo.pixels().shape == (40, 50, 3)
+
+
+def test_coco_keeps_extras_and_moves_class_zero(tmp_path: Path) -> None:
+    row = {"id": 1, "image_id": 7, "category_id": 0, "bbox": [1, 2, 3, 4], "route_id": 5}
+    data = {
+        "images": [{"id": 7, "file_name": "x.jpg", "width": 9, "height": 9, "gym": "north"}],
+        "annotations": [row],
+        "categories": [{"id": 0, "name": "hold"}, {"id": 1, "name": "volume"}],
+    }
+    (tmp_path / "c.json").write_text(json.dumps(data))
+    dataset = read_dataset(tmp_path / "c.json")
+    (photo,) = dataset.photos
+    assert dict(dataset.classes) == {2: "hold", 1: "volume"}
+    assert photo.gym == "north"
+    assert photo.annotations[0].extra == {"route_id": 5}
+    with pytest.raises(InputError, match="not found beside its labels"):
+        write_dataset(tmp_path / "o", dataset, "coco")
+    write_dataset(tmp_path / "o", dataset, "coco", copy_photos=False)
+    assert read_dataset(tmp_path / "o").photos[0].annotations[0].extra == {"route_id": 5}
+
+
+def test_broken_files_are_named(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no such"):
+        read_dataset(tmp_path / "none")
+    with pytest.raises(InputError, match="no labelled set"):
+        read_dataset(tmp_path)
+    (tmp_path / "j.json").write_text("[1]")
+    with pytest.raises(InputError, match="neither COCO nor LabelMe nor VIA"):
+        read_dataset(tmp_path / "j.json")
+    make_set(tmp_path / "y/images")
+    (tmp_path / "y/labels").mkdir()
+    (tmp_path / "y/labels/a.txt").write_text("0 0.5 0.5 0.1\n")
+    with pytest.raises(InputError, match=r"a\.txt:1"):
+        read_dataset(tmp_path / "y")
+
+
+def test_photo_without_label_file_is_not_labelled(tmp_path: Path) -> None:
+    make_set(tmp_path / "images")
+    (tmp_path / "labels").mkdir()
+    (tmp_path / "labels/b.txt").write_text("")
+    assert [photo.name for photo in read_dataset(tmp_path).photos] == ["b.jpg"]
+
+
+@pytest.mark.data
+def test_real_sets(data_root: Path) -> None:
+    valid = read_dataset(data_root / "hold-boxes/valid")
+    assert (len(valid.photos), dict(valid.classes)) == (178, {1: "hold", 2: "volume"})
+    masks = read_dataset(data_root / "hold-masks/annotations.json")
+    assert sum(len(photo.annotations) for photo in masks.photos) == 1109
+    assert all(photo.path for photo in masks.photos)
+    assert len(read_dataset(data_root / "spraywall").photos) == 2

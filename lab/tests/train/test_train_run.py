@@ -1,0 +1,174 @@
+"""A whole training run, small: learns, resumes, exports what it learnt."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch")
+
+from walltopo.core import InputError, Silent  # noqa: E402
+from walltopo.detect.contract import DetectSettings  # noqa: E402
+from walltopo.detect.found import Found  # noqa: E402
+from walltopo.detect.onnx_detector import OnnxDetector  # noqa: E402
+from walltopo.detect.stage import read_photo  # noqa: E402
+from walltopo_lab.train.choose import Truth, ap_of, average_precision  # noqa: E402
+from walltopo_lab.train.detector import Job, train_detector  # noqa: E402
+from walltopo_lab.train.export import export_onnx, fuse  # noqa: E402
+from walltopo_lab.train.loop import learning_rate, load_run  # noqa: E402
+from walltopo_lab.train.loss import box_loss, heat_loss, mask_loss  # noqa: E402
+from walltopo_lab.train.net import NET_SIZES, NetSize, build_net  # noqa: E402
+from walltopo_lab.train.params import AugmentSettings, TrainSettings  # noqa: E402
+from walltopo_lab.train.plots import plot_history  # noqa: E402
+from walltopo_lab.train.warm import freeze_norms, load_exported  # noqa: E402
+
+SMALL = NetSize(stem=4, widths=(4, 8, 8, 8), depths=(1, 1, 1, 1), neck=8)
+
+
+def test_losses_vanish_at_the_truth_and_only_there() -> None:
+    rng = np.random.default_rng(0)
+    votes = torch.tensor(rng.uniform(2, 50, (2, 8, 5, 5)), dtype=torch.float32)
+    weight = torch.ones(2, 2, 5, 5)
+    assert float(box_loss(votes, votes, weight)) == pytest.approx(0, abs=1e-5)
+    assert float(box_loss(votes * 2, votes, weight)) > 0.3
+    assert float(box_loss(votes, votes, weight * 0)) == 0
+    heat = torch.zeros(1, 2, 8, 8)
+    heat[0, 0, 4, 4] = 1
+    sure = (heat * 2 - 1) * 20
+    assert float(heat_loss(sure, heat, torch.ones_like(heat))) < 1e-4
+    assert float(heat_loss(-sure, heat, torch.ones_like(heat))) > 1
+    assert float(heat_loss(-sure, heat, torch.zeros_like(heat))) == 0
+    assert float(mask_loss(sure, heat, torch.ones_like(heat))) < 1e-3
+    assert float(mask_loss(-sure, heat, torch.ones_like(heat))) > 1
+
+
+def test_rate_rises_then_falls() -> None:
+    settings = TrainSettings(rate=1.0, warmup=0.1)
+    rates = [learning_rate(x, settings) for x in np.linspace(0, 1, 101)]
+    assert int(np.argmax(rates)) == 10
+    assert rates[-1] == pytest.approx(0.01)
+
+
+def test_folding_normalisation_changes_nothing() -> None:
+    torch.manual_seed(0)
+    net = build_net(SMALL)
+    photo = torch.rand(2, 3, 64, 96) * 255
+    for _ in range(3):
+        net.train()(photo)
+    net.eval()
+    with torch.no_grad():
+        for a, b in zip(net(photo), fuse(net)(photo), strict=True):
+            torch.testing.assert_close(a, b, rtol=1e-3, atol=1e-3)
+
+
+def test_average_precision_by_hand() -> None:
+    scores = np.array([0.9, 0.8, 0.7, 0.6])
+    hits = np.array([True, False, True, False])
+    # Recall 0 to .5 at precision 1, to 1 at 2/3 (101 points: 51 and 50).
+    assert average_precision(scores, hits, 2) == pytest.approx((51 + 50 * 2 / 3) / 101)
+    assert math.isnan(average_precision(scores, hits, 0))
+    assert average_precision(np.zeros(0), np.zeros(0, bool), 3) == 0
+
+
+def test_each_label_is_found_once() -> None:
+    boxes = np.array([[0.0, 0, 10, 10], [0, 0, 10, 10.5]])
+    found = Found(20, 20, boxes, np.array([0.9, 0.8]), np.array([1, 1]))
+    truth = Truth(boxes[:1], np.array([1]))
+    assert ap_of([found], [truth]) == pytest.approx(1.0)
+    assert ap_of([found], [truth], label=2) != ap_of([found], [truth], label=1)
+
+
+class Interrupted(Silent):
+    """Somebody who presses Ctrl-C at the first news of the training."""
+
+    def note(self, message: str) -> None:
+        if message.startswith("check"):
+            raise KeyboardInterrupt
+
+
+@pytest.mark.slow
+def test_learns_resumes_and_exports(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, disc_set: Callable[..., Path]
+) -> None:
+    monkeypatch.setitem(NET_SIZES, "s", SMALL)
+    data = disc_set(tmp_path / "set")
+    job = Job((data,), tmp_path / "run", ("disc walls, made by this test",))
+    augment = AugmentSettings(scale_low=0.9, scale_high=1.2)
+    settings = TrainSettings(
+        minutes=0.1,
+        crop=128,
+        batch=2,
+        held_out=0.0,
+        audit=0.7,
+        check_every=0.02,
+        check_photos=1,
+        rate=5e-3,
+        patience=1000,
+    )
+    with pytest.raises(KeyboardInterrupt):
+        train_detector(job, settings, augment, Interrupted())
+    first = load_run(job.out / "checkpoint.pt", settings)
+    assert first.step > 0
+    assert not (job.out / "holds.onnx").exists()
+    figures = train_detector(job, settings, augment, Silent())
+    second = load_run(job.out / "checkpoint.pt", settings)
+    assert second.step > first.step
+    assert second.seconds >= 6.0
+    assert second.history[: len(first.history)] == first.history
+    assert figures["export_difference"] < 0.05
+    assert (job.out / "audit.json").is_file()
+    assert "disc walls" in (job.out / "holds.md").read_text()
+    assert (job.out / "history.svg").read_text().startswith("<svg")
+    detector = OnnxDetector(job.out / "holds.onnx", DetectSettings(size=256, score=0.05))
+    assert detector.model.many, "tiles may go together"
+    found = detector.detect(read_photo(data / "images" / "wall0.png"))
+    assert found.width == 240
+
+
+def test_a_foreign_checkpoint_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "checkpoint.pt"
+    file.write_bytes(b"nothing of ours")
+    with pytest.raises(InputError, match="not a checkpoint"):
+        load_run(file, TrainSettings())
+
+
+def test_no_data_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    job = Job((tmp_path / "empty",), tmp_path / "run")
+    with pytest.raises(InputError, match="neither a COCO file nor a YOLO folder"):
+        train_detector(job, TrainSettings(), AugmentSettings(), Silent())
+
+
+def test_plot_of_a_short_history(tmp_path: Path) -> None:
+    history = [
+        {"minutes": 1.0, "heat": 2.0, "box": 1.0, "mask": 1.0, "ap50": 0.1},
+        {"minutes": 2.0, "heat": 1.0, "box": 0.5, "mask": 0.4, "ap50": math.nan},
+    ]
+    plot_history(history, tmp_path / "h.svg")
+    assert (tmp_path / "h.svg").read_text().count("<polyline") == 4
+
+
+def test_an_exported_network_comes_back(tmp_path: Path) -> None:
+    torch.manual_seed(1)
+    net = build_net(SMALL)
+    for parameter in net.parameters():
+        if parameter.ndim == 1:  # equal arrays would be stored once, under one name
+            torch.nn.init.normal_(parameter, 1.0, 0.1)
+    photo = torch.rand(2, 3, 64, 96) * 255
+    for _ in range(3):
+        net.train()(photo)
+    export_onnx(net, tmp_path / "net.onnx", {"size": SMALL.as_dict()}, half=False)
+    again = load_exported(tmp_path / "net.onnx")
+    again.train()
+    freeze_norms(again)
+    with torch.no_grad():
+        for a, b in zip(net.eval()(photo), again(photo), strict=True):
+            torch.testing.assert_close(a, b, rtol=1e-3, atol=1e-3)
+    other = tmp_path / "other.onnx"
+    other.write_bytes(b"no network")
+    with pytest.raises(InputError, match="not a network"):
+        load_exported(other)

@@ -1,0 +1,128 @@
+"""The dense stage: choose a backend, make the mesh, write it."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import EnvironmentLacksError, InputError, Mesh, Progress
+from walltopo.dense.colmap import colmap_mesh, has_cuda
+from walltopo.dense.contract import DenseSettings
+from walltopo.dense.openmvs import find_programs, openmvs_mesh
+from walltopo.dense.preview import preview_mesh
+from walltopo.dense.scene import Scene, ground_sampling, read_scene, surroundings
+from walltopo.dense.sgm import sgm_mesh
+from walltopo.meshes.ply import write_ply
+from walltopo.scans.folder import ScanFolder, read_json
+
+__all__ = ["edge_and_unit", "pick_backend", "run"]
+
+# In an unscaled scan this share of the scene's diagonal stands for a metre in settings of size.
+_UNSCALED_METRE = 0.1
+
+
+def edge_and_unit(scene: Scene, settings: DenseSettings, metric: bool) -> tuple[float, float]:
+    """Edge length to aim for and the length that settings call a metre, both in world units.
+
+    In a metric scan the edge is `settings.edge_length`, but never finer than the photos show
+    (`settings.edge_pixels` pixels, halved, because stereo resolves about a pixel). In an unscaled
+    scan it is `settings.edge_pixels` pixels, and a metre is a tenth of the scene's diagonal.
+    """
+    pixel = ground_sampling(scene)
+    if metric:
+        return max(settings.edge_length, 0.5 * settings.edge_pixels * pixel), 1.0
+    low, high = surroundings(scene)
+    return settings.edge_pixels * pixel, _UNSCALED_METRE * float(np.linalg.norm(high - low))
+
+
+def pick_backend(settings: DenseSettings) -> tuple[str, str]:
+    """The backend to use and why, from what this machine has.
+
+    `auto` takes COLMAP's PatchMatch where pycolmap has CUDA, else OpenMVS where all its programs
+    are found, else the embedded stereo. A backend asked for by name is not replaced: it says
+    itself what it lacks.
+    """
+    if settings.backend != "auto":
+        return settings.backend, "as asked"
+    if has_cuda():
+        return "colmap", "pycolmap has CUDA"
+    try:
+        find_programs(settings.openmvs_bin)
+    except EnvironmentLacksError:
+        return "sgm", "no CUDA in pycolmap, no OpenMVS found"
+    return "openmvs", "OpenMVS found, no CUDA in pycolmap"
+
+
+def _is_metric(scan: ScanFolder) -> bool:
+    """Whether `scale` gave the scan metres; a folder without scale.json is unscaled."""
+    return scan.scale.is_file() and bool(read_json(scan.scale).get("metric"))
+
+
+def _mesh(
+    scan: ScanFolder,
+    scene: Scene,
+    backend: str,
+    settings: DenseSettings,
+    edge: float,
+    unit: float,
+    progress: Progress,
+) -> Mesh:
+    """Run one backend."""
+    if backend == "sgm":
+        return sgm_mesh(scene, _reader(scan), settings, edge, unit, progress)
+    if backend == "sparse":
+        return preview_mesh(scene, settings, edge, unit, progress)
+    other = colmap_mesh if backend == "colmap" else openmvs_mesh
+    scan.work.mkdir(parents=True, exist_ok=True)
+    work = Path(tempfile.mkdtemp(prefix=f"{backend}-", dir=scan.work))
+    mesh = other(scan.sparse, scan.photos, work, settings, edge, unit, progress)
+    # Kept after an error, for its logs.
+    shutil.rmtree(work)
+    return mesh
+
+
+def _reader(scan: ScanFolder) -> Callable[[str], NDArray[np.uint8]]:
+    """Loads a photo of the scan by name, grey."""
+
+    def load(name: str) -> NDArray[np.uint8]:
+        grey = cv2.imread(str(scan.photos / name), cv2.IMREAD_GRAYSCALE)
+        if grey is None:
+            raise InputError(
+                f"{scan.photos / name}: the photo cannot be read",
+                "Run the scan again from ingest: walltopo scan --from ingest.",
+            )
+        return np.asarray(grey, dtype=np.uint8)
+
+    return load
+
+
+def run(scan: ScanFolder, settings: DenseSettings, progress: Progress) -> dict[str, Any]:
+    """Write `mesh.ply` from `sparse/` and the photos; returns the mesh's figures."""
+    scene = read_scene(scan.sparse)
+    metric = _is_metric(scan)
+    edge, unit = edge_and_unit(scene, settings, metric)
+    backend, reason = pick_backend(settings)
+    progress.note(f"dense: {backend} ({reason}), edges of about {_length(edge, metric)}")
+    mesh = _mesh(scan, scene, backend, settings, edge, unit, progress)
+    write_ply(scan.mesh, mesh)
+    sides = mesh.vertices[mesh.faces] - mesh.vertices[np.roll(mesh.faces, -1, axis=1)]
+    return {
+        "backend": backend,
+        "reason": reason,
+        "vertices": len(mesh.vertices),
+        "faces": len(mesh.faces),
+        "area": round(float(mesh.areas.sum()), 3),
+        "edge_length": round(float(np.median(np.linalg.norm(sides, axis=2))), 6),
+        "metric": metric,
+    }
+
+
+def _length(value: float, metric: bool) -> str:
+    return f"{value * 1000:.1f} mm" if metric else f"{value:.4g} units"

@@ -1,0 +1,1 @@
+"""What one hold is: colour, type, shape."""

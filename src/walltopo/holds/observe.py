@@ -1,0 +1,68 @@
+"""Every photo read once: what it shows of each hold, and the light it was taken in."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import Mesh, Progress, View
+from walltopo.holds.contract import ClassifySettings
+from walltopo.holds.light import SceneLight, solve_light
+from walltopo.holds.observations import HoldView, Picture, load_photo, look, wall_patches
+
+__all__ = ["gather"]
+
+Floats = NDArray[np.float64]
+PATCHES = 60  # wall patches along the longest side of the wall
+
+
+def gather(
+    views: Sequence[View],
+    photos: Path,
+    mesh: Mesh,
+    face_instance: NDArray[np.int32],
+    settings: ClassifySettings,
+    progress: Progress,
+    also: Callable[[Picture], None] | None = None,
+) -> tuple[dict[int, list[HoldView]], SceneLight]:
+    """What all photos show of each hold, and the light they were taken in.
+
+    `also` is called with each photo while it is in memory.
+    """
+    progress.step("reading holds in photos", len(views))
+    seen: dict[int, list[HoldView]] = {}
+    lights = []
+
+    def load(view: View, width: int, height: int) -> NDArray[np.uint8]:
+        return load_photo(photos / view.name, width, height)
+
+    stream = look(
+        views,
+        load,
+        mesh,
+        face_instance,
+        long_side=settings.long_side,
+        erode=settings.erode,
+        crop_px=settings.cutout_px,
+        also=also,
+    )
+    for holds, light in stream:
+        for hold in holds:
+            seen.setdefault(hold.hold, []).append(hold)
+        lights.append(light)
+        progress.advance()
+    centres, size = _patch_centres(mesh, face_instance)
+    return seen, solve_light(lights, len(views), centres, size)
+
+
+def _patch_centres(mesh: Mesh, face_instance: NDArray[np.int32]) -> tuple[Floats, float]:
+    patch = wall_patches(mesh, face_instance, PATCHES)
+    rows = patch >= 0
+    count = int(patch.max(initial=-1)) + 1
+    total = np.maximum(np.bincount(patch[rows], minlength=count), 1)
+    sums = [np.bincount(patch[rows], mesh.centroids[rows, k], count) for k in range(3)]
+    size = float(np.ptp(mesh.vertices, axis=0).max()) / PATCHES
+    return np.stack(sums, axis=1) / total[:, None], size

@@ -1,0 +1,144 @@
+"""The relief of a hold: a small picture of its height over the wall, seen head-on, up being up."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import Camera, Mesh
+from walltopo.holds.geometry import Shape, plane_axes, triangles_of
+from walltopo.raycast import render_ids
+
+__all__ = ["SIDE", "Relief", "framed", "reliefs", "seen_head_on"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+SIDE = 32  # pixels of a relief
+FINE = 96  # pixels across the window that is drawn before it is framed
+MARGIN = 1.12  # of the frame over the hold's longer extent
+EDGE = 1.0  # percent of the hold's pixels at each end that may lie outside the frame
+TALLEST = 3.0  # heights are cut here, in half sides of the frame
+FAR = 400.0  # window sides from which it is drawn: as good as parallel
+
+
+@dataclass(frozen=True, eq=False)
+class Relief:
+    """What a hold looks like without its colour.
+
+    Parameters
+    ----------
+    picture : (2, SIDE, SIDE) float32, row 0 on top: mean height over the wall in half sides of
+        the frame (0 where the hold is not), and the share of the pixel that the hold covers.
+    side_m : side of the frame, metres.
+    """
+
+    picture: NDArray[np.float32]
+    side_m: float
+
+    @property
+    def scalars(self) -> NDArray[np.float32]:
+        """(2,) float32: the frame's size and the height of the hold's higher parts, logarithms."""
+        heights, cover = self.picture
+        inside = heights[cover > 0.5]
+        top = float(np.percentile(inside, 95)) if len(inside) else 0.0
+        tall = max(0.5 * self.side_m * top, 1e-3)
+        return np.array([np.log(self.side_m / 0.15), np.log(tall / 0.05)], dtype=np.float32)
+
+
+def seen_head_on(
+    vertices: Floats, faces: NDArray[np.integer[Any]], window: float, pixels: int
+) -> tuple[Floats, NDArray[np.bool_]]:
+    """Draw a hold in parallel projection.
+
+    Parameters
+    ----------
+    vertices : (V, 3) metres: right, down, into the wall; the wall's surface is z = 0.
+    faces : (F, 3).
+    window, pixels : side of the square around the origin that is drawn, in metres and pixels.
+
+    Returns
+    -------
+    (pixels, pixels) heights over the wall in metres, 0 beside the hold; and where the hold is.
+    """
+    camera = Camera("PINHOLE", pixels, pixels, (FAR * pixels, FAR * pixels, pixels / 2, pixels / 2))
+    pose = np.eye(3, 4)
+    pose[2, 3] = FAR
+    face, depth = render_ids(vertices / window, faces.astype(np.int32), camera, pose)
+    mask = face >= 0
+    return np.where(mask, (FAR - np.where(mask, depth, 0)) * window, 0.0), mask
+
+
+def framed(heights: Floats, mask: NDArray[np.bool_], pixel: float) -> Relief | None:
+    """The relief of a drawn hold; None where nothing is drawn.
+
+    Parameters
+    ----------
+    heights : (h, w) over the wall, metres; mask : (h, w) bool, where the hold is.
+    pixel : side of a pixel, metres.
+    """
+    rows, columns = np.nonzero(mask)
+    if len(rows) == 0:
+        return None
+    low = np.percentile(np.stack([rows, columns]), EDGE, axis=1)
+    high = np.percentile(np.stack([rows, columns]), 100 - EDGE, axis=1) + 1
+    half = max(2, int(np.ceil(0.5 * MARGIN * float((high - low).max()))))
+    first = np.round((low + high) / 2).astype(int) - half
+    square = np.zeros((2, 2 * half, 2 * half), dtype=np.float32)
+    top, left = np.maximum(first, 0)
+    bottom, right = np.minimum(first + 2 * half, mask.shape)
+    part = slice(top - first[0], bottom - first[0]), slice(left - first[1], right - first[1])
+    cover = mask[top:bottom, left:right]
+    square[1][part] = cover
+    square[0][part] = np.where(cover, heights[top:bottom, left:right], 0)
+    shrunk = [cv2.resize(layer, (SIDE, SIDE), interpolation=cv2.INTER_AREA) for layer in square]
+    small: NDArray[np.float32] = np.asarray(shrunk, dtype=np.float32)
+    side = 2 * half * pixel
+    mean = np.divide(small[0], small[1], out=np.zeros_like(small[0]), where=small[1] > 0.05)
+    small[0] = np.clip(mean / (0.5 * side), -TALLEST, TALLEST)
+    return Relief(small, side)
+
+
+def reliefs(
+    mesh: Mesh, face_instance: NDArray[np.int32], shapes: Mapping[int, Shape], unit: float
+) -> dict[int, Relief]:
+    """The relief of each instance that has a shape; those too small to draw are left out.
+
+    Parameters
+    ----------
+    mesh, face_instance : as for `measure_shapes`, which gave the shapes.
+    unit : scan units a metre.
+    """
+    threads = numba.get_num_threads()
+    numba.set_num_threads(1)  # pictures so small are drawn sooner than threads are started
+    try:
+        found = {}
+        for number, rows in triangles_of(face_instance, shapes):
+            relief = _relief(mesh, rows, shapes[number], unit)
+            if relief is not None:
+                found[number] = relief
+        return found
+    finally:
+        numba.set_num_threads(threads)
+
+
+def _relief(mesh: Mesh, rows: Ints, shape: Shape, unit: float) -> Relief | None:
+    """The relief of the instance of these triangles."""
+    axes = plane_axes(shape.normal)
+    to_wall = np.stack([axes[0], -axes[1], -shape.normal])
+    used, faces = np.unique(mesh.faces[rows], return_inverse=True)
+    local = (mesh.vertices[used] - shape.position) @ to_wall.T
+    local[:, 2] -= shape.standing_m
+    low, high = np.percentile(local[:, :2], [0.5, 99.5], axis=0)
+    window = 1.25 * float((high - low).max())
+    if window <= 0:
+        return None
+    local[:, :2] -= (low + high) / 2
+    heights, mask = seen_head_on(local / unit, faces.reshape(-1, 3), window / unit, FINE)
+    return framed(heights, mask, window / unit / FINE)

@@ -1,0 +1,35 @@
+"""What an exported network says about itself: the metadata of ONNX files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from walltopo.scans.folder import atomic_path
+
+__all__ = ["label_export", "set_metadata"]
+
+
+def label_export(model: Any, facts: Mapping[str, str]) -> None:
+    """Give a freshly exported model its metadata, and nothing but it.
+
+    PyTorch's exporter leaves its stack traces, with this machine's paths, in the nodes.
+    """
+    import onnx
+
+    onnx.helper.set_model_props(model, dict(facts))
+    for node in model.graph.node:
+        del node.metadata_props[:]
+        node.doc_string = ""
+
+
+def set_metadata(path: Path, facts: Mapping[str, str]) -> None:
+    """Add or change entries of an ONNX file's metadata."""
+    import onnx
+
+    model = onnx.load(path)
+    entries = {entry.key: entry.value for entry in model.metadata_props} | dict(facts)
+    onnx.helper.set_model_props(model, entries)
+    with atomic_path(path) as temporary:
+        onnx.save(model, temporary)

@@ -1,0 +1,107 @@
+"""The lift's two methods over the same sparse evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import InputError, Instances, Mesh, Progress, Silent, View
+from walltopo.lifting.blocks import blocks_of
+from walltopo.lifting.cluster import Partition, louvain, renumber
+from walltopo.lifting.contract import LiftParams
+from walltopo.lifting.evidence import Evidence, Sampling, gather_evidence
+from walltopo.lifting.merge import literal_instances, literal_labels
+from walltopo.lifting.overlap import overlaps_of
+
+__all__ = ["by_score", "lift_literal", "literal_clusters", "literal_graph", "nothing"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int32]
+
+
+def by_score(view: View) -> list[int]:
+    """Masks in the order of drawing as published: the most certain on top."""
+    order = [k for k, mask in enumerate(view.masks) if mask.area > 0]
+    return sorted(order, key=lambda k: view.masks[k].score)
+
+
+def nothing(faces: int) -> Instances:
+    """No instance at all: what a lift without views or masks gives."""
+    return Instances(np.zeros(faces, dtype=np.int32), np.zeros(faces, dtype=np.float32), ())
+
+
+def literal_graph(evidence: Evidence) -> tuple[Ints, Ints, Floats]:
+    """Edges between projections of one class, weight = IoU of areas times both mean scores."""
+    overlaps = overlaps_of(evidence)
+    positive = evidence.projection >= 0
+    owner = evidence.projection[positive]
+    scores = evidence.ease[positive].astype(np.float64) * evidence.score[owner]
+    count = len(evidence.label)
+    sizes = np.bincount(owner, minlength=count)
+    mean = np.bincount(owner, scores, minlength=count) / np.maximum(sizes, 1)
+    p, q = overlaps.first, overlaps.second
+    same = evidence.label[p] == evidence.label[q]
+    p, q, shared = p[same], q[same], overlaps.shared[same]
+    union = overlaps.area[p] + overlaps.area[q] - shared
+    return p, q, shared / union * mean[p] * mean[q]
+
+
+def literal_clusters(
+    evidence: Evidence,
+    params: LiftParams,
+    partition: Partition,
+    graph: tuple[Ints, Ints, Floats] | None = None,
+) -> Ints:
+    """(P,) cluster of each projection, class by class, numbered by first member.
+
+    `graph` is that of `literal_graph`, where it is known already.
+    """
+    first, second, weight = literal_graph(evidence) if graph is None else graph
+    count = len(evidence.label)
+    # A mask on no triangle is a cluster of its own, and is kept from Louvain: vertices without
+    # edges change the order in which it visits the others, and so which optimum it settles in.
+    clusters = np.arange(count, 2 * count, dtype=np.int64)
+    sizes = np.bincount(evidence.projection[evidence.projection >= 0], minlength=count)
+    used = 0
+    for label in np.unique(evidence.label):
+        members = np.flatnonzero((evidence.label == label) & (sizes > 0))
+        number = np.full(len(evidence.label), -1, dtype=np.int32)
+        number[members] = np.arange(len(members), dtype=np.int32)
+        mine = evidence.label[first] == label
+        found = partition(
+            len(members), number[first[mine]], number[second[mine]], weight[mine],
+            params.resolution, params.seed,
+        )  # fmt: skip
+        clusters[members] = used + found
+        used += len(members)
+    return renumber(clusters)
+
+
+def lift_literal(
+    mesh: Mesh,
+    views: Sequence[View],
+    params: LiftParams,
+    progress: Progress | None = None,
+    partition: Partition = louvain,
+) -> Instances:
+    """The published algorithm, fast: equal to `reference.lift_reference`.
+
+    Parameters
+    ----------
+    params : lengths in the mesh's unit (`normalised` is resolved by the caller).
+    partition : how the graph is divided; for the comparison with the reference.
+    """
+    progress = progress or Silent()
+    if len(mesh.faces) == 0:
+        raise InputError("the mesh has no triangles", "Is it a point cloud?")
+    sampling = Sampling(params.visibility_distance, params.easing_power, params.mask_resolution)
+    if not any(by_score(view) for view in views):
+        return nothing(len(mesh.faces))
+    evidence = gather_evidence(blocks_of(mesh), views, by_score, sampling, progress)
+    progress.step("cluster projections")
+    cluster = literal_clusters(evidence, params, partition)
+    progress.step("merge")
+    kept, shares = literal_labels(evidence, cluster, params.threshold)
+    return literal_instances(evidence, cluster, kept, shares, len(mesh.faces))

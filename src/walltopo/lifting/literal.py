@@ -1,0 +1,278 @@
+"""The published lift to the letter: slow, plain, the oracle of the tests.
+
+Every step is written as it is described, with loops, sets and dictionaries, NumPy, ray casting
+by trimesh and Louvain by networkx. It shares no kernel with the fast one; only the drawing of
+label images, the easing and the settings are common.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import Instance, Instances, Mesh, View
+from walltopo.lifting.cluster import Partition
+from walltopo.lifting.contract import LiftParams
+from walltopo.lifting.easing import ease
+from walltopo.lifting.labels import draw_labels
+
+__all__ = ["Projection", "lift_reference", "louvain_networkx", "project_view"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int32]
+
+# A ray "hits the triangle itself" also where it meets another one within this share of the
+# distance: duplicates of a triangle are seen together, and Embree's rays are float32.
+NEARER = 1e-5
+TIE = 1e-6  # see merge.TIE
+
+
+@dataclass
+class Projection:
+    """One mask on the mesh: its triangles with a score each."""
+
+    view: int
+    mask: int
+    label: int
+    triangles: dict[int, float] = field(default_factory=dict[int, float])
+
+    @property
+    def score(self) -> float:
+        """Mean of the scores of its triangles."""
+        return float(np.mean(list(self.triangles.values())))
+
+
+def project_view(
+    number: int, view: View, mesh: Mesh, params: LiftParams, tracer: object
+) -> tuple[list[Projection], dict[int, float]]:
+    """Steps 1: the projections of one view, and its negative evidence (triangle to d).
+
+    Parameters
+    ----------
+    tracer : trimesh's ray caster of the mesh.
+    """
+    order = sorted(
+        (k for k, mask in enumerate(view.masks) if mask.area > 0),
+        key=lambda k: view.masks[k].score,
+    )
+    labels = draw_labels(view, order, params.mask_resolution)
+    rays = mesh.centroids - view.centre
+    distance = np.linalg.norm(rays, axis=1)
+    near = (distance <= params.visibility_distance) & (rays @ view.direction > 0)
+    pixels = np.full((len(rays), 2), -1.0)
+    pixels[near] = view.project(mesh.centroids[near])
+    camera = view.camera
+    inside = near & (pixels >= 0).all(axis=1) & (mesh.areas > 0)
+    inside &= (pixels[:, 0] < camera.width) & (pixels[:, 1] < camera.height)
+    remaining = np.flatnonzero(inside & _before_fold(view, mesh.centroids))
+    seen = remaining[_seen(tracer, view.centre, rays[remaining], distance[remaining], remaining)]
+    weight = ease(distance[seen], params.visibility_distance, params.easing_power)
+    height, width = labels.shape
+    found: dict[int, Projection] = {}
+    negative: dict[int, float] = {}
+    for triangle, d in zip(seen.tolist(), weight.tolist(), strict=True):
+        x, y = pixels[triangle]
+        col = min(int(x * width / camera.width), width - 1)
+        row = min(int(y * height / camera.height), height - 1)
+        index = int(labels[row, col])
+        if index < 0:
+            negative[triangle] = d
+            continue
+        mask = view.masks[index]
+        projection = found.setdefault(index, Projection(number, index, mask.label))
+        projection.triangles[triangle] = mask.score * d
+    return [found[index] for index in sorted(found)], negative
+
+
+def _before_fold(view: View, points: Floats) -> NDArray[np.bool_]:
+    """Points within the range where the camera's distortion model is one-to-one."""
+    if view.camera.is_pinhole:
+        return np.ones(len(points), dtype=np.bool_)
+    from walltopo.raycast.screen import valid_slope
+
+    local = view.to_camera(points)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slope = np.hypot(local[:, 0], local[:, 1]) / local[:, 2]
+    return (local[:, 2] > 0) & (slope < valid_slope(view.camera))
+
+
+def _seen(
+    tracer: object, centre: Floats, rays: Floats, distance: Floats, targets: NDArray[np.int64]
+) -> NDArray[np.bool_]:
+    """Is the first hit of the ray to a triangle's centroid that triangle itself?"""
+    seen = np.zeros(len(rays), dtype=np.bool_)
+    if len(rays) == 0:
+        return seen
+    origins = np.broadcast_to(centre, rays.shape)
+    places, ray, triangle = tracer.intersects_location(  # type: ignore[attr-defined]
+        origins, rays, multiple_hits=False
+    )
+    reached = np.linalg.norm(places - centre, axis=1)
+    itself = triangle == targets[ray]
+    level = reached >= distance[ray] * (1 - NEARER)
+    # A ray that meets nothing slipped between the edges of its own triangle by rounding.
+    seen[:] = True
+    seen[ray] = itself | level
+    return seen
+
+
+def louvain_networkx(
+    count: int, first: Ints, second: Ints, weight: Floats, resolution: float, seed: int
+) -> Ints:
+    """`cluster.Partition` by networkx."""
+    import networkx
+
+    from walltopo.lifting.cluster import renumber
+
+    graph = networkx.Graph()
+    graph.add_nodes_from(range(count))
+    graph.add_weighted_edges_from(
+        zip(first.tolist(), second.tolist(), weight.tolist(), strict=True)
+    )
+    groups = networkx.community.louvain_communities(graph, resolution=resolution, seed=seed)
+    clusters = np.zeros(count, dtype=np.int64)
+    for number, group in enumerate(groups):
+        clusters[list(group)] = number
+    return renumber(clusters)
+
+
+def _candidate_pairs(
+    projections: list[Projection], mesh: Mesh, cell: float
+) -> set[tuple[int, int]]:
+    """Pairs that meet in a cell of the spatial hash of their triangles' centroids."""
+    table: dict[tuple[int, ...], set[int]] = defaultdict(set)
+    for number, projection in enumerate(projections):
+        cells = np.floor(mesh.centroids[list(projection.triangles)] / cell).astype(np.int64)
+        for key in {tuple(row) for row in cells.tolist()}:
+            table[key].add(number)
+    return {pair for members in table.values() for pair in combinations(sorted(members), 2)}
+
+
+def projection_graph(
+    projections: list[Projection], mesh: Mesh, cell: float
+) -> list[tuple[int, int, float]]:
+    """Step 2: edges (p, q, weight) between projections of one class, p < q, sorted."""
+    edges = []
+    for p, q in sorted(_candidate_pairs(projections, mesh, cell)):
+        one, other = projections[p], projections[q]
+        if one.label != other.label:
+            continue
+        both = sum(mesh.areas[t] for t in one.triangles if t in other.triangles)
+        if both <= 0:
+            continue
+        either = sum(mesh.areas[list(one.triangles)]) + sum(mesh.areas[list(other.triangles)])
+        edges.append((p, q, both / (either - both) * one.score * other.score))
+    return edges
+
+
+def _clusters(
+    projections: list[Projection],
+    edges: list[tuple[int, int, float]],
+    params: LiftParams,
+    partition: Partition,
+) -> list[list[int]]:
+    """Louvain in each class; clusters in the order of their first projection."""
+    clusters = []
+    for label in sorted({p.label for p in projections}):
+        members = [k for k, p in enumerate(projections) if p.label == label]
+        number = {k: n for n, k in enumerate(members)}
+        mine = [(number[p], number[q], w) for p, q, w in edges if p in number and q in number]
+        found = partition(
+            len(members),
+            np.array([e[0] for e in mine], dtype=np.int32),
+            np.array([e[1] for e in mine], dtype=np.int32),
+            np.array([e[2] for e in mine], dtype=np.float64),
+            params.resolution,
+            params.seed,
+        )
+        groups: dict[int, list[int]] = defaultdict(list)
+        for k, cluster in zip(members, found.tolist(), strict=True):
+            groups[cluster].append(k)
+        clusters += list(groups.values())
+    return sorted(clusters)
+
+
+def lift_reference(
+    mesh: Mesh,
+    views: Sequence[View],
+    params: LiftParams,
+    partition: Partition = louvain_networkx,
+) -> Instances:
+    """Masks to instances as published; lengths in the mesh's unit.
+
+    Parameters
+    ----------
+    partition : how the graph of projections is divided. Both the fast method and this one take
+        it, so that a test can compare everything else exactly.
+    """
+    import trimesh
+
+    tracer = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).ray
+    projections: list[Projection] = []
+    uncovered: dict[int, float] = defaultdict(float)
+    for number, view in enumerate(views):
+        found, negative = project_view(number, view, mesh, params, tracer)
+        projections += found
+        for triangle, d in negative.items():
+            uncovered[triangle] += d
+    edges = projection_graph(projections, mesh, params.cell_resolution)
+    clusters = _clusters(projections, edges, params, partition)
+    return _merge(mesh, projections, clusters, uncovered, params.threshold)
+
+
+def _merge(
+    mesh: Mesh,
+    projections: list[Projection],
+    clusters: list[list[int]],
+    uncovered: dict[int, float],
+    threshold: float,
+) -> Instances:
+    """Step 3: positive against negative evidence for each triangle of each cluster."""
+    total: dict[tuple[int, int], float] = defaultdict(float)  # (class, triangle)
+    for projection in projections:
+        for triangle, score in projection.triangles.items():
+            total[projection.label, triangle] += score
+    winner: dict[int, tuple[float, int]] = {}
+    for number, members in enumerate(clusters):
+        positive: dict[int, float] = defaultdict(float)
+        for k in members:
+            for triangle, score in projections[k].triangles.items():
+                positive[triangle] += score
+        label = projections[members[0]].label
+        for triangle, plus in positive.items():
+            minus = uncovered.get(triangle, 0.0) + total[label, triangle] - plus
+            share = plus / (plus + minus) if plus + minus > 0 else 0.0
+            if plus > 0 and share >= threshold - TIE:
+                best, _ = winner.get(triangle, (-1.0, -1))
+                if share > best + TIE:
+                    winner[triangle] = (share, number)
+    return _instances(mesh, projections, clusters, winner)
+
+
+def _instances(
+    mesh: Mesh,
+    projections: list[Projection],
+    clusters: list[list[int]],
+    winner: dict[int, tuple[float, int]],
+) -> Instances:
+    face_instance = np.zeros(len(mesh.faces), dtype=np.int32)
+    face_score = np.zeros(len(mesh.faces), dtype=np.float32)
+    alive = sorted({number for _, number in winner.values()})
+    ids = {number: k for k, number in enumerate(alive, start=1)}
+    for triangle, (share, number) in winner.items():
+        face_instance[triangle] = ids[number]
+        face_score[triangle] = share
+    records = []
+    for number in alive:
+        mine = face_instance == ids[number]
+        members = [projections[k] for k in clusters[number]]
+        score = float(np.average(face_score[mine], weights=mesh.areas[mine]))
+        pairs = tuple((p.view, p.mask) for p in members)
+        label = members[0].label
+        records.append(Instance(ids[number], label, min(score, 1.0), pairs, {label: 1.0}))
+    return Instances(face_instance, face_score, tuple(records))

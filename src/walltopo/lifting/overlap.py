@@ -1,0 +1,118 @@
+"""How much do the projections share? Sparse products over the triangles, as numba kernels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+
+from walltopo.lifting.evidence import Evidence
+
+__all__ = ["Overlaps", "overlaps_of", "rows_of"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Overlaps:
+    """Areas that pairs of projections share.
+
+    Parameters
+    ----------
+    area : (P,) float64, area of each projection's triangles.
+    first, second : (E,) int32, pairs with first < second, sorted; shared : (E,) float64, the
+        area of the triangles of both.
+    """
+
+    area: Floats
+    first: NDArray[np.int32]
+    second: NDArray[np.int32]
+    shared: Floats
+
+
+def rows_of(evidence: Evidence) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
+    """The entries regrouped by projection: (P + 1,) starts and (n,) face numbers, ascending."""
+    return _rows(evidence.starts, evidence.projection, len(evidence.label))
+
+
+def overlaps_of(evidence: Evidence) -> Overlaps:
+    """Shared areas of all pairs of projections that share a triangle: P · diag(area) · Pᵀ."""
+    starts, rows = rows_of(evidence)
+    count = len(evidence.label)
+    area = np.zeros(count)
+    np.add.at(area, np.repeat(np.arange(count), np.diff(starts)), evidence.areas[rows])
+    sizes = _pair_counts(starts, rows, evidence.starts, evidence.projection)
+    places = np.zeros(count + 1, dtype=np.int64)
+    np.cumsum(sizes, out=places[1:])
+    second = np.zeros(places[-1], dtype=np.int32)
+    shared = np.zeros(places[-1])
+    _pairs(
+        starts, rows, evidence.starts, evidence.projection, evidence.areas, places, second, shared
+    )  # fmt: skip
+    first = np.repeat(np.arange(count, dtype=np.int32), sizes)
+    return Overlaps(area, first, second, shared)
+
+
+@njit(cache=True)
+def _rows(face_starts: Any, projection: Any, count: Any) -> Any:
+    starts = np.zeros(count + 1, dtype=np.int64)
+    for p in projection:
+        if p >= 0:
+            starts[p + 1] += 1
+    for p in range(count):
+        starts[p + 1] += starts[p]
+    rows = np.zeros(starts[count], dtype=np.int32)
+    place = starts[:-1].copy()
+    for face in range(len(face_starts) - 1):
+        for k in range(face_starts[face], face_starts[face + 1]):
+            p = projection[k]
+            if p >= 0:
+                rows[place[p]] = face
+                place[p] += 1
+    return starts, rows
+
+
+@njit(parallel=True, cache=True)
+def _pair_counts(starts: Any, rows: Any, face_starts: Any, projection: Any) -> Any:
+    count = len(starts) - 1
+    sizes = np.zeros(count, dtype=np.int64)
+    chunks = (count + 63) // 64
+    for chunk in prange(chunks):
+        met = np.full(count, -1, dtype=np.int32)
+        for p in range(chunk * 64, min(count, chunk * 64 + 64)):
+            for r in range(starts[p], starts[p + 1]):
+                for k in range(face_starts[rows[r]], face_starts[rows[r] + 1]):
+                    q = projection[k]
+                    if q > p and met[q] != p:
+                        met[q] = p
+                        sizes[p] += 1
+    return sizes
+
+
+@njit(parallel=True, cache=True)
+def _pairs(
+    starts: Any, rows: Any, face_starts: Any, projection: Any, areas: Any, places: Any,
+    second: Any, shared: Any,
+) -> None:  # fmt: skip
+    count = len(starts) - 1
+    chunks = (count + 63) // 64
+    for chunk in prange(chunks):
+        total = np.zeros(count)
+        for p in range(chunk * 64, min(count, chunk * 64 + 64)):
+            end = places[p]
+            for r in range(starts[p], starts[p + 1]):
+                face = rows[r]
+                for k in range(face_starts[face], face_starts[face + 1]):
+                    q = projection[k]
+                    if q > p:
+                        if total[q] == 0.0:
+                            second[end] = q
+                            end += 1
+                        total[q] += areas[face]
+            second[places[p] : end] = np.sort(second[places[p] : end])
+            for e in range(places[p], end):
+                shared[e] = total[second[e]]
+                total[second[e]] = 0.0

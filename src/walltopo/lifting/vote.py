@@ -1,0 +1,232 @@
+"""The robust vote: each triangle goes to the instance that the views with that instance name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+
+from walltopo.lifting.covisible import Covisible
+from walltopo.lifting.evidence import Evidence
+
+__all__ = ["Ballots", "Claims", "ballots_of", "claims_of", "log_odds", "vote"]
+
+Ints = NDArray[np.int32]
+Floats = NDArray[np.float64]
+
+# Doubt, in views, that every instance starts with: one mask alone says less than nine of ten.
+DOUBT = 1.0
+
+
+class Ballots(NamedTuple):
+    """How entries of the evidence count; see `vote`."""
+
+    weight: NDArray[np.float32]
+    depth: NDArray[np.float32]
+    present: NDArray[np.bool_]
+    doubt: float
+
+
+def ballots_of(evidence: Evidence, cluster: Ints, band: float) -> Ballots:
+    """Weigh the entries of the evidence (parameters as of `vote`)."""
+    views = len(evidence.first_mask) - 1
+    count = int(cluster.max(initial=-1)) + 1
+    present = np.zeros((count, views), dtype=np.bool_)
+    known = np.flatnonzero(cluster >= 0)
+    present[cluster[known], evidence.view_of[known]] = True
+    weight = evidence.share * evidence.detail
+    # From 0 at the border to 1 at the band's end; all 1 where evidence is in or out.
+    depth = evidence.border / np.float32(band) if band > 0 else np.ones_like(weight)
+    mean = float(evidence.detail.mean()) if len(weight) else 1.0
+    return Ballots(weight, depth, present, DOUBT * mean)
+
+
+def vote(
+    evidence: Evidence, cluster: Ints, threshold: float, band: float
+) -> tuple[Ints, NDArray[np.float32]]:
+    """The cluster of each face, and the share of views that agree.
+
+    Parameters
+    ----------
+    cluster : (P,) int32, cluster of each projection, -1 = none.
+    band : pixels, what the evidence was gathered with: a face at a mask's border counts half,
+        one this far inside fully. The mean of borders that are off by chance is surer than their
+        median, which is what counting in and out amounts to.
+    threshold : a face needs this share of the views that see it and hold a mask of the cluster.
+        A view that missed the object altogether says nothing about its border.
+
+    Returns
+    -------
+    (C,) int32, -1 = none; (C,) float32.
+    """
+    ballots = ballots_of(evidence, cluster, band)
+    return _vote(evidence.starts, evidence.projection, evidence.view, cluster, threshold, *ballots)
+
+
+def log_odds(
+    evidence: Evidence, cluster: Ints, ballots: Ballots, faces: NDArray[np.int64], wanted: int
+) -> tuple[Floats, Floats]:
+    """What speaks for one cluster against what speaks against it, on some faces.
+
+    Parameters
+    ----------
+    cluster : (P,), as of `vote`; ballots : as of `ballots_of` with it.
+    faces : (n,), rows of the evidence; wanted : the cluster.
+
+    Returns
+    -------
+    (n,) float64, log((positive + doubt / 2) / (negative + doubt / 2)); (n,) float64, the share of
+    positive evidence, 0 where no view with the cluster saw the face.
+    """
+    weight, depth, present, doubt = ballots
+    mine, total = _tallies(
+        evidence.starts, evidence.projection, evidence.view, cluster, weight, depth, present,
+        faces, wanted,
+    )  # fmt: skip
+    odds = np.log((mine + doubt / 2) / (total - mine + doubt / 2))
+    return odds, mine / np.maximum(total, 1e-300)
+
+
+@njit(cache=True, inline="always")
+def _tally(
+    begin: Any, end: Any, wanted: Any, projection: Any, view: Any, cluster: Any, weight: Any,
+    depth: Any, present: Any,
+) -> Any:  # fmt: skip
+    """Evidence for a cluster on one face, and all evidence of the views that hold it."""
+    mine, total = 0.0, 0.0
+    for j in range(begin, end):
+        if present[wanted, view[j]]:
+            total += weight[j]
+            q = projection[j]
+            if q >= 0 and cluster[q] == wanted:
+                mine += weight[j] * (0.5 + 0.5 * depth[j])
+            elif q < -1 and cluster[-2 - q] == wanted:
+                mine += weight[j] * (0.5 - 0.5 * depth[j])
+    return mine, total
+
+
+@njit(cache=True)
+def _tallies(
+    starts: Any, projection: Any, view: Any, cluster: Any, weight: Any, depth: Any, present: Any,
+    faces: Any, wanted: Any,
+) -> Any:  # fmt: skip
+    mine, total = np.zeros(len(faces)), np.zeros(len(faces))
+    for k in range(len(faces)):
+        mine[k], total[k] = _tally(
+            starts[faces[k]], starts[faces[k] + 1], wanted, projection, view, cluster, weight,
+            depth, present,
+        )  # fmt: skip
+    return mine, total
+
+
+@njit(parallel=True, cache=True)
+def _vote(
+    starts: Any, projection: Any, view: Any, cluster: Any, threshold: Any,
+    weight: Any, depth: Any, present: Any, doubt: Any,
+) -> Any:  # fmt: skip
+    count = len(starts) - 1
+    winner = np.full(count, -1, dtype=np.int32)
+    shares = np.zeros(count, dtype=np.float32)
+    for face in prange(count):
+        begin, end = starts[face], starts[face + 1]
+        best = 0.0
+        for k in range(begin, end):
+            p = projection[k]
+            if p < 0 or cluster[p] < 0 or cluster[p] == winner[face]:
+                continue
+            mine, total = _tally(
+                begin, end, cluster[p], projection, view, cluster, weight, depth, present
+            )
+            sure = mine / (total + doubt)
+            if mine >= (threshold - 1e-6) * total and (
+                sure > best + 1e-9 or (sure > best - 1e-9 and cluster[p] < winner[face])
+            ):
+                best = sure
+                winner[face] = cluster[p]
+                shares[face] = mine / total
+    return winner, shares
+
+
+@dataclass(frozen=True, eq=False)
+class Claims:
+    """How projections and clusters meet on the labelled mesh.
+
+    Parameters
+    ----------
+    area : (K,) float64, area of each cluster.
+    projection, cluster : (n,) int32, pairs that share faces.
+    shared : (n,) float64, area of the faces of both.
+    seen : (n,) float64, area of the cluster that the projection's view saw.
+    visible : (K, views) float64, area of each cluster that each view saw.
+    """
+
+    area: Floats
+    projection: Ints
+    cluster: Ints
+    shared: Floats
+    seen: Floats
+    visible: Floats
+
+
+def claims_of(evidence: Evidence, pairs: Covisible, winner: Ints, count: int) -> Claims:
+    """Compare all projections with the clusters as labelled (`winner` as of `vote`)."""
+    views = len(evidence.first_mask) - 1
+    visible = _visible(
+        evidence.starts, evidence.view, evidence.share, evidence.areas, winner, count, views
+    )
+    own = winner >= 0
+    area = np.bincount(winner[own], evidence.areas[own], minlength=count).astype(np.float64)
+    # A projection meets at most as many clusters as it has faces.
+    most = np.minimum(np.diff(pairs.starts), count)
+    places = np.zeros(len(most) + 1, dtype=np.int64)
+    np.cumsum(most, out=places[1:])
+    met = np.full(places[-1], -1, dtype=np.int32)
+    shared = np.zeros(places[-1])
+    _meet(
+        pairs.starts, pairs.rows, evidence.starts, evidence.projection, evidence.share,
+        evidence.areas, winner, count, places, met, shared,
+    )  # fmt: skip
+    used = met >= 0
+    projection = np.repeat(np.arange(len(most), dtype=np.int32), most)[used]
+    seen = visible[met[used], evidence.view_of[projection]]
+    return Claims(area, projection, met[used], shared[used], seen, visible)
+
+
+@njit(cache=True)
+def _visible(
+    starts: Any, view: Any, share: Any, areas: Any, winner: Any, count: Any, views: Any
+) -> Any:
+    visible = np.zeros((count, views))
+    for face in range(len(starts) - 1):
+        if winner[face] >= 0:
+            for k in range(starts[face], starts[face + 1]):
+                visible[winner[face], view[k]] += areas[face] * share[k]
+    return visible
+
+
+@njit(parallel=True, cache=True)
+def _meet(
+    row_starts: Any, rows: Any, starts: Any, projection: Any, share: Any, areas: Any,
+    winner: Any, count: Any, places: Any, met: Any, shared: Any,
+) -> None:  # fmt: skip
+    chunks = 64
+    total = len(row_starts) - 1
+    for chunk in prange(chunks):
+        slot = np.full(count, -1, dtype=np.int64)
+        for p in range(chunk * total // chunks, (chunk + 1) * total // chunks):
+            end = places[p]
+            for r in range(row_starts[p], row_starts[p + 1]):
+                face = rows[r]
+                c = winner[face]
+                if c < 0:
+                    continue
+                if slot[c] < places[p]:
+                    slot[c] = end
+                    met[end] = c
+                    end += 1
+                for k in range(starts[face], starts[face + 1]):
+                    if projection[k] == p:
+                        shared[slot[c]] += areas[face] * share[k]

@@ -1,0 +1,1 @@
+"""The measure: metres, up and the floor from printed plates."""

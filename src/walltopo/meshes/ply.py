@@ -1,0 +1,63 @@
+"""PLY triangle meshes, binary and ASCII in, binary little-endian out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from walltopo.core import InputError, Mesh
+from walltopo.scans.folder import atomic_path
+
+__all__ = ["read_mesh", "write_ply"]
+
+
+def write_ply(path: Path, mesh: Mesh) -> None:
+    """Write a mesh as binary PLY (float32 vertices, uint8 colours if it has them); atomic."""
+    colours = mesh.vertex_colours
+    fields: list[tuple[str, str]] = [("x", "<f4"), ("y", "<f4"), ("z", "<f4")]
+    header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(mesh.vertices)}"]
+    header += [f"property float {axis}" for axis in "xyz"]
+    if colours is not None:
+        fields += [("red", "u1"), ("green", "u1"), ("blue", "u1")]
+        header += [f"property uchar {name}" for name in ("red", "green", "blue")]
+    header += [f"element face {len(mesh.faces)}", "property list uchar int vertex_indices"]
+    vertices = np.zeros(len(mesh.vertices), dtype=fields)
+    for k, axis in enumerate("xyz"):
+        vertices[axis] = mesh.vertices[:, k]
+    if colours is not None:
+        for k, name in enumerate(("red", "green", "blue")):
+            vertices[name] = colours[:, k]
+    faces = np.zeros(len(mesh.faces), dtype=[("n", "u1"), ("v", "<i4", (3,))])
+    faces["n"] = 3
+    faces["v"] = mesh.faces
+    with atomic_path(path) as temporary, temporary.open("wb") as stream:
+        stream.write(("\n".join([*header, "end_header"]) + "\n").encode("ascii"))
+        stream.write(vertices.tobytes())
+        stream.write(faces.tobytes())
+
+
+def read_mesh(path: Path) -> Mesh:
+    """Read a triangle mesh (PLY, OBJ, GLB, STL: whatever trimesh reads), vertices as they are.
+
+    Raises
+    ------
+    InputError : the file is missing, unreadable or holds no triangles.
+    """
+    import trimesh
+
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"{path}: no such file")
+    try:
+        loaded = trimesh.load(path, process=False, maintain_order=True)
+        if isinstance(loaded, trimesh.Scene):
+            loaded = loaded.to_mesh()
+    except Exception as error:  # trimesh raises many kinds for broken files
+        raise InputError(f"{path}: cannot be read as a mesh ({error})") from error
+    if not isinstance(loaded, trimesh.Trimesh) or len(loaded.faces) == 0:
+        raise InputError(f"{path}: holds no triangles", "A point cloud must be meshed first.")
+    colours = None
+    if loaded.visual.kind == "vertex":
+        colours = np.ascontiguousarray(np.asarray(loaded.visual.vertex_colors)[:, :3], np.uint8)
+    return Mesh(np.asarray(loaded.vertices), np.asarray(loaded.faces, dtype=np.int32), colours)

@@ -1,0 +1,255 @@
+"""The ingest stage: source files to `photos/` and `photos.json`."""
+
+from __future__ import annotations
+
+import re
+import threading
+import unicodedata
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import InputError, Progress
+from walltopo.photos.contract import IngestSettings
+from walltopo.photos.image_file import decode_photo
+from walltopo.photos.quality import sharpness, thumbnail
+from walltopo.photos.sources import find_sources
+from walltopo.photos.video import VIDEO_SUFFIXES, pick_frames
+from walltopo.scans.folder import ScanFolder, atomic_path, hash_path, write_json
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+__all__ = ["run"]
+
+_FEWEST = 3
+_JPEG_QUALITY = 95
+
+
+@dataclass(frozen=True)
+class _Photo:
+    """A decoded candidate, already written under `name` in the temporary folder."""
+
+    name: str
+    source: str
+    width: int
+    height: int
+    focal_px: float | None
+    sharpness: float
+    thumbnail: NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class _Skipped:
+    source: str
+    reason: str
+
+
+def run(
+    scan: ScanFolder, settings: IngestSettings, progress: Progress, sources: Sequence[Path]
+) -> dict[str, Any]:
+    """Decode, check and store the photos.
+
+    Writes `photos/` (upright 8-bit sRGB JPEG without EXIF) and `photos.json`.
+
+    Raises
+    ------
+    InputError : nothing to read, or fewer than 3 usable photos (with every reason).
+    """
+    files, others = find_sources(sources)
+    skipped = [_Skipped(file.name, "neither a photo nor a video") for file in others]
+    with atomic_path(scan.photos) as folder:
+        folder.mkdir()
+        photos: list[_Photo] = []
+        for item in _decode_all(files, folder, settings, progress):
+            (photos if isinstance(item, _Photo) else skipped).append(item)  # type: ignore[arg-type]
+        photos, rejected = _select(photos, settings)
+        skipped += rejected
+        if len(photos) < _FEWEST:
+            raise InputError(_too_few(photos, skipped), "Add photos of the wall and run again.")
+        kept = {photo.name for photo in photos}
+        for file in folder.iterdir():
+            if file.name not in kept:
+                file.unlink()
+    _write_list(scan, photos, skipped)
+    for item in skipped:
+        progress.note(f"skipped {item.source}: {item.reason}")
+    sizes = {(photo.width, photo.height) for photo in photos}
+    focal = sum(photo.focal_px is not None for photo in photos)
+    return {"photos": len(photos), "skipped": len(skipped), "sizes": len(sizes), "focal": focal}
+
+
+def _decode_all(
+    files: Sequence[Path], folder: Path, settings: IngestSettings, progress: Progress
+) -> Iterator[_Photo | _Skipped]:
+    """Candidates in the order of the sources; decoding runs on several threads."""
+    names = _Names()
+    jobs = _with_twins(files)
+    progress.step("read photos", len(files))
+    with ThreadPoolExecutor(max_workers=4) as pool:
+
+        def decode(job: tuple[Path, str | None]) -> list[_Photo | _Skipped]:
+            file, twin = job
+            if twin is not None:
+                return [_Skipped(file.name, f"the same file as {twin}")]
+            try:
+                if file.suffix.lower() in VIDEO_SUFFIXES:
+                    return _from_video(file, folder, settings, names)
+                photo = decode_photo(file)
+                return [_store(photo.image, photo.focal_px, file, folder, settings, names)]
+            except InputError as error:
+                return [_Skipped(file.name, error.message)]
+
+        # Names are given in advance so that the threads' order cannot change them.
+        for file, twin in jobs:
+            if twin is None:
+                names.reserve(file)
+        for results in pool.map(decode, jobs):
+            progress.advance()
+            yield from results
+
+
+def _with_twins(files: Sequence[Path]) -> list[tuple[Path, str | None]]:
+    """Each file with the name of an earlier one of the same content, or None."""
+    sizes = Counter(file.stat().st_size for file in files)
+    seen: dict[str, str] = {}
+    jobs: list[tuple[Path, str | None]] = []
+    for file in files:
+        # Files of different sizes differ: hardly any needs to be read twice.
+        content = hash_path(file) if sizes[file.stat().st_size] > 1 else str(file)
+        jobs.append((file, seen.get(content)))
+        seen.setdefault(content, file.name)
+    return jobs
+
+
+def _from_video(
+    file: Path, folder: Path, settings: IngestSettings, names: _Names
+) -> list[_Photo | _Skipped]:
+    from PIL import Image as Pil
+
+    frames = pick_frames(file, settings)
+    return [
+        _store(Pil.fromarray(pixels), None, file.with_name(name), folder, settings, names)
+        for name, pixels in frames
+    ]
+
+
+def _store(
+    image: Image,
+    focal_px: float | None,
+    file: Path,
+    folder: Path,
+    settings: IngestSettings,
+    names: _Names,
+) -> _Photo | _Skipped:
+    """Check size and shape, reduce, write the JPEG."""
+    short, long = sorted(image.size)
+    if short < settings.min_side:
+        return _Skipped(
+            file.name, f"{image.width}x{image.height} px, smaller than {settings.min_side} px"
+        )
+    if long / short > settings.max_aspect:
+        return _Skipped(
+            file.name, f"{image.width}x{image.height} px, a panorama; it has no single camera"
+        )
+    if long > settings.max_side:
+        factor = settings.max_side / long
+        image = image.resize((round(image.width * factor), round(image.height * factor)))
+        focal_px = focal_px * factor if focal_px is not None else None
+    name = names.of(file)
+    image.save(folder / name, "JPEG", quality=_JPEG_QUALITY, subsampling=0)
+    pixels = np.asarray(image, dtype=np.uint8)
+    return _Photo(
+        name,
+        file.name,
+        image.width,
+        image.height,
+        focal_px,
+        sharpness(pixels),
+        thumbnail(pixels),
+    )
+
+
+def _select(
+    photos: Sequence[_Photo], settings: IngestSettings
+) -> tuple[list[_Photo], list[_Skipped]]:
+    """Leave out the blurred and the repeated."""
+    kept: list[_Photo] = []
+    rejected: list[_Skipped] = []
+    median = float(np.median([photo.sharpness for photo in photos])) if photos else 0.0
+    least = max(settings.min_sharpness, settings.relative_sharpness * median)
+    for photo in photos:
+        twin = next((k for k in kept if _same(k, photo, settings)), None)
+        if photo.sharpness < least:
+            reason = f"blurred (sharpness {photo.sharpness:.1f}, the set's median {median:.0f})"
+            rejected.append(_Skipped(photo.source, reason))
+        elif twin is not None:
+            rejected.append(_Skipped(photo.source, f"shows the same as {twin.source}"))
+        else:
+            kept.append(photo)
+    return kept, rejected
+
+
+def _same(a: _Photo, b: _Photo, settings: IngestSettings) -> bool:
+    if (a.width > a.height) != (b.width > b.height):
+        return False
+    return float(np.abs(a.thumbnail - b.thumbnail).mean()) < settings.duplicate_difference
+
+
+def _write_list(scan: ScanFolder, photos: Sequence[_Photo], skipped: Sequence[_Skipped]) -> None:
+    write_json(
+        scan.photo_list,
+        {
+            "version": 1,
+            "photos": [
+                {
+                    "name": photo.name,
+                    "width": photo.width,
+                    "height": photo.height,
+                    "focal_px": None if photo.focal_px is None else round(photo.focal_px, 2),
+                    "source": photo.source,
+                    "sharpness": round(photo.sharpness, 2),
+                }
+                for photo in photos
+            ],
+            "skipped": [{"source": s.source, "reason": s.reason} for s in skipped],
+        },
+    )
+
+
+def _too_few(photos: Sequence[_Photo], skipped: Sequence[_Skipped]) -> str:
+    noun = "photo" if len(photos) == 1 else "photos"
+    lines = [f"{len(photos)} usable {noun}, at least {_FEWEST} are needed"]
+    lines += [f"  {item.source}: {item.reason}" for item in skipped[:20]]
+    if len(skipped) > 20:
+        lines.append(f"  ... and {len(skipped) - 20} more")
+    return "\n".join(lines)
+
+
+class _Names:
+    """File names for the stored photos: the source's own, made safe and unique."""
+
+    def __init__(self) -> None:
+        self._by_file: dict[Path, str] = {}
+        self._taken: set[str] = set()
+        self._lock = threading.Lock()
+
+    def reserve(self, file: Path) -> str:
+        stem = unicodedata.normalize("NFC", file.stem)
+        stem = re.sub(r"[^\w.-]+", "_", stem).strip("._") or "photo"
+        name, number = f"{stem}.jpg", 2
+        with self._lock:
+            while name.lower() in self._taken:
+                name, number = f"{stem}_{number}.jpg", number + 1
+            self._taken.add(name.lower())
+            self._by_file[file] = name
+        return name
+
+    def of(self, file: Path) -> str:
+        return self._by_file.get(file) or self.reserve(file)

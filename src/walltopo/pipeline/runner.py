@@ -1,0 +1,357 @@
+"""The scan: its stages in order, what each reads and writes, and how a run resumes.
+
+A stage runs when its inputs, its settings or its code version differ from those of its last
+finished run, when an output is missing, or when asked to. Inputs are compared by content, so a
+rerun that produces the same file does not trigger the stages after it.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import fcntl
+import hashlib
+import importlib
+import json
+import os
+import shutil
+import time
+import traceback
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Protocol
+
+from walltopo.core import EnvironmentLacksError, InputError, Progress, Silent, WalltopoError
+from walltopo.pipeline.memory import peak_mb, reset_peak
+from walltopo.pipeline.settings import Settings
+from walltopo.scans.folder import ScanFolder, hash_path
+from walltopo.scans.manifest import Manifest, StageRecord
+
+__all__ = ["STAGES", "Listener", "ScanResult", "Stage", "scan", "stage_names"]
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One stage: where its code is, and the `ScanFolder` paths it reads and writes.
+
+    `version` is raised when the code changes so that old results must be recomputed.
+    """
+
+    name: str
+    module: str
+    reads: tuple[str, ...]
+    writes: tuple[str, ...]
+    version: int = 1
+
+
+STAGES = (
+    Stage("ingest", "walltopo.photos.stage", (), ("photos", "photo_list")),
+    Stage("sparse", "walltopo.sparse.stage", ("photos", "photo_list"), ("sparse_raw",)),
+    Stage(
+        "scale",
+        "walltopo.measure.stage",
+        ("photos", "photo_list", "sparse_raw", "aligned"),
+        ("sparse", "scale"),
+        version=2,
+    ),
+    Stage(
+        "dense",
+        "walltopo.dense.stage",
+        ("photos", "sparse", "scale"),
+        ("mesh",),
+        version=3,
+    ),
+    Stage(
+        "texture",
+        "walltopo.texture",
+        ("photos", "sparse", "mesh"),
+        ("texture", "texture_uv"),
+    ),
+    Stage("detect", "walltopo.detect.stage", ("photos", "photo_list"), ("detections",), version=2),
+    Stage(
+        "lift",
+        "walltopo.lifting.stage",
+        ("sparse", "scale", "mesh", "detections"),
+        ("instances", "instance_records"),
+    ),
+    Stage(
+        "classify",
+        "walltopo.holds.stage",
+        ("photos", "sparse", "scale", "mesh", "instances", "instance_records", "hold_edits"),
+        ("attributes", "cutouts"),
+        version=6,
+    ),
+    Stage(
+        "routes",
+        "walltopo.routes.stage",
+        ("mesh", "scale", "instances", "attributes", "route_edits"),
+        ("routes",),
+        version=3,
+    ),
+    Stage(
+        "export",
+        "walltopo.export.stage",
+        (
+            "photo_list",
+            "sparse",
+            "scale",
+            "mesh",
+            "texture",
+            "texture_uv",
+            "instances",
+            "instance_records",
+            "attributes",
+            "cutouts",
+            "routes",
+            "detections",
+            "hold_edits",
+        ),
+        ("holds", "glb", "report", "page", "page_assets"),
+        version=3,
+    ),
+)
+
+
+def stage_names() -> tuple[str, ...]:
+    return tuple(stage.name for stage in STAGES)
+
+
+class Listener(Progress, Protocol):
+    """A `Progress` that is also told when stages begin and end."""
+
+    def stage_begins(self, stage: str) -> None: ...
+    def stage_ends(self, stage: str, record: StageRecord) -> None: ...
+    def stage_kept(self, stage: str, record: StageRecord) -> None: ...
+
+
+class _Quiet(Silent):
+    def stage_begins(self, stage: str) -> None: ...
+    def stage_ends(self, stage: str, record: StageRecord) -> None: ...
+    def stage_kept(self, stage: str, record: StageRecord) -> None: ...
+
+
+@dataclass(frozen=True)
+class ScanResult:
+    """Where the scan lies, and what each stage said.
+
+    Parameters
+    ----------
+    folder : the scan folder.
+    metrics : stage name to its figures.
+    ran : the stages that were computed in this run; the others were up to date.
+    """
+
+    folder: ScanFolder
+    metrics: dict[str, dict[str, Any]]
+    ran: tuple[str, ...] = field(default=())
+
+
+def scan(
+    photos: Sequence[Path | str] | Path | str,
+    out: Path | str,
+    settings: Settings | None = None,
+    *,
+    from_stage: str | None = None,
+    to_stage: str | None = None,
+    force: bool = False,
+    listener: Listener | None = None,
+) -> ScanResult:
+    """Run the stages that are missing, stale or changed.
+
+    Parameters
+    ----------
+    photos : a folder, a video, or photo files; may be empty for a scan that has been ingested.
+    out : the scan folder; created if it does not exist.
+    settings : see `load_settings`; defaults where None.
+    from_stage : this stage and all after it run even if they are up to date.
+    to_stage : the last stage to run.
+    force : run every stage.
+    listener : told of progress.
+
+    Raises
+    ------
+    InputError : `out` is not a scan folder, a stage name is unknown, the photos are unusable.
+    EnvironmentLacksError : `out` cannot be written, or another run is at work on it.
+    """
+    given = [photos] if isinstance(photos, (str, Path)) else list(photos)
+    chosen = _chosen(from_stage, to_stage)
+    settings = settings or Settings()
+    listener = listener or _Quiet()
+    folder = ScanFolder(out)
+    _prepare(folder)
+    with _locked(folder):
+        _sweep(folder)
+        from walltopo import __version__
+
+        manifest = Manifest.open(folder.manifest, __version__)
+        sources = [Path(p).absolute() for p in given] or [Path(p) for p in manifest.sources]
+        if not sources:
+            raise InputError(f"{folder.root}: no photos given, and none were ingested before")
+        runner = _Runner(folder, manifest, settings, sources, listener)
+        for stage in chosen:
+            forced = force or (from_stage is not None and _index(stage.name) >= _index(from_stage))
+            runner.run(stage, forced)
+        metrics = {name: record.metrics for name, record in manifest.stages.items()}
+        return ScanResult(folder, metrics, tuple(runner.ran))
+
+
+class _Runner:
+    """One pass over the stages of one folder."""
+
+    def __init__(
+        self,
+        folder: ScanFolder,
+        manifest: Manifest,
+        settings: Settings,
+        sources: Sequence[Path],
+        listener: Listener,
+    ) -> None:
+        self.folder, self.manifest, self.settings = folder, manifest, settings
+        self.sources, self.listener = sources, listener
+        self.ran: list[str] = []
+        self._hashes: dict[Path, str] = {}
+
+    def run(self, stage: Stage, forced: bool) -> None:
+        """Run one stage if it must be run, and record how it went."""
+        input_hash = self._input_hash(stage)
+        record = self.manifest.stages.get(stage.name)
+        if record is not None and not forced and self._is_fresh(stage, record, input_hash):
+            self.listener.stage_kept(stage.name, record)
+            return
+        self.manifest.settings = self.settings.as_dict()
+        self.manifest.sources = [str(path) for path in self.sources]
+        record = StageRecord("running", input_hash=input_hash)
+        self.manifest.put(stage.name, record)
+        self.listener.stage_begins(stage.name)
+        started = time.monotonic()
+        reset_peak()
+        try:
+            record.metrics = self._call(stage)
+            record.state = "done"
+        except KeyboardInterrupt:
+            record.state = "interrupted"
+            raise
+        except WalltopoError as error:
+            record.state, record.error = "failed", str(error)
+            raise
+        except Exception:
+            record.state, record.error = "failed", traceback.format_exc()
+            raise
+        finally:
+            record.seconds = round(time.monotonic() - started, 2)
+            record.peak_mb = round(peak_mb(), 1)
+            self._record(stage, record)
+        self._forget(stage)
+        self.ran.append(stage.name)
+
+    def _record(self, stage: Stage, record: StageRecord) -> None:
+        self.manifest.put(stage.name, record)
+        self.listener.stage_ends(stage.name, record)
+
+    def _call(self, stage: Stage) -> dict[str, Any]:
+        run = importlib.import_module(stage.module).run
+        section = getattr(self.settings, stage.name)
+        if stage.name == "ingest":
+            return run(self.folder, section, self.listener, self.sources)
+        return run(self.folder, section, self.listener)
+
+    def _is_fresh(self, stage: Stage, record: StageRecord, input_hash: str) -> bool:
+        written = all(getattr(self.folder, name).exists() for name in stage.writes)
+        return record.state == "done" and record.input_hash == input_hash and written
+
+    def _input_hash(self, stage: Stage) -> str:
+        section = self.settings.as_dict()[stage.name]
+        parts: list[Any] = [stage.name, stage.version, section]
+        # A setting that names a file (a model, a palette, a reference) counts by its content.
+        parts += [self._hash(path) for path in _named_paths(getattr(self.settings, stage.name))]
+        if stage.name == "ingest":
+            if not any(path.exists() for path in self.sources) and self.folder.photos.exists():
+                # The photos were moved away after they were ingested; the copies serve.
+                record = self.manifest.stages.get("ingest")
+                return record.input_hash if record is not None else ""
+            parts += [[str(path.name), self._hash(path)] for path in self.sources]
+        parts += [[name, self._hash(getattr(self.folder, name))] for name in stage.reads]
+        text = json.dumps(parts, sort_keys=True, default=str)
+        return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
+
+    def _hash(self, path: Path) -> str:
+        if path not in self._hashes:
+            self._hashes[path] = hash_path(path)
+        return self._hashes[path]
+
+    def _forget(self, stage: Stage) -> None:
+        for name in stage.writes:
+            self._hashes.pop(getattr(self.folder, name), None)
+
+
+def _named_paths(section: Any) -> Iterator[Path]:
+    """Existing files and folders that the settings of a stage name and whose content counts."""
+    for item in dataclasses.fields(section):
+        value = getattr(section, item.name)
+        for part in item.metadata["content"] if value else ():
+            path = Path(value) / part
+            # A folder that happens to be called like a built-in choice is not what was meant.
+            if path.is_file() or (part != "." and path.exists()):
+                yield path
+
+
+def _chosen(from_stage: str | None, to_stage: str | None) -> Sequence[Stage]:
+    """All stages up to `to_stage`: those before `from_stage` run only if they must."""
+    first = _index(from_stage) if from_stage is not None else 0
+    last = _index(to_stage) if to_stage is not None else len(STAGES) - 1
+    if first > last:
+        raise InputError(f"--from {from_stage} comes after --to {to_stage}")
+    return STAGES[: last + 1]
+
+
+def _index(name: str) -> int:
+    if name not in stage_names():
+        raise InputError(f"unknown stage {name!r}; the stages are {', '.join(stage_names())}")
+    return stage_names().index(name)
+
+
+def _prepare(folder: ScanFolder) -> None:
+    root = folder.root
+    if root.exists() and not root.is_dir():
+        raise InputError(f"{root}: is a file, expected a folder for the scan")
+    if root.is_dir() and not folder.manifest.exists() and _has_files(root):
+        raise InputError(
+            f"{root}: is not empty and not a scan folder",
+            "Choose another output folder; nothing was changed.",
+        )
+    try:
+        root.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise EnvironmentLacksError(f"cannot create {root}: {error.strerror}") from error
+    if not os.access(root, os.W_OK):
+        raise EnvironmentLacksError(f"cannot write to {root}: permission denied")
+
+
+def _has_files(root: Path) -> bool:
+    return any(not item.name.startswith(".") for item in root.iterdir())
+
+
+def _sweep(folder: ScanFolder) -> None:
+    """Remove what a killed run left half-written; finished files are never in these folders."""
+    for parent in (folder.root, folder.work):
+        for leftover in parent.glob(".partial-*"):
+            shutil.rmtree(leftover, ignore_errors=True)
+
+
+@contextmanager
+def _locked(folder: ScanFolder) -> Iterator[None]:
+    """Hold the folder for this process; the lock vanishes with the process."""
+    try:
+        stream = (folder.root / ".lock").open("w")
+    except OSError as error:
+        raise EnvironmentLacksError(f"cannot write to {folder.root}: {error.strerror}") from error
+    with stream:
+        try:
+            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            raise EnvironmentLacksError(
+                f"{folder.root}: another walltopo is at work on this scan",
+                "Wait for it or stop it first.",
+            ) from error
+        yield

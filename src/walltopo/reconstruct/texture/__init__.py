@@ -1,5 +1,0 @@
-"""Photos onto the mesh: one texture atlas without visible seams."""
-
-from walltopo.reconstruct.texture.stage import run
-
-__all__ = ["run"]

@@ -1,0 +1,219 @@
+"""The `routes` stage: which holds make a route."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import Mesh, Progress, Silent
+from walltopo.imaging.oklab import linear_from_srgb8
+from walltopo.routes.contract import RoutesSettings
+from walltopo.routes.edits import RouteBook, apply_route_edits
+from walltopo.routes.geodesic import pair_lengths
+from walltopo.routes.grouping import Grouping, group_by_paint, group_holds
+from walltopo.routes.makers import kinship
+from walltopo.routes.order import describe_route, memberships
+from walltopo.routes.paint import FLATTEN, balanced_paint
+from walltopo.routes.proxy import build_proxy
+from walltopo.routes.start_tags import Cut, cut_at_starts, tagged_holds
+from walltopo.scans.folder import ScanFolder, write_json
+from walltopo.scans.records import UNKNOWN, Hold, Route, StartTag, read_holds, read_tags
+from walltopo.scans.units import is_metric, unit_of
+
+__all__ = ["find_routes", "run"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+def _group(mesh: Mesh, holds: Sequence[Hold], settings: RoutesSettings, unit: float) -> Grouping:
+    points = np.array([hold.position for hold in holds], dtype=np.float64).reshape(-1, 3)
+    proxy = build_proxy(mesh.vertices, mesh.faces, points, settings.proxy_faces)
+    threads = settings.threads or os.cpu_count() or 1
+
+    gap = settings.bridge_gap * unit
+    if settings.link == "paint":
+        rgb = np.array([hold.colour_rgb for hold in holds], dtype=np.uint8)
+        tint = np.array([hold.wall_tint for hold in holds])
+        return group_by_paint(
+            points,
+            balanced_paint(linear_from_srgb8(rgb), tint),
+            lambda pairs: pair_lengths(proxy, pairs, FLATTEN, gap, threads),
+            unit=unit,
+            resolution=settings.paint_resolution,
+            seed=settings.seed,
+        )
+    return group_holds(
+        points,
+        [hold.colour for hold in holds],
+        lambda pairs: pair_lengths(proxy, pairs, settings.flatten_ratio, gap, threads),
+        near=settings.min_hold_dist * unit,
+        far=settings.max_hold_dist * unit,
+        ratio=settings.flatten_ratio,
+        resolution=settings.resolution,
+        kinship=lambda pairs: kinship(holds, pairs, settings.maker_weight),
+        seed=settings.seed,
+    )
+
+
+def find_routes(
+    mesh: Mesh,
+    holds: Sequence[Hold],
+    settings: RoutesSettings,
+    *,
+    metric: bool = True,
+    edits: Mapping[str, Any] | None = None,
+    tags: Sequence[StartTag] = (),
+    progress: Progress | None = None,
+) -> tuple[list[Route], list[int]]:
+    """Group holds into routes.
+
+    Only holds of role "hold" and of a known colour take part: volumes belong to every
+    route, downclimb holds to none, and a hold that no photo shows has no colour to go by.
+
+    Parameters
+    ----------
+    metric : the scan is in metres; else see `units.unit_of`.
+    edits : a setter's corrections (`formats.edits`), put on after the grouping.
+    tags : the start tags; `settings.start_tags` tells whether they are used.
+
+    Returns
+    -------
+    The routes, numbered from left to right, and the ids of holds without a route (sorted;
+    downclimb holds are not among them).
+    """
+    progress = progress or Silent()
+    unit = unit_of(holds, metric, settings.typical_hold)
+    climbed = [hold for hold in holds if hold.role == "hold" and hold.colour != UNKNOWN]
+    book, links = RouteBook({}), np.zeros((0, 0))
+    cut, tagged = Cut(np.zeros(0, dtype=np.int64)), {}
+    if climbed:
+        progress.step("paths between holds", len(climbed))
+        grouping = _group(mesh, climbed, settings, unit)
+        progress.advance(len(climbed))
+        links, cut = grouping.similarity, Cut(grouping.group)
+        if settings.start_tags:
+            tagged = tagged_holds(tags, climbed, grouping.group, unit)
+            cut = cut_at_starts(climbed, grouping.group, list(tagged.values()), unit)
+        book = RouteBook(_numbered(climbed, cut.group, settings.min_holds))
+    for line in apply_route_edits(book, holds, edits or {}, unit):
+        progress.note(f"routes.edits.toml: {line}")
+    marked = {tag: climbed[row].id for tag, row in tagged.items()}
+    routes = _describe(holds, climbed, links, cut, book, marked, settings)
+    unrouted = [h.id for h in holds if h.role == "hold" and h.id not in book.route_of]
+    return routes, sorted(unrouted)
+
+
+def _numbered(holds: Sequence[Hold], group: Ints, min_holds: int) -> dict[int, int]:
+    """Hold id to route id: groups of enough holds, numbered from left to right from 1."""
+    sizes = np.bincount(group)
+    along = _along_the_wall(holds)
+    kept = [number for number in range(len(sizes)) if sizes[number] >= min_holds]
+    kept.sort(key=lambda number: (along[group == number].mean(), number))
+    route = {number: k for k, number in enumerate(kept, start=1)}
+    return {
+        hold.id: route[number]
+        for hold, number in zip(holds, group.tolist(), strict=True)
+        if number in route
+    }
+
+
+def _along_the_wall(holds: Sequence[Hold]) -> Floats:
+    """(n,) how far right each hold is: along the level direction in which holds extend most."""
+    flat = np.array([hold.position[:2] for hold in holds])
+    flat = flat - flat.mean(axis=0)
+    _, _, axes = np.linalg.svd(flat, full_matrices=False)
+    out = np.mean([hold.normal[:2] for hold in holds], axis=0)
+    # Facing the wall, right is up x out of the wall.
+    right = np.array([-out[1], out[0]])
+    return flat @ (axes[0] if axes[0] @ right >= 0 else -axes[0])
+
+
+def _describe(
+    holds: Sequence[Hold],
+    climbed: Sequence[Hold],
+    links: Floats,
+    cut: Cut,
+    book: RouteBook,
+    tagged: Mapping[int, int],
+    settings: RoutesSettings,
+) -> list[Route]:
+    """The routes of a book; `tagged`: tag id to hold id."""
+    by_id = {hold.id: hold for hold in holds}
+    group = np.array([book.route_of.get(hold.id, 0) for hold in climbed], dtype=np.int64)
+    shares = memberships(links, group)
+    for line, odds in cut.odds.items():
+        # Between routes that their tags told apart, links say nothing.
+        shares[line] = 0
+        for start, share in odds.items():
+            shares[line, group[start]] += share
+    row_of = {hold.id: row for row, hold in enumerate(climbed)}
+    sizes = [hold.size_m for hold in holds if hold.role == "hold" and hold.size_m > 0]
+    median = float(np.median(sizes)) if sizes else 0.0
+    routes = []
+    for number in sorted(set(book.route_of.values())):
+        members = [by_id[hold] for hold in book.members(number)]
+        ambiguous: dict[int, dict[int, float]] = {}
+        for hold in members:
+            row = row_of.get(hold.id)
+            if row is not None and hold.id not in book.decided:
+                likely = _plausible(shares[row], number, settings.ambiguous_above)
+                ambiguous |= {hold.id: likely} if likely else {}
+        colours = [hold.colour for hold in members]
+        colour = book.colours.get(number) or max(sorted(set(colours)), key=colours.count)
+        name = book.names.get(number, "")
+        routes.append(describe_route(number, colour, members, median, ambiguous, name, tagged))
+    return routes
+
+
+def _plausible(shares: Floats, own: int, above: float) -> dict[int, float]:
+    """Route id to probability if another route than its own is likely enough, else empty."""
+    rivals = shares.copy()
+    rivals[[0, own]] = 0  # column 0: holds without a route
+    if rivals.max(initial=0.0) < max(above, 1e-9):
+        return {}
+    found = {int(k): float(shares[k]) for k in np.flatnonzero(shares) if k > 0}
+    total = sum(found.values())
+    return {k: p / total for k, p in sorted(found.items(), key=lambda item: -item[1])}
+
+
+def run(scan: ScanFolder, settings: RoutesSettings, progress: Progress) -> dict[str, Any]:
+    """Read `mesh.ply`, `attributes.json` and `routes.edits.toml`, write `routes.json`.
+
+    Returns
+    -------
+    Metrics: routes, holds in a route, holds without one, ambiguous holds, tags used, volumes.
+    """
+    from walltopo.meshes.ply import read_mesh
+    from walltopo.scans.edits import read_route_edits
+
+    holds = read_holds(scan.attributes)
+    metric = is_metric(scan)
+    edits = read_route_edits(scan.route_edits)
+    mesh = read_mesh(scan.mesh)
+    tags = read_tags(scan.attributes)
+    routes, unrouted = find_routes(
+        mesh, holds, settings, metric=metric, edits=edits, tags=tags, progress=progress
+    )
+    volumes = sorted(hold.id for hold in holds if hold.role == "volume")
+    write_json(
+        scan.routes,
+        {
+            "version": 1,
+            "routes": [route.to_json() for route in routes],
+            "unrouted": unrouted,
+            "volumes": volumes,
+        },
+    )
+    return {
+        "routes": len(routes),
+        "holds_in_routes": sum(len(route.holds) for route in routes),
+        "unrouted": len(unrouted),
+        "ambiguous": sum(len(route.ambiguous) for route in routes),
+        "tags": sum(len(route.tags) for route in routes),
+        "volumes": len(volumes),
+    }

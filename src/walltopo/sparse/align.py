@@ -1,0 +1,337 @@
+"""Aligned updates: new photos registered into the frame of a finished scan.
+
+The new photos are matched among themselves and against the most similar photos of the reference.
+`constrained` hands the reference's model to the mapper with every pose and all intrinsics of it
+held constant, so that only new cameras and points move (points seen by both stay free: they have
+the reference's rays to hold them). `rigid`, for comparison, maps the new photos alone and fits
+one similarity through the points that both models share. What changed on the wall does not match
+and so does not count. Afterwards the reference's photos are dropped: what remains is the new
+section in the reference's frame. The reference's folder is only read.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import InputError, Progress, StageError
+from walltopo.meshes.similarity import fit_similarity_robust
+from walltopo.scans.folder import ScanFolder, atomic_path, read_json, write_json
+from walltopo.scans.model import open_model
+from walltopo.sparse.colmap_process import run_worker
+from walltopo.sparse.contract import SparseSettings
+from walltopo.sparse.model_parts import KeptImage, match_keypoints, rebuild
+from walltopo.sparse.outcome import describe_model, why_unregistered
+from walltopo.sparse.stage import camera_entries, keep_database, known_features, mapping_job
+
+__all__ = ["run_update"]
+
+Floats = NDArray[np.float64]
+
+_NEW, _REFERENCE = "new", "reference"  # folders that tell equal file names apart
+_MOVED = 1e-9  # most that a reference pose or parameter may change
+_LEAST_SHARE = 0.3  # of the new photos that must register
+_LEAST_SHARED_POINTS = 30
+_RIGID_TOLERANCE = 0.01  # of the extent of the reference's cameras
+
+
+@dataclass(frozen=True, eq=False)
+class _Reference:
+    """A finished scan, read."""
+
+    scan: ScanFolder
+    model: Any
+    images: tuple[Any, ...]  # registered, sorted by name
+    frame: dict[str, bool]
+
+
+def run_update(
+    scan: ScanFolder,
+    photos: Sequence[dict[str, Any]],
+    settings: SparseSettings,
+    progress: Progress,
+) -> dict[str, Any]:
+    """The sparse stage with `settings.reference`: writes `work/sparse` and `work/aligned.json`.
+
+    Returns
+    -------
+    The metrics of `sparse.run`, and: align, reference_moved (largest change of any number in the
+    reference's poses and intrinsics), shared_points (points that tie the two together).
+
+    Raises
+    ------
+    InputError : the reference is no finished scan, or is this very folder.
+    StageError : the photos do not show the reference's wall.
+    """
+    reference = _open_reference(scan, settings)
+    job = _update_job(scan, photos, reference, settings)
+    keep_database(job, scan)
+    run_worker({**job, "map": None}, progress)
+    align = _constrained if settings.align == "constrained" else _rigid
+    model, moved, shared = align(scan, photos, reference, job, progress)
+    reasons = _reasons(scan, photos, model, job)
+    registered = model.num_reg_images()
+    if registered < max(2, _LEAST_SHARE * len(photos)):
+        raise StageError(_not_this_wall(registered, len(photos), reference))
+    with atomic_path(scan.sparse_raw) as folder:
+        folder.mkdir()
+        model.write(folder)
+    write_json(
+        scan.aligned,
+        {
+            "version": 1,
+            "reference": str(reference.scan.root),
+            "align": settings.align,
+            "reference_moved": moved,
+            "shared_points": shared,
+            "frame": reference.frame,
+        },
+    )
+    for name, reason in reasons.items():
+        progress.note(f"{name} not registered: {reason}")
+    return {
+        **describe_model(model, len(photos)),
+        "unregistered": reasons,
+        "align": settings.align,
+        "reference_moved": moved,
+        "shared_points": shared,
+    }
+
+
+def _open_reference(scan: ScanFolder, settings: SparseSettings) -> _Reference:
+    other = ScanFolder(settings.reference)
+    if other.root.resolve() == scan.root.resolve():
+        raise InputError(f"{other.root}: a scan cannot be its own reference")
+    if not other.root.is_dir():
+        raise InputError(f"sparse.reference: {other.root}: no such folder")
+    try:
+        model = open_model(other.sparse)
+    except InputError as error:
+        raise InputError(
+            f"sparse.reference: {other.root} has no cameras ({error.message})",
+            "Finish its scan first (`walltopo scan`), at least to the stage `scale`.",
+        ) from error
+    images = sorted((i for i in model.images.values() if i.has_pose), key=lambda i: str(i.name))
+    if len(images) < 2:
+        raise InputError(f"sparse.reference: {other.root} has {len(images)} registered photos")
+    missing = [str(i.name) for i in images if not (other.photos / str(i.name)).is_file()]
+    if missing:
+        raise InputError(
+            f"sparse.reference: {other.photos / missing[0]} is missing: the reference's photos "
+            "are needed to match against"
+        )
+    told = read_json(other.scale) if other.scale.is_file() else {}
+    frame = {key: bool(told.get(key)) for key in ("metric", "up_known", "floor_known")}
+    return _Reference(other, model, tuple(images), frame)
+
+
+def _update_job(
+    scan: ScanFolder,
+    photos: Sequence[dict[str, Any]],
+    reference: _Reference,
+    settings: SparseSettings,
+) -> dict[str, Any]:
+    """New photos are images 1 to n, the reference's n + 1 on; likewise the cameras."""
+    root = scan.work / "both"
+    root.mkdir(parents=True, exist_ok=True)
+    for name, folder in ((_NEW, scan.photos), (_REFERENCE, reference.scan.photos)):
+        link = root / name
+        link.unlink(missing_ok=True)
+        os.symlink(folder.resolve(), link, target_is_directory=True)
+    cameras, indices = camera_entries(photos)
+    images = [
+        {"name": f"{_NEW}/{photo['name']}", "camera": index}
+        for photo, index in zip(photos, indices, strict=True)
+    ]
+    places = {old: len(cameras) + k for k, old in enumerate(sorted(reference.model.cameras))}
+    for old in sorted(reference.model.cameras):
+        camera = reference.model.cameras[old]
+        cameras.append(
+            {
+                "model": camera.model.name,
+                "width": int(camera.width),
+                "height": int(camera.height),
+                "params": [float(value) for value in camera.params],
+                "prior": True,
+            }
+        )
+    images += [
+        {"name": f"{_REFERENCE}/{image.name}", "camera": places[image.camera_id]}
+        for image in reference.images
+    ]
+    job = mapping_job(scan.work / "aligned-features" / "features.db", root, settings)
+    job["cameras"], job["images"] = cameras, images
+    if (known := known_features(job, reference.scan)) is not None:
+        names = {f"{_REFERENCE}/{image.name}": str(image.name) for image in reference.images}
+        # A copy: to open a database is to write beside it, and the reference is only read.
+        copy = scan.work / "reference-features.db"
+        shutil.copyfile(known, copy)
+        job["known_features"] = {"database": str(copy), "names": names}
+    job["pairing"]["new"] = list(range(1, len(photos) + 1))
+    job["pairing"]["reference"] = list(range(len(photos) + 1, len(images) + 1))
+    return job
+
+
+def _mapped(scan: ScanFolder, job: dict[str, Any], progress: Progress, **given: Any) -> Any | None:
+    """The mapper's best model from the job's features and matches; None where it made none."""
+    task = {
+        "output": str(scan.work / "mapping"),
+        "reference": "",
+        "constant_cameras": [],
+        "held_images": [],
+        "only": [],
+        **given,
+    }
+    result = run_worker({**job, "pairing": None, "map": task}, progress)
+    return open_model(Path(result["best"])) if result["best"] else None
+
+
+def _constrained(
+    scan: ScanFolder,
+    photos: Sequence[dict[str, Any]],
+    reference: _Reference,
+    job: dict[str, Any],
+    progress: Progress,
+) -> tuple[Any, float, int]:
+    """New cameras mapped into the fixed reference: the new part, how far the old moved, ties."""
+    known = _reference_for_mapper(reference, job)
+    start = scan.work / "reference-model"
+    shutil.rmtree(start, ignore_errors=True)
+    start.mkdir(parents=True)
+    known.write(start)
+    held = {"constant_cameras": sorted(known.cameras), "held_images": sorted(known.images)}
+    model = _mapped(scan, job, progress, reference=str(start), expected=len(photos), **held)
+    if model is None:
+        raise StageError(_not_this_wall(0, len(photos), reference))
+    moved = _moved(known, model)
+    if moved > _MOVED:
+        raise StageError(
+            f"the reference's cameras moved by {moved:.1e} while they were to be held: "
+            "a defect of this COLMAP; use sparse.align=rigid"
+        )
+    new_ids = set(job["pairing"]["new"])
+    ties = sum(
+        1
+        for point in model.points3D.values()
+        if {e.image_id in new_ids for e in point.track.elements} == {True, False}
+    )
+    return _new_part(model, new_ids), moved, ties
+
+
+def _reference_for_mapper(reference: _Reference, job: dict[str, Any]) -> Any:
+    """The reference's model with the ids of the database and the keypoints found there."""
+    import pycolmap
+
+    first = len(job["pairing"]["new"]) + 1
+    kept: list[KeptImage] = []
+    with pycolmap.Database.open(job["database"]) as db:
+        for number, image in enumerate(reference.images, start=first):
+            found = np.asarray(db.read_keypoints(number), dtype=np.float64)[:, :2]
+            old = np.array([point.xy for point in image.points2D]).reshape(-1, 2)
+            wanted = np.array([point.has_point3D() for point in image.points2D], dtype=np.bool_)
+            entry = job["images"][number - 1]
+            index = match_keypoints(old, found, wanted)
+            kept.append(KeptImage(image, number, entry["name"], entry["camera"] + 1, found, index))
+    cameras = {entry.source.camera_id: entry.camera_id for entry in kept}
+    return rebuild(reference.model, kept, cameras)
+
+
+def _rigid(
+    scan: ScanFolder,
+    photos: Sequence[dict[str, Any]],
+    reference: _Reference,
+    job: dict[str, Any],
+    progress: Progress,
+) -> tuple[Any, float, int]:
+    """The new photos mapped alone, then one similarity through the shared points."""
+    import pycolmap
+
+    count = len(photos)
+    names = [entry["name"] for entry in job["images"][:count]]
+    alone = _mapped(scan, job, progress, only=names, expected=count)
+    if alone is None:
+        raise StageError(f"none of the {count} new photos could be put together")
+    known = _reference_for_mapper(reference, job)
+    source, target = _shared_points(alone, known, job)
+    centres = np.array([image.projection_center() for image in known.images.values()])
+    tolerance = _RIGID_TOLERANCE * float(np.ptp(centres, axis=0).max())
+    try:
+        fit, good = fit_similarity_robust(source, target, tolerance, job["seed"], rounds=2000)
+    except InputError as error:
+        raise StageError(_not_this_wall(0, count, reference)) from error
+    if good.sum() < _LEAST_SHARED_POINTS:
+        raise StageError(_not_this_wall(0, count, reference))
+    alone.transform(pycolmap.Sim3d(fit.scale, pycolmap.Rotation3d(fit.rotation), fit.translation))
+    return _new_part(alone, set(job["pairing"]["new"])), 0.0, int(good.sum())
+
+
+def _shared_points(alone: Any, known: Any, job: dict[str, Any]) -> tuple[Floats, Floats]:
+    """Points (n, 3) of the new model and of the reference that verified matches connect."""
+    import pycolmap
+
+    count = len(job["pairing"]["new"])
+    pairs: set[tuple[int, int]] = set()
+    with pycolmap.Database.open(job["database"]) as db:
+        for pair, geometry in zip(*db.read_two_view_geometries(), strict=True):
+            a, b = pycolmap.pair_id_to_image_pair(pair)
+            if not (a <= count < b) or a not in alone.images or b not in known.images:
+                continue
+            new, old = alone.images[a].points2D, known.images[b].points2D
+            for i, k in np.asarray(geometry.inlier_matches).tolist():
+                if new[i].has_point3D() and old[k].has_point3D():
+                    pairs.add((new[i].point3D_id, old[k].point3D_id))
+    ordered = sorted(pairs)
+    source = np.array([alone.points3D[a].xyz for a, _ in ordered]).reshape(-1, 3)
+    target = np.array([known.points3D[b].xyz for _, b in ordered]).reshape(-1, 3)
+    return source, target
+
+
+def _new_part(model: Any, new_ids: set[int]) -> Any:
+    """The model without the reference's photos, names as in the new scan."""
+    kept = []
+    for image in sorted(model.images.values(), key=lambda image: image.image_id):
+        if image.image_id in new_ids and image.has_pose:
+            xy = np.array([point.xy for point in image.points2D]).reshape(-1, 2)
+            name = str(image.name).removeprefix(f"{_NEW}/")
+            index = np.arange(len(xy))
+            kept.append(KeptImage(image, image.image_id, name, image.camera_id, xy, index))
+    used = {entry.camera_id for entry in kept}
+    return rebuild(model, kept, {number: number for number in used})
+
+
+def _moved(before: Any, after: Any) -> float:
+    """Largest change of any number in the poses and intrinsics of the images of `before`."""
+    worst = 0.0
+    for number, image in before.images.items():
+        if number not in after.images or not after.images[number].has_pose:
+            return float("inf")
+        now = after.images[number].cam_from_world().matrix()
+        worst = max(worst, float(np.abs(now - image.cam_from_world().matrix()).max()))
+    for number, camera in before.cameras.items():
+        change = np.abs(np.asarray(after.cameras[number].params) - np.asarray(camera.params))
+        worst = max(worst, float(change.max()))
+    return worst
+
+
+def _reasons(
+    scan: ScanFolder, photos: Sequence[dict[str, Any]], model: Any, job: dict[str, Any]
+) -> dict[str, str]:
+    registered = {str(image.name) for image in model.images.values() if image.has_pose}
+    named = {photo["name"]: f"{_NEW}/{photo['name']}" for photo in photos}
+    missing = {name: named[name] for name in named if name not in registered}
+    return why_unregistered(Path(job["database"]), missing, {})
+
+
+def _not_this_wall(registered: int, photos: int, reference: _Reference) -> str:
+    return (
+        f"{registered} of the {photos} new photos could be registered into the reference "
+        f"{reference.scan.root}: they show another wall, overlap too little with its photos, or "
+        "nothing on the wall stayed the same. Both scans are as they were"
+    )

@@ -1,0 +1,262 @@
+"""The child process that calls COLMAP: features, matches, mapping.
+
+It is a process of its own because COLMAP ends the whole process on a failed internal check,
+holds on to Ctrl-C, and logs to stderr; `engine.run_worker` is its only caller. It reads one job
+(JSON) from stdin, and writes events as lines that begin with `EVENT` between COLMAP's log lines.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import statistics
+import sys
+import threading
+from pathlib import Path
+from typing import Any
+
+from walltopo.core import WalltopoError
+from walltopo.sparse.pairs import choose_pairs, in_tiles
+
+__all__ = ["EVENT", "main"]
+
+EVENT = "@walltopo "
+_REFINE_ITERATIONS = 40
+_LEAST_ERROR_PX = 0.05
+_BLOCK = 100  # pairs matched between two progress lines, and lost at most by a kill
+
+
+def main() -> int:
+    """Run the job that stands on stdin; 0, or 1 after an `error` event."""
+    job = json.loads(sys.stdin.readline())
+    # stdin closes when the parent dies: nobody would read the result, so do not compute on.
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    try:
+        _run(job)
+    except (WalltopoError, RuntimeError, ValueError, OSError) as error:
+        _event(error=str(error), kind=type(error).__name__)
+        return 1
+    return 0
+
+
+def _end_with_parent() -> None:
+    sys.stdin.read()
+    os._exit(1)
+
+
+def _event(**fields: Any) -> None:
+    sys.stdout.write(EVENT + json.dumps(fields) + "\n")
+    sys.stdout.flush()
+
+
+def _run(job: dict[str, Any]) -> None:
+    import pycolmap
+
+    database = Path(job["database"])
+    database.parent.mkdir(parents=True, exist_ok=True)
+    pycolmap.set_random_seed(job["seed"])
+    register_images(database, job["cameras"], job["images"])
+    if job["pairing"]:
+        _adopt_features(database, job)
+        _extract(database, job)
+        _match(database, job)
+    if job["map"]:
+        _map(database, job)
+
+
+def register_images(
+    database: Path, cameras: list[dict[str, Any]], images: list[dict[str, Any]]
+) -> None:
+    """Write cameras and images before any feature, so that ids never depend on thread timing.
+
+    `images[k]` gets image id k + 1; `images[k]["camera"]` is an index into `cameras`.
+    """
+    import pycolmap
+
+    with pycolmap.Database.open(database) as db:
+        if db.num_images() == len(images):
+            return
+        db.clear_all_tables()
+        for number, entry in enumerate(cameras, start=1):
+            camera = pycolmap.Camera(
+                model=entry["model"],
+                width=entry["width"],
+                height=entry["height"],
+                params=entry["params"],
+            )
+            camera.camera_id = number
+            camera.has_prior_focal_length = entry["prior"]
+            db.write_camera(camera, use_camera_id=True)
+            rig = pycolmap.Rig(rig_id=number)
+            rig.add_ref_sensor(camera.sensor_id)
+            db.write_rig(rig, use_rig_id=True)
+        for number, entry in enumerate(images, start=1):
+            image = pycolmap.Image(name=entry["name"], camera_id=entry["camera"] + 1)
+            image.image_id = number
+            db.write_image(image, use_image_id=True)
+            frame = pycolmap.Frame(frame_id=number, rig_id=entry["camera"] + 1)
+            frame.add_data_id(image.data_id)
+            db.write_frame(frame, use_frame_id=True)
+
+
+def _adopt_features(database: Path, job: dict[str, Any]) -> None:
+    """Copy features that another scan already found in the same photos with the same settings."""
+    import pycolmap
+
+    source = job.get("known_features")
+    if not source or not Path(source["database"]).is_file():
+        return
+    with (
+        pycolmap.Database.open(database) as db,
+        pycolmap.Database.open(source["database"]) as known,
+    ):
+        by_name = {str(image.name): image.image_id for image in known.read_all_images()}
+        for number, entry in enumerate(job["images"], start=1):
+            old = by_name.get(source["names"].get(entry["name"], ""))
+            if old is None or not known.exists_descriptors(old) or db.exists_descriptors(number):
+                continue
+            db.write_keypoints(number, known.read_keypoints(old))
+            db.write_descriptors(number, known.read_descriptors(old))
+
+
+def _extract(database: Path, job: dict[str, Any]) -> None:
+    import pycolmap
+
+    with pycolmap.Database.open(database) as db:
+        missing = [
+            entry["name"]
+            for number, entry in enumerate(job["images"], start=1)
+            if not (db.exists_keypoints(number) and db.exists_descriptors(number))
+        ]
+    _event(step="features", total=len(missing))
+    if not missing:
+        return
+    options = pycolmap.FeatureExtractionOptions()
+    options.use_gpu = False
+    options.num_threads = job["threads"]
+    options.sift.max_num_features = job["max_features"]
+    options.sift.first_octave = job["first_octave"]
+    pycolmap.extract_features(
+        database,
+        job["image_root"],
+        missing,
+        extraction_options=options,
+        device=pycolmap.Device.cpu,
+    )
+
+
+def _match(database: Path, job: dict[str, Any]) -> None:
+    import pycolmap
+
+    with pycolmap.Database.open(database) as db:
+        wanted = choose_pairs(db, job["pairing"], job["seed"])
+        done = {
+            (a, b)
+            for a, b in wanted
+            if db.exists_matches(a, b) and db.exists_two_view_geometry(a, b)
+        }
+    pairs = in_tiles([pair for pair in wanted if pair not in done])
+    _event(step="matches", total=len(pairs), block=_BLOCK)
+    if not pairs:
+        return
+    names = [entry["name"] for entry in job["images"]]
+    listing = database.with_suffix(".pairs.txt")
+    listing.write_text("".join(f"{names[a - 1]} {names[b - 1]}\n" for a, b in pairs), "utf-8")
+    matching = pycolmap.FeatureMatchingOptions()
+    matching.use_gpu = False
+    matching.num_threads = job["threads"]
+    verification = pycolmap.TwoViewGeometryOptions()
+    verification.ransac.random_seed = job["seed"]
+    verification.min_num_inliers = job["min_matches"]
+    pairing = pycolmap.ImportedPairingOptions()
+    pairing.match_list_path = listing
+    pairing.block_size = _BLOCK
+    pycolmap.match_image_pairs(
+        database, matching, pairing, verification, device=pycolmap.Device.cpu
+    )
+    listing.unlink()
+
+
+def _map(database: Path, job: dict[str, Any]) -> None:
+    import pycolmap
+
+    task = job["map"]
+    options = pycolmap.IncrementalPipelineOptions()
+    # Sums over several threads differ in the last bits, and mapping amplifies them: it stays on
+    # one, so that a resumed scan ends with the same model.
+    options.num_threads = 1
+    options.random_seed = job["seed"]
+    options.mapper.num_threads = 1
+    options.mapper.random_seed = job["seed"]
+    options.min_num_matches = job["min_matches"]
+    options.min_model_size = 3
+    options.ba_min_num_residuals_for_cpu_multi_threading = 2**31 - 1
+    options.image_names = task["only"]
+    if task["reference"]:
+        # Photos of the reference without a match must be known to the mapper all the same.
+        options.load_all_images = True
+        options.fix_existing_frames = True
+        options.constant_cameras = set(task["constant_cameras"])
+        options.multiple_models = False
+    _event(step="register", total=task["expected"])
+    output = Path(task["output"])
+    shutil.rmtree(output, ignore_errors=True)
+    output.mkdir(parents=True)
+    models = pycolmap.incremental_mapping(
+        database, job["image_root"], output, options, input_path=task["reference"]
+    )
+    sizes = {str(key): model.num_reg_images() for key, model in models.items()}
+    best = max(models, key=lambda key: (models[key].num_reg_images(), -key), default=None)
+    if best is not None:
+        # A model that is continued is written to the folder itself.
+        place = output if task["reference"] else output / str(best)
+        _event(step="refine", total=1)
+        refine(models[best], set(task["held_images"]), set(task["constant_cameras"]))
+        models[best].write(place)
+        _event(models=sizes, best=str(place))
+    else:
+        _event(models=sizes, best="")
+
+
+def refine(model: Any, held_images: set[int], held_cameras: set[int]) -> None:
+    """A last bundle adjustment with a Cauchy loss, in place.
+
+    Mapping minimises squared errors, which SIFT's heavy-tailed errors pull on: over a wall of
+    ten metres that bends the model by a millimetre or two. The loss turns over at the robust
+    standard deviation of the model's own errors, so that nothing needs tuning.
+
+    Parameters
+    ----------
+    model : `pycolmap.Reconstruction`.
+    held_images, held_cameras : ids whose poses and intrinsics stay exactly as they are.
+    """
+    import pycolmap
+
+    options = pycolmap.BundleAdjustmentOptions()
+    options.ceres.loss_function_type = pycolmap.LossFunctionType.CAUCHY
+    options.ceres.loss_function_scale = max(_error_scale(model), _LEAST_ERROR_PX)
+    options.ceres.solver_options.max_num_iterations = _REFINE_ITERATIONS
+    options.ceres.solver_options.num_threads = 1  # bit-identical
+    config = pycolmap.BundleAdjustmentConfig()
+    for number in sorted(int(k) for k in model.reg_image_ids()):
+        config.add_image(number)
+        if number in held_images:
+            config.set_constant_rig_from_world_pose(model.images[number].frame_id)
+    for number in sorted(held_cameras):
+        config.set_constant_cam_intrinsics(number)
+    if not held_images:
+        config.fix_gauge(pycolmap.BundleAdjustmentGauge.TWO_CAMS_FROM_WORLD)
+    pycolmap.create_default_bundle_adjuster(options, config, model).solve()
+    model.update_point_3d_errors()
+
+
+def _error_scale(model: Any) -> float:
+    """Robust standard deviation (per coordinate, px) of the points' mean errors."""
+    errors = [point.error for point in model.points3D.values()]
+    # The median of a Rayleigh distribution is 1.1774 of the deviation of one coordinate.
+    return statistics.median(errors) / 1.1774 if errors else 0.0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,88 @@
+"""What a mapping run gave: figures of the model, and why photos are not in it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from walltopo.scans.model import open_model
+
+__all__ = ["describe_model", "other_models", "registered_names", "why_unregistered"]
+
+_FEW_FEATURES = 200
+
+
+def describe_model(model: Any, photos: int) -> dict[str, Any]:
+    """Figures of a `pycolmap.Reconstruction` for the stage's summary (pixels, counts)."""
+    used = {image.camera_id for image in model.images.values() if image.has_pose}
+    focals = [model.cameras[number].mean_focal_length() for number in sorted(used)]
+    return {
+        "photos": photos,
+        "registered": model.num_reg_images(),
+        "points": model.num_points3D(),
+        "reprojection_px": round(model.compute_mean_reprojection_error(), 4),
+        "track_length": round(model.compute_mean_track_length(), 3),
+        "focal_px": [round(focal, 2) for focal in focals],
+    }
+
+
+def why_unregistered(
+    database: Path, missing: Mapping[str, str], elsewhere: Mapping[str, int]
+) -> dict[str, str]:
+    """A reason for each photo that is not in the model, from what COLMAP found in it.
+
+    Parameters
+    ----------
+    database : the feature database.
+    missing : photo name to its name in the database.
+    elsewhere : photo name to the size of another model that it is in.
+
+    Returns
+    -------
+    Photo name to the reason.
+    """
+    import pycolmap
+
+    if not missing:
+        return {}
+    reasons: dict[str, str] = {}
+    with pycolmap.Database.open(database) as db:
+        ids = {str(image.name): image.image_id for image in db.read_all_images()}
+        linked: Counter[int] = Counter()
+        for pair, count in zip(*db.read_two_view_geometry_num_inliers(), strict=True):
+            if count:
+                linked.update(pycolmap.pair_id_to_image_pair(pair))
+        for photo, name in missing.items():
+            features = db.num_keypoints_for_image(ids[name])
+            reasons[photo] = _reason(features, linked[ids[name]], elsewhere.get(photo, 0))
+    return reasons
+
+
+def other_models(models: Path, kept: Path) -> dict[str, int]:
+    """Photo name to the size of its model, for the models beside the kept one."""
+    sizes: dict[str, int] = {}
+    for folder in sorted(models.iterdir()):
+        if folder != kept and (folder / "images.bin").is_file():
+            names = registered_names(folder)
+            sizes |= {name: len(names) for name in names}
+    return sizes
+
+
+def registered_names(path: Path) -> set[str]:
+    """Names of the registered photos of a model folder."""
+    return {str(image.name) for image in open_model(path).images.values() if image.has_pose}
+
+
+def _reason(features: int, linked: int, group: int) -> str:
+    if features < _FEW_FEATURES:
+        return f"only {features} features found: blurred, dark or a plain surface"
+    if linked == 0:
+        return "nothing in it matches any other photo: another place, or too little overlap"
+    if group:
+        return f"it belongs to a separate group of {group} photos: take photos that link the two"
+    return (
+        f"it matches {linked} other photo(s), but too few of the points they share are in the "
+        "model: take photos between it and its neighbours"
+    )

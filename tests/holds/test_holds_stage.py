@@ -1,0 +1,254 @@
+"""The classify stage on a small wall that is drawn by the z-buffer with known paint."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from colmap_text import write_model  # type: ignore[import-not-found]
+from PIL import Image
+
+from walltopo.core import Camera, InputError, Mesh, Silent, View
+from walltopo.holds.contract import ClassifySettings
+from walltopo.holds.geometry import measure_shapes
+from walltopo.holds.palette import REFERENCE
+from walltopo.holds.stage import run
+from walltopo.meshes.ply import write_ply
+from walltopo.raycast import render_ids
+from walltopo.scans.folder import ScanFolder, read_json, write_json
+from walltopo.scans.records import read_holds
+
+COLOURS = {1: "red", 2: "blue", 3: "yellow", 4: "red", 5: "wood", 6: "green"}
+PLACES = {1: (0.6, 0.6), 2: (1.2, 0.7), 3: (0.7, 1.4), 4: (1.5, 1.5), 5: (1.1, 1.1), 6: (0.2, 2.9)}
+STEEP_DEG = 20.0
+
+
+def bumpy_wall() -> tuple[Mesh, np.ndarray]:
+    """A wall that leans over by `STEEP_DEG`, with domes as holds; labels of the faces."""
+    n = 81
+    u, v = np.meshgrid(np.linspace(0, 2, n), np.linspace(0, 3.2, n))
+    out = np.zeros_like(u)
+    for x, z in PLACES.values():
+        out += 0.06 * np.sqrt(np.clip(1 - ((u - x) ** 2 + (v - z) ** 2) / 0.12**2, 0, None))
+    lean = np.radians(STEEP_DEG)
+    y = -v * np.sin(lean) - out * np.cos(lean)
+    z = v * np.cos(lean) - out * np.sin(lean)
+    vertices = np.column_stack([u.ravel(), y.ravel(), z.ravel()])
+    a = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
+    faces = np.vstack(
+        [np.column_stack([a, a + 1, a + n + 1]), np.column_stack([a, a + n + 1, a + n])]
+    )
+    middle = np.column_stack([u.ravel(), v.ravel()])[faces].mean(axis=1)
+    labels = np.zeros(len(faces), dtype=np.int32)
+    for number, place in PLACES.items():
+        labels[np.linalg.norm(middle - place, axis=1) < 0.11] = number
+    return Mesh(vertices, faces.astype(np.int32)), labels
+
+
+def look_at(name: str, eye: tuple[float, float, float]) -> View:
+    """A view of the lower part of the wall."""
+    centre = np.array(eye)
+    forward = np.array([1.0, -0.35, 1.0]) - centre
+    forward /= np.linalg.norm(forward)
+    right = np.cross(forward, [0, 0, 1.0])
+    right /= np.linalg.norm(right)
+    rotation = np.stack([right, np.cross(forward, right), forward])
+    camera = Camera("SIMPLE_RADIAL", 320, 240, (260.0, 160.0, 120.0, 0.02))
+    return View(name, camera, np.column_stack([rotation, -rotation @ centre]))
+
+
+@pytest.fixture
+def scan(tmp_path: Path) -> ScanFolder:
+    """A scan folder up to `lift`; hold 6 is seen in no photo."""
+    folder = ScanFolder(tmp_path / "scan")
+    mesh, labels = bumpy_wall()
+    write_ply(folder.mesh, mesh)
+    np.savez(folder.instances, face_instance=labels, face_score=(labels > 0).astype(np.float32))
+    records = [
+        {"id": k, "class": "volume" if k == 5 else "hold", "label": 1, "score": 1.0}
+        for k in COLOURS
+    ]
+    write_json(folder.instance_records, {"version": 1, "instances": records})
+    views = [look_at(f"{k}.jpg", (0.4 + 0.4 * k, -2.4, 1.1)) for k in range(4)]
+    folder.photos.mkdir()
+    palette = np.array([(170, 168, 160), *(REFERENCE[c] for c in COLOURS.values())])
+    for number, view in enumerate(views):
+        face, _ = render_ids(mesh.vertices, mesh.faces, view.camera, view.cam_from_world)
+        picture = palette[np.where(face >= 0, labels[face], 0)] * (face >= 0)[..., None]
+        shade = 0.75 + 0.25 * (mesh.normals[face] @ [0.3, -0.9, 0.3])
+        exposure = 0.7 + 0.12 * number
+        pixels = np.clip(picture * shade[..., None] * exposure, 0, 255).astype(np.uint8)
+        Image.fromarray(pixels).save(folder.photos / view.name, quality=95)
+    write_model(folder.sparse, views)
+    return folder
+
+
+def test_stage_finds_colour_and_shape(scan: ScanFolder) -> None:
+    metrics = run(scan, ClassifySettings(), Silent())
+    holds = {hold.id: hold for hold in read_holds(scan.attributes)}
+    assert metrics["unseen"] == 1
+    for number in (1, 2, 3, 4, 5):
+        assert holds[number].colour == COLOURS[number], number
+        assert holds[number].steepness_deg == pytest.approx(STEEP_DEG, abs=3)
+        assert holds[number].size_m == pytest.approx(0.22, abs=0.04)
+        assert len(holds[number].photos) >= 3
+    assert holds[5].role == holds[5].type == "volume"
+    x, y, z = holds[1].position
+    assert (x, z / np.cos(np.radians(STEEP_DEG))) == pytest.approx((0.6, 0.6), abs=0.05)
+    assert y < 0
+
+
+def test_an_instance_without_cutouts_is_unknown_and_for_review(scan: ScanFolder) -> None:
+    run(scan, ClassifySettings(), Silent())
+    hold = read_holds(scan.attributes)[5]
+    assert (hold.id, hold.colour, hold.colour_confidence, hold.photos) == (6, "unknown", 0.0, ())
+    assert hold.review
+    index = read_json(scan.cutouts / "index.json")["cutouts"]
+    assert 6 not in {entry["id"] for entry in index}
+
+
+def test_cutouts_carry_the_mask_and_the_pixel_count(scan: ScanFolder) -> None:
+    run(scan, ClassifySettings(cutouts=2, cutout_px=40), Silent())
+    index = read_json(scan.cutouts / "index.json")["cutouts"]
+    assert len(index) == 10
+    for entry in index:
+        picture = Image.open(scan.cutouts / entry["file"])
+        assert picture.mode == "RGBA"
+        assert max(picture.size) <= 40
+        opaque = np.asarray(picture)[..., 3] > 127
+        assert 0 < opaque.sum() <= entry["pixels"]
+
+
+def test_the_same_twice(scan: ScanFolder) -> None:
+    run(scan, ClassifySettings(), Silent())
+    first = scan.attributes.read_bytes()
+    run(scan, ClassifySettings(), Silent())
+    assert scan.attributes.read_bytes() == first
+
+
+def test_a_palette_file_names_colours_and_roles(scan: ScanFolder, tmp_path: Path) -> None:
+    path = tmp_path / "palette.toml"
+    rows = [("scarlet", "red", "hold"), ("sea", "blue", "downclimb"), ("sun", "yellow", "hold")]
+    path.write_text(
+        "".join(
+            f'[[colour]]\nname = "{name}"\nrgb = {list(REFERENCE[term])}\nrole = "{role}"\n'
+            for name, term, role in rows
+        )
+    )
+    run(scan, ClassifySettings(palette=str(path)), Silent())
+    holds = {hold.id: hold for hold in read_holds(scan.attributes)}
+    assert [holds[k].colour for k in (1, 2, 3, 4)] == ["scarlet", "sea", "sun", "scarlet"]
+    assert holds[2].role == "downclimb"
+
+
+def test_hold_edits_are_applied(scan: ScanFolder) -> None:
+    run(scan, ClassifySettings(), Silent())
+    place = list(read_holds(scan.attributes)[0].position)
+    edit = {"id": 1, "at": place, "colour": "pink"}
+    scan.hold_edits.write_text(json.dumps({"version": 1, "holds": [edit], "strokes": []}))
+    run(scan, ClassifySettings(), Silent())
+    assert read_holds(scan.attributes)[0].colour == "pink"
+
+
+def test_labels_of_another_mesh_are_refused(scan: ScanFolder) -> None:
+    np.savez(scan.instances, face_instance=np.zeros(3, np.int32))
+    with pytest.raises(InputError, match="labels of 3 faces"):
+        run(scan, ClassifySettings(), Silent())
+
+
+def test_a_missing_photo_is_named(scan: ScanFolder) -> None:
+    (scan.photos / "2.jpg").unlink()
+    with pytest.raises(InputError, match=r"2\.jpg"):
+        run(scan, ClassifySettings(), Silent())
+
+
+def test_shape_does_not_depend_on_where_the_wall_stands() -> None:
+    mesh, labels = bumpy_wall()
+    turn = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    moved = replace(mesh, vertices=mesh.vertices @ turn.T + [3.0, -7.0, 0.0])
+    here, there = (measure_shapes(m, labels, [1, 9]) for m in (mesh, moved))
+    assert sorted(here) == [1]  # 9 has no triangles
+    np.testing.assert_allclose(there[1].position, here[1].position @ turn.T + [3, -7, 0])
+    np.testing.assert_allclose(there[1].normal, here[1].normal @ turn.T, atol=1e-9)
+    assert there[1].size_m == pytest.approx(here[1].size_m)
+    assert there[1].protrusion_m == pytest.approx(0.06, abs=0.02)
+
+
+def test_a_doubtful_instance_is_listed_and_not_a_hold_unless_a_setter_keeps_it(
+    scan: ScanFolder,
+) -> None:
+    records = read_json(scan.instance_records)
+    records["instances"][3]["score"] = 0.1
+    write_json(scan.instance_records, records)
+    metrics = run(scan, ClassifySettings(), Silent())
+    data = read_json(scan.attributes)
+    assert [row["id"] for row in data["instances"]] == [1, 2, 3, 5, 6]
+    (row,) = data["left_out"]
+    assert (row["id"], row["score"]) == (4, 0.1)
+    assert row["photos"]
+    assert metrics["left_out"] == 1
+    cutouts = read_json(scan.cutouts / "index.json")["cutouts"]
+    assert sum(entry["id"] == 4 for entry in cutouts) == 1
+
+    edit = {"id": 4, "at": row["position"], "kept": True}
+    write_json(scan.hold_edits, {"version": 1, "holds": [edit]})
+    run(scan, ClassifySettings(), Silent())
+    data = read_json(scan.attributes)
+    assert 4 in [row["id"] for row in data["instances"]]
+    assert data["left_out"] == []
+
+    scan.hold_edits.unlink()
+    run(scan, ClassifySettings(least_score=0.1), Silent())
+    assert read_json(scan.attributes)["left_out"] == []
+
+
+def test_a_classifier_of_cutouts_names_types_and_roles(scan: ScanFolder, tmp_path: Path) -> None:
+    """A network that answers the mean red, green and blue of a cutout."""
+    onnx = pytest.importorskip("onnx")
+    value, node = onnx.helper.make_tensor_value_info, onnx.helper.make_node
+    kind = onnx.TensorProto.FLOAT
+    nodes = [
+        node("GlobalAveragePool", ["x"], ["mean"]),
+        node("Flatten", ["mean"], ["flat"]),
+        node("Mul", ["flat", "factor"], ["y"]),
+    ]
+    given, answer = value("x", kind, ["n", 3, "h", "w"]), value("y", kind, ["n", 3])
+    factor = onnx.helper.make_tensor("factor", kind, [], [60.0])
+    graph = onnx.helper.make_graph(nodes, "colour", [given], [answer], [factor])
+    model = onnx.helper.make_model(
+        graph, opset_imports=[onnx.helper.make_opsetid("", 17)], ir_version=9
+    )
+    entry = model.metadata_props.add()
+    entry.key, entry.value = "names", '["reddish", "greenish", "bluish"]'
+    onnx.save(model, tmp_path / "m.onnx")
+    (tmp_path / "classes.toml").write_text(
+        '[[class]]\nname = "reddish"\ntype = "jug"\nmaker = "Acme"\n'
+        '[[class]]\nname = "bluish"\ntype = "jug"\ncolour = "sea"\nrole = "downclimb"\n'
+    )
+    settings = ClassifySettings(
+        model=str(tmp_path / "m.onnx"), classes=str(tmp_path / "classes.toml")
+    )
+    run(scan, settings, Silent())
+    holds = {hold.id: hold for hold in read_holds(scan.attributes)}
+    assert [holds[k].type for k in (1, 2, 4, 5)] == ["jug", "jug", "jug", "volume"]
+    assert (holds[1].maker, holds[1].colour, holds[1].role) == ("Acme", "red", "hold")
+    assert (holds[2].colour, holds[2].role) == ("sea", "downclimb")
+    assert "sea" in {entry["name"] for entry in read_json(scan.attributes)["palette"]}
+    assert holds[6].type == "unknown"  # no photo shows it
+
+
+def test_what_lies_on_a_printed_plate_is_no_hold(scan: ScanFolder) -> None:
+    run(scan, ClassifySettings(), Silent())
+    place = np.array(read_holds(scan.attributes)[1].position)
+    sheet = np.array([[-0.2, 0, 0.15], [0.2, 0, 0.15], [0.2, 0, -0.15], [-0.2, 0, -0.15]])
+    near, far = (place + sheet).tolist(), (place + sheet + [0, 1.0, 0]).tolist()
+    unplaced: dict[str, list[list[float]]] = {"corners": []}
+    for plates, left_out in (([{"corners": far}, unplaced], []), ([{"corners": near}], [2])):
+        write_json(scan.scale, {"version": 1, "metric": True, "plates": plates})
+        run(scan, ClassifySettings(), Silent())
+        rows = read_json(scan.attributes)["left_out"]
+        assert [row["id"] for row in rows] == left_out
+    assert rows[0]["reason"] == "lies on a printed plate"

@@ -1,0 +1,70 @@
+"""Settings: sources, types, bounds and the words for mistakes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from walltopo.core import InputError, SettingsError
+from walltopo.pipeline.settings import (
+    SECTIONS,
+    Settings,
+    describe_settings,
+    load_settings,
+    settings_markdown,
+)
+
+
+def test_file_then_overrides(tmp_path: Path) -> None:
+    file = tmp_path / "walltopo.toml"
+    file.write_text("[ingest]\nmin_side = 200\nmax_aspect = 3\n")
+    settings = load_settings(file, ["ingest.min_side=100"])
+    assert (settings.ingest.min_side, settings.ingest.max_aspect) == (100, 3.0)
+    assert isinstance(settings.ingest.max_aspect, float)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("ingest.min_sde=100", "Did you mean ingest.min_side"),
+        ("lift.treshold=0.4", "Did you mean lift.threshold"),
+        ("nonsense=1", "unknown setting"),
+        ("ingest.min_side", "expected section.key=value"),
+        ("ingest.min_side=tall", "expected int, got 'tall'"),
+        ("ingest.min_side=1.5", "expected int, got 1.5"),
+        ("ingest.min_side=true", "expected int, got True"),
+        ("ingest.min_side=1", "expected at least 64, got 1"),
+        ("ingest.max_aspect=nan", "finite"),
+    ],
+)
+def test_mistakes_are_explained(text: str, message: str) -> None:
+    with pytest.raises(SettingsError) as caught:
+        load_settings(None, [text])
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [("[ingest", "not valid TOML"), ("min_side = 3", "stands outside a section")],
+)
+def test_bad_files_are_named(tmp_path: Path, content: str, message: str) -> None:
+    file = tmp_path / "w.toml"
+    file.write_text(content)
+    with pytest.raises(SettingsError, match=message) as caught:
+        load_settings(file)
+    assert str(file) in str(caught.value)
+    with pytest.raises(InputError, match="no such settings file"):
+        load_settings(tmp_path / "none.toml")
+
+
+def test_every_setting_is_documented_and_survives_a_round_trip() -> None:
+    docs = describe_settings()
+    assert {doc.key.split(".")[0] for doc in docs} == set(SECTIONS)
+    assert [doc.key for doc in docs if not doc.help] == []
+    assert Settings().as_dict()["ingest"]["min_side"] == 320
+
+
+def test_the_table_in_the_docs_is_current() -> None:
+    table = Path(__file__).parents[2] / "docs" / "settings.md"
+    assert table.read_text(encoding="utf-8") == settings_markdown(), "run `make docs`"

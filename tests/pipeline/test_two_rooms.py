@@ -1,0 +1,27 @@
+"""Photos of two rooms in one folder: the larger one is scanned, the others are named."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from walltopo.cli import main
+from walltopo.scans.folder import read_json
+
+
+@pytest.mark.slow
+def test_the_larger_room_is_kept(
+    tiny_photos: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from walltopo_lab.synth import tiny
+
+    other = tiny(tmp_path / "other", photos=5, seed=11) / "photos"
+    out = tmp_path / "scan"
+    assert main(["scan", str(tiny_photos), str(other), "-o", str(out), "--to", "sparse"]) == 0
+    output = " ".join(capsys.readouterr().out.split())
+    metrics = read_json(out / "scan.json")["stages"]["sparse"]["metrics"]
+    assert metrics["registered"] == 8
+    left_out = set(metrics["unregistered"])
+    assert left_out == {f"IMG_{k:04d}_2.jpg" for k in range(5)}
+    assert all(f"{name} not registered" in output for name in left_out)

@@ -1,0 +1,125 @@
+"""Inventory, and which hold of one scan is which of another."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from walltopo.cli import main
+from walltopo.resets.inventory import changes, count_holds, size_class, to_csv
+from walltopo.resets.matching import match_holds
+from walltopo.scans.folder import write_json
+from walltopo.scans.records import Hold
+
+
+def some_holds(count: int, seed: int = 0) -> list[Hold]:
+    rng = np.random.default_rng(seed)
+    places = rng.uniform([0, 0, 0], [8, 0.5, 4], (count, 3)).tolist()
+    return [
+        Hold(
+            k + 1,
+            "hold",
+            (x, y, z),
+            colour="red" if k % 2 else "blue",
+            type="jug",
+            size_m=float(rng.uniform(0.05, 0.4)),
+            area_m2=0.01,
+            colour_rgb=(200, 30, 30) if k % 2 else (30, 60, 200),
+        )
+        for k, (x, y, z) in enumerate(places)
+    ]
+
+
+def test_counts_and_areas_add_up() -> None:
+    holds = some_holds(50)
+    rows = count_holds(holds)
+    assert sum(row.count for row in rows) == 50
+    assert sum(row.area_m2 for row in rows) == pytest.approx(0.5)
+    assert count_holds([]) == []
+
+
+@pytest.mark.parametrize(
+    ("size", "name"), [(0.0, "XS"), (0.06, "XS"), (0.061, "S"), (0.2, "L"), (3.0, "XXL")]
+)
+def test_size_classes(size: float, name: str) -> None:
+    assert size_class(size) == name
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 1000), st.floats(-0.08, 0.08), st.floats(-0.015, 0.015))
+def test_matching_survives_a_shift_and_a_turn_of_the_scan(
+    seed: int, shift: float, turn: float
+) -> None:
+    holds = some_holds(40, seed)
+    c, s = np.cos(turn), np.sin(turn)
+    moved = [
+        replace(
+            hold,
+            id=100 + hold.id,
+            position=(c * x - s * y + shift, s * x + c * y, z + shift / 2),
+        )
+        for hold in holds
+        for x, y, z in [hold.position]
+    ]
+    pairs = match_holds(holds, moved)
+    right = sum(new == old + 100 for old, new in pairs.items())
+    assert right >= 0.95 * len(holds)
+    assert len(set(pairs.values())) == len(pairs)
+
+
+def test_what_came_and_went() -> None:
+    holds = some_holds(30)
+    gone, *rest = holds
+    swapped = replace(rest[0], size_m=rest[0].size_m * 3)
+    painted = replace(rest[1], colour="green")
+    new = [swapped, painted, *rest[2:], Hold(99, "hold", (20.0, 0.0, 1.0), size_m=0.1)]
+    found: dict[str, list[int]] = {what: [] for what in ("came", "went", "recoloured", "stayed")}
+    for change in changes(holds, new):
+        hold = change.new or change.old
+        assert hold is not None
+        found[change.what].append(hold.id)
+    assert found["went"] == [gone.id, swapped.id]
+    assert found["came"] == [swapped.id, 99]
+    assert found["recoloured"] == [painted.id]
+    assert len(found["stayed"]) == 27
+
+
+def test_csv_has_a_line_a_row_and_splits_positions() -> None:
+    rows = [change.to_json() for change in changes([], some_holds(3))]
+    lines = to_csv(rows).splitlines()
+    assert len(lines) == 4
+    assert lines[0].endswith("x,y,z")
+    assert to_csv([]) == ""
+
+
+def scan_of(folder: Path, holds: list[Hold]) -> Path:
+    write_json(
+        folder / "attributes.json",
+        {"version": 1, "palette": [], "instances": [hold.to_json() for hold in holds]},
+    )
+    return folder
+
+
+def test_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    added = [Hold(90 + k, "hold", (9.0 + k, 0.0, 1.0), size_m=0.1) for k in range(2)]
+    old = scan_of(tmp_path / "old", some_holds(20))
+    new = scan_of(tmp_path / "new", [*some_holds(20), *added])
+    out = tmp_path / "changes.json"
+    assert main(["inventory", str(old), "--format", "csv"]) == 0
+    assert capsys.readouterr().out.startswith("role,colour,type,size,count,area_m2")
+    arguments = ["inventory", str(new), "--since", str(old), "--format", "json", "--out", str(out)]
+    assert main(arguments) == 0
+    assert json.loads(out.read_text())["totals"]["stayed"] == 20
+    assert json.loads(out.read_text())["totals"]["came"] == 2
+    assert main(["palette", "learn", str(old)]) == 0
+    text = (old / "palette.toml").read_text()
+    assert 'name = "red"' in text
+    assert main(["palette", "learn", str(old)]) == 3  # there already
+    assert main(["inventory", str(tmp_path / "none")]) == 3
+    assert main(["inventory", str(old), "--changed"]) == 2

@@ -1,0 +1,91 @@
+"""COCO, COLMAP and PLY files: there and back, and broken ones."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pycolmap
+import pytest
+
+from walltopo.core import InputError, Mask, Mesh
+from walltopo.meshes.ply import read_mesh, write_ply
+from walltopo.scans.detections import read_coco_masks, write_coco_masks
+from walltopo.scans.model import read_views
+
+
+def _mask(seed: int, label: int, score: float) -> Mask:
+    bitmap = np.random.default_rng(seed).random((20, 30)) > 0.5
+    return Mask.from_full(bitmap, label, score)
+
+
+def test_coco_there_and_back(tmp_path: Path) -> None:
+    masks = {"ä b.jpg": (_mask(0, 1, 0.5), _mask(1, 2, 1.0))}
+    sizes = {"ä b.jpg": (30, 20), "none.jpg": (30, 20)}
+    write_coco_masks(tmp_path / "d.json", masks, sizes, {1: "hold", 2: "volume"})
+    read, classes = read_coco_masks(tmp_path / "d.json")
+    assert classes == {1: "hold", 2: "volume"}
+    assert read["none.jpg"] == ()
+    for before, after in zip(masks["ä b.jpg"], read["ä b.jpg"], strict=True):
+        np.testing.assert_array_equal(before.full(), after.full())
+        assert (before.label, before.score) == (after.label, after.score)
+
+
+def test_coco_polygons_and_plain_rle(tmp_path: Path) -> None:
+    annotation: dict[str, Any] = {"id": 1, "image_id": 1, "category_id": 1}
+    square = [2, 2, 6, 2, 6, 6, 2, 6]
+    counts = [0, 3, 97]
+    data = {
+        "images": [{"id": 1, "file_name": "a.jpg", "width": 10, "height": 10}],
+        "categories": [{"id": 1, "name": "hold"}],
+        "annotations": [
+            annotation | {"segmentation": [square]},
+            annotation | {"segmentation": {"size": [10, 10], "counts": counts}},
+        ],
+    }
+    path = tmp_path / "c.json"
+    path.write_text(json.dumps(data))
+    polygon, rle = read_coco_masks(path)[0]["a.jpg"]
+    assert polygon.box == (2, 2, 4, 4)
+    assert rle.area == 3
+    data["annotations"][0]["segmentation"] = "nonsense"
+    path.write_text(json.dumps(data))
+    with pytest.raises(InputError, match="annotation 1: segmentation"):
+        read_coco_masks(path)
+
+
+def test_ply_there_and_back(tmp_path: Path) -> None:
+    vertices = np.random.default_rng(0).normal(size=(4, 3)).astype(np.float32).astype(float)
+    colours = np.arange(12, dtype=np.uint8).reshape(4, 3)
+    mesh = Mesh(vertices, np.array([[0, 1, 2], [2, 1, 3]], dtype=np.int32), colours)
+    write_ply(tmp_path / "m.ply", mesh)
+    read = read_mesh(tmp_path / "m.ply")
+    np.testing.assert_array_equal(read.vertices, mesh.vertices)
+    np.testing.assert_array_equal(read.faces, mesh.faces)
+    assert read.vertex_colours is not None
+    np.testing.assert_array_equal(read.vertex_colours, colours)
+
+
+@pytest.mark.parametrize("content", [b"", b"not a mesh", b"ply\nformat ascii 1.0\nend_header\n"])
+def test_broken_meshes_are_told(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "m.ply"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=str(path)):
+        read_mesh(path)
+
+
+def test_colmap_views_project_like_pycolmap(gym_a: Path) -> None:
+    views = read_views(gym_a / "lift" / "cameras")
+    assert len(views) == 60
+    truth = np.load(gym_a / "gt.npz")["cam_from_world"]
+    np.testing.assert_allclose(views[7].cam_from_world, truth[7], atol=1e-6)
+
+
+def test_empty_colmap_folder_is_told(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no COLMAP model"):
+        read_views(tmp_path)
+    pycolmap.Reconstruction().write(str(tmp_path))
+    with pytest.raises(InputError, match="no registered photo"):
+        read_views(tmp_path)

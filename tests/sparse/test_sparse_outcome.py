@@ -1,0 +1,93 @@
+"""Why photos are not in the model; models rebuilt from a choice of images."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from walltopo.core import InputError
+from walltopo.measure.plates import built_in_plates
+from walltopo.measure.stage import plates_without
+from walltopo.sparse.colmap_worker import register_images
+from walltopo.sparse.model_parts import match_keypoints
+from walltopo.sparse.outcome import why_unregistered
+from walltopo.sparse.stage import camera_entries
+
+
+def database_with(folder: Path, features: list[int]) -> Path:
+    """A feature database with as many keypoints per photo, and one verified pair 0-1."""
+    import pycolmap
+
+    path = folder / "f.db"
+    camera: dict[str, Any] = {"model": "SIMPLE_RADIAL", "width": 64, "height": 48, "prior": False}
+    camera["params"] = [60.0, 32.0, 24.0, 0.0]
+    images = [{"name": f"{k}.jpg", "camera": 0} for k in range(len(features))]
+    register_images(path, [camera], images)
+    with pycolmap.Database.open(path) as db:
+        for number, count in enumerate(features, start=1):
+            db.write_keypoints(number, np.zeros((count, 2), np.float32))
+        geometry = pycolmap.TwoViewGeometry()
+        geometry.inlier_matches = np.zeros((20, 2), np.uint32)
+        db.write_two_view_geometry(1, 2, geometry)
+    return path
+
+
+def test_each_reason_names_what_was_found(tmp_path: Path) -> None:
+    path = database_with(tmp_path, [900, 900, 12, 900])
+    missing = {f"{k}.jpg": f"{k}.jpg" for k in range(4)}
+    reasons = why_unregistered(path, missing, {"1.jpg": 5})
+    assert "matches 1 other photo(s)" in reasons["0.jpg"]
+    assert "separate group of 5 photos" in reasons["1.jpg"]
+    assert "only 12 features" in reasons["2.jpg"]
+    assert "nothing in it matches any other photo" in reasons["3.jpg"]
+
+
+def test_images_are_registered_once_and_in_order(tmp_path: Path) -> None:
+    import pycolmap
+
+    path = tmp_path / "f.db"
+    camera: dict[str, Any] = {"model": "SIMPLE_PINHOLE", "width": 64, "height": 48, "prior": False}
+    camera["params"] = [60.0, 32.0, 24.0]
+    for _ in range(2):
+        register_images(path, [camera], [{"name": f"{k}.jpg", "camera": 0} for k in range(2)])
+    with pycolmap.Database.open(path) as db:
+        assert [(i.image_id, str(i.name)) for i in db.read_all_images()] == [
+            (1, "0.jpg"),
+            (2, "1.jpg"),
+        ]
+
+
+def test_photos_of_one_size_and_focal_share_a_camera() -> None:
+    photos: list[dict[str, Any]] = [
+        {"width": 1280, "height": 960, "focal_px": 998.0},
+        {"width": 960, "height": 1280, "focal_px": 998.0},
+        {"width": 1280, "height": 960, "focal_px": 998.0},
+        {"width": 1280, "height": 960, "focal_px": None},
+    ]
+    cameras, indices = camera_entries(photos)
+    assert indices == [0, 1, 0, 2]
+    assert [camera["prior"] for camera in cameras] == [True, True, False]
+    assert cameras[2]["params"] == [1.2 * 1280, 640, 480, 0.0]
+
+
+def test_the_same_keypoints_keep_their_numbers_and_others_find_the_nearest() -> None:
+    old = np.random.default_rng(0).uniform(0, 640, (50, 2))
+    everything = np.ones(50, dtype=np.bool_)
+    assert np.array_equal(match_keypoints(old, old.copy(), everything), np.arange(50))
+    order = np.random.default_rng(1).permutation(50)[:40]
+    found = match_keypoints(old, old[order] + 0.1, everything)
+    assert np.array_equal(found[order], np.arange(40))
+    assert (np.delete(found, order) == -1).all()
+    assert (match_keypoints(old, old[order], ~everything) == -1).all()
+
+
+def test_plates_can_be_left_out_by_their_lowest_id() -> None:
+    plates = built_in_plates()
+    left = plates_without(plates, " 0, 8")
+    assert [min(plate.ids) for plate in left][:3] == [4, 12, 16]
+    assert plates_without(plates, "") == plates
+    with pytest.raises(InputError, match="ignore_plates"):
+        plates_without(plates, "board")
