@@ -117,7 +117,7 @@ def test_auto_picks_the_best_there_is(tmp_path: Path, monkeypatch: pytest.Monkey
 
 def test_settings_are_bounded() -> None:
     with pytest.raises(SettingsError, match=r"dense\.backend: expected one of"):
-        DenseSettings(backend="magic")
+        DenseSettings(backend="magic")  # type: ignore[arg-type]
     with pytest.raises(SettingsError, match=r"dense\.edge_length: expected at least"):
         DenseSettings(edge_length=0.0)
 

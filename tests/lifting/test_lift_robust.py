@@ -11,6 +11,7 @@ import pytest
 from walltopo.core import InputError, Mask, Mesh, View
 from walltopo.lifting import LiftParams, lift
 from walltopo.lifting.border import STEPS, reach_of, stamp_borders
+from walltopo.lifting.contract import Method
 from walltopo.lifting.potts import potts_clusters
 from walltopo.lifting.regions import fill_pinholes, neighbours_of, split_apart
 from walltopo.lifting.tidy import tidy_order
@@ -81,7 +82,7 @@ def test_a_mask_that_one_photo_invents_is_dropped(three_bumps: Bumps) -> None:
 @pytest.mark.parametrize("scale", [0.01, 100.0])
 @pytest.mark.parametrize("method", ["robust", "literal"])
 def test_normalised_lengths_make_scale_irrelevant(
-    three_bumps: Bumps, scale: float, method: str
+    three_bumps: Bumps, scale: float, method: Method
 ) -> None:
     mesh, views, _ = three_bumps
     params = LiftParams(method=method, normalised=True)
@@ -153,7 +154,7 @@ def test_cameras_in_another_frame_are_told(three_bumps: Bumps) -> None:
 
 
 @pytest.mark.parametrize("method", ["robust", "literal"])
-def test_duplicate_and_flat_triangles_change_nothing(three_bumps: Bumps, method: str) -> None:
+def test_duplicate_and_flat_triangles_change_nothing(three_bumps: Bumps, method: Method) -> None:
     mesh, views, _ = three_bumps
     params = LiftParams(method=method)
     plain = lift(mesh, views, params)

@@ -121,4 +121,4 @@ def test_features_that_would_end_the_process_are_refused() -> None:
     with pytest.raises(SettingsError, match="ONNX"):
         check_supported(SparseSettings(features="aliked"))
     with pytest.raises(SettingsError, match=r"sparse\.features: expected one of sift"):
-        SparseSettings(features="surf")
+        SparseSettings(features="surf")  # type: ignore[arg-type]

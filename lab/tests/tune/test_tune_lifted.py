@@ -12,6 +12,7 @@ import pytest
 from walltopo.core import Mask, Silent, View
 from walltopo.lifting import LiftParams, lift
 from walltopo.lifting.blocks import blocks_of
+from walltopo.lifting.contract import Method
 from walltopo.lifting.evidence import Sampling, gather_evidence
 from walltopo.lifting.fast import by_score
 from walltopo_lab.tune.lift_problem import LiftProblem, LiftWall, load_lift_wall
@@ -50,7 +51,7 @@ def test_seen_once_gives_what_a_fresh_look_gives(
 
 
 @pytest.mark.parametrize("method", ["literal", "robust"])
-def test_a_remembered_lift_is_the_lift(wall: LiftWall, method: str) -> None:
+def test_a_remembered_lift_is_the_lift(wall: LiftWall, method: Method) -> None:
     lifted = Lifted(wall.mesh, wall.views, 20.0, 12.0 if method == "robust" else 0.0)
     rng = np.random.default_rng(3)
     found = 0

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import dataclasses
 from pathlib import Path
 
+from walltopo.cli.options import add_options, options_given
 from walltopo.detect.contract import DetectSettings
 
 __all__ = ["register"]
@@ -32,23 +32,13 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     parser.add_argument("-o", "--output", type=Path, required=True, help="the COCO file to write")
     parser.add_argument("--draw", type=Path, metavar="DIR", help="also write pictures here")
     parser.add_argument("-v", "--verbose", action="store_true", help="a line per photo")
-    group = parser.add_argument_group("settings")
-    for field in dataclasses.fields(DetectSettings):
-        unit = f" [{field.metadata['unit']}]" if field.metadata["unit"] else ""
-        group.add_argument(
-            f"--{field.name}",
-            type=type(field.default),
-            default=field.default,
-            choices=field.metadata["choices"] or None,
-            help=f"{field.metadata['help']}{unit} (default: {field.default})",
-        )
+    add_options(parser.add_argument_group("settings"), DetectSettings)
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Detect, write, say how much was found."""
-    names = [field.name for field in dataclasses.fields(DetectSettings)]
-    settings = DetectSettings(**{name: getattr(args, name) for name in names})
+    settings = options_given(args, DetectSettings)
 
     from walltopo.cli.console import console
     from walltopo.cli.listener import TerminalListener

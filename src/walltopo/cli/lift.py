@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from walltopo.cli.options import add_options, options_given
 from walltopo.lifting.contract import LiftParams
 
 if TYPE_CHECKING:
@@ -46,31 +46,13 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         help="also cut the triangles at the borders of instances, N times in half, and write "
         "the finer mesh and its labels to refined/ in the output folder",
     )  # fmt: skip
-    _add_settings(parser.add_argument_group("settings"))
+    add_options(parser.add_argument_group("settings"), LiftParams)
     parser.set_defaults(run=run)
-
-
-def _add_settings(group: argparse._ArgumentGroup) -> None:
-    """One option for each field of `LiftParams`."""
-    for field in dataclasses.fields(LiftParams):
-        name = "--" + field.name.replace("_", "-")
-        unit = f" [{field.metadata['unit']}]" if field.metadata["unit"] else ""
-        # argparse formats help with %: a percent sign would be a format.
-        text = f"{field.metadata['help']}{unit} (default: {field.default})".replace("%", "%%")
-        if isinstance(field.default, bool):
-            group.add_argument(
-                name, action=argparse.BooleanOptionalAction, default=field.default, help=text
-            )
-        else:
-            choices = field.metadata["choices"] or None
-            group.add_argument(
-                name, type=type(field.default), default=field.default, choices=choices, help=text
-            )
 
 
 def run(args: argparse.Namespace) -> int:
     """Read, lift, write; says what came out."""
-    params = LiftParams(**{f.name: getattr(args, f.name) for f in dataclasses.fields(LiftParams)})
+    params = options_given(args, LiftParams)
 
     from walltopo.cli.console import console
     from walltopo.lifting import lift

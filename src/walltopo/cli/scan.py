@@ -40,6 +40,7 @@ def register(commands: Commands[argparse.ArgumentParser]) -> None:
     view.set_defaults(run=_view)
     settings = commands.add_parser("settings", help="every setting with its default, as TOML")
     settings.add_argument("section", nargs="?", default="", help="only this section, e.g. lift")
+    settings.add_argument("--all", action="store_true", help="also those that experts vary")
     settings.add_argument("--markdown", action="store_true", help="as the table of the docs")
     settings.set_defaults(run=_settings)
 
@@ -191,36 +192,32 @@ def _view(args: argparse.Namespace) -> int:
 def _settings(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.core import SettingsError
-    from walltopo.pipeline.settings import SECTIONS, describe_settings, settings_markdown
+    from walltopo.pipeline.settings import SECTIONS, allowed, sections, settings_markdown
 
     if args.section and args.section not in SECTIONS:
         raise SettingsError(f"no section {args.section!r}; there are {', '.join(SECTIONS)}")
     if args.markdown:
         console.print(settings_markdown(), markup=False, soft_wrap=True, end="")
         return 0
-    section = ""
-    for doc in describe_settings():
-        head, _, name = doc.key.partition(".")
-        if args.section not in ("", head):
+    for section, fields in sections().items():
+        if args.section not in ("", section):
             continue
-        if head != section:
-            console.print(f"\n[{head}]", markup=False, style="bold")
-            section = head
-        facts = "; ".join(part for part in (doc.help, doc.unit, doc.allowed) if part)
-        value = _toml(doc.default)
-        line = f"{name} = {value}" if value is not None else f"# {name} = (not set)"
-        console.print(f"{line:<36} # {facts}", markup=False, soft_wrap=True)
+        console.print(f"\n[{section}]", markup=False, style="bold")
+        for field in fields.values():
+            if field.expert and not args.all:
+                continue
+            facts = "; ".join(part for part in (field.text, field.unit, allowed(field)) if part)
+            line = f"{field.name} = {_toml(field.default)}"
+            console.print(f"{line:<36} # {facts}", markup=False, soft_wrap=True)
     return 0
 
 
-def _toml(value: object) -> str | None:
-    """A default as TOML writes it; None has no TOML form."""
-    if value is None:
-        return None
+def _toml(value: object) -> str:
+    """A default as TOML writes it."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, (int, float)):
         return str(value)
     if isinstance(value, (tuple, list)):
-        return "[" + ", ".join(str(_toml(item)) for item in value) + "]"
+        return "[" + ", ".join(map(_toml, value)) + "]"
     return '"' + str(value).replace("\\", "\\\\").replace('"', '\\"') + '"'

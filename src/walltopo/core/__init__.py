@@ -12,7 +12,7 @@ from walltopo.core.instances import Instance, Instances
 from walltopo.core.mask import Mask
 from walltopo.core.mesh import Mesh
 from walltopo.core.progress import Progress, Silent
-from walltopo.core.setting import check_settings, setting
+from walltopo.core.setting import SettingField, about, check_settings, settings_of
 from walltopo.core.view import View
 
 __all__ = [
@@ -29,6 +29,8 @@ __all__ = [
     "StageError",
     "View",
     "WalltopoError",
+    "SettingField",
+    "about",
     "check_settings",
-    "setting",
+    "settings_of",
 ]

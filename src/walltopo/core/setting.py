@@ -1,60 +1,155 @@
-"""Documented, bounded settings: one line declares default, help, unit and range."""
+"""Declared settings: a typed field, its default, and what is to be known of it.
+
+    @dataclass(frozen=True)
+    class TextureSettings:
+        size: Annotated[int, about("longer side of the atlas", unit="px", low=256)] = 4096
+
+        def __post_init__(self) -> None:
+            check_settings(self, "texture")
+
+The type and the default are checked by mypy, the bounds when the object is made.
+"""
 
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
-from typing import Any
+import typing
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import msgspec
 
 from walltopo.core.errors import SettingsError
 
-__all__ = ["check_settings", "setting"]
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+__all__ = ["SettingField", "about", "check_settings", "checked_value", "settings_of"]
 
 
-def setting(
-    default: Any,
-    help: str,
+@dataclass(frozen=True)
+class _About:
+    text: str
+    unit: str
+    low: float | None
+    high: float | None
+    content: tuple[str, ...]
+    expert: bool
+
+
+def about(
+    text: str,
     *,
     unit: str = "",
     low: float | None = None,
     high: float | None = None,
-    choices: tuple[str, ...] = (),
     content: tuple[str, ...] = (),
-) -> Any:
-    """Declare one field of a settings dataclass.
+    expert: bool = False,
+) -> object:
+    """What goes beside the type of a setting, in `Annotated[type, about(...)]`.
 
     Parameters
     ----------
-    default : the value used when the user says nothing (immutable).
-    help : one line that says what it does; shown by `walltopo settings` and in the docs.
+    text : one line that says what it does; shown by `walltopo settings` and in the docs.
     unit : unit of the value, empty for pure numbers.
     low, high : inclusive bounds.
-    choices : the allowed words.
     content : for a value that may name a file or folder: what of it counts as input of the stage
         ("." the path itself, else names within the folder). A scan then notices new content.
+    expert : told by `walltopo settings --all` only.
     """
-    metadata = {"help": help, "unit": unit, "low": low, "high": high, "choices": choices}
-    return dataclasses.field(default=default, metadata=metadata | {"content": content})
+    return _About(text, unit, low, high, content, expert)
 
 
-def check_settings(settings: Any, section: str) -> None:
-    """Refuse values out of range; called from `__post_init__` of each settings class.
+@dataclass(frozen=True)
+class SettingField:
+    """One declared setting.
+
+    Parameters
+    ----------
+    name, default : of the field.
+    type : its type, without what `about` added.
+    choices : the words of a `Literal`, else empty.
+    text, unit, low, high, content, expert : see `about`.
+    """
+
+    name: str
+    type: Any
+    default: Any
+    text: str
+    unit: str
+    low: float | None
+    high: float | None
+    choices: tuple[str, ...]
+    content: tuple[str, ...]
+    expert: bool
+
+    @property
+    def type_name(self) -> str:
+        """The type as people read it."""
+        if self.choices:
+            return "str"
+        return self.type.__name__ if isinstance(self.type, type) else str(self.type)
+
+
+def settings_of(section: type[DataclassInstance]) -> Mapping[str, SettingField]:
+    """The declared settings of a dataclass by name, in their order."""
+    return _settings_of(section)
+
+
+@functools.cache
+def _settings_of(section: type[DataclassInstance]) -> Mapping[str, SettingField]:
+    hints = typing.get_type_hints(section, include_extras=True)
+    found: dict[str, SettingField] = {}
+    for field in dataclasses.fields(section):
+        hint = hints[field.name]
+        if typing.get_origin(hint) is not Annotated:
+            raise TypeError(f"{section.__name__}.{field.name}: a setting needs `about(...)`")
+        kind, told = typing.get_args(hint)[:2]
+        choices = typing.get_args(kind) if typing.get_origin(kind) is Literal else ()
+        default = field.default
+        if default is dataclasses.MISSING and field.default_factory is not dataclasses.MISSING:
+            default = field.default_factory()
+        found[field.name] = SettingField(
+            name=field.name,
+            type=kind,
+            default=default,
+            choices=choices,
+            **{item.name: getattr(told, item.name) for item in dataclasses.fields(_About)},
+        )
+    return found
+
+
+def checked_value(value: object, field: SettingField, where: str) -> Any:
+    """The value in the field's own type (an int passes as a float, a list as a tuple).
+
+    Raises
+    ------
+    SettingsError : a wrong type, a value that is not finite, or out of range; begins with `where`.
+    """
+    try:
+        found = msgspec.convert(value, field.type)
+    except msgspec.ValidationError as error:
+        wanted = f"one of {', '.join(field.choices)}" if field.choices else field.type_name
+        raise SettingsError(f"{where}: expected {wanted}, got {value!r}") from error
+    if isinstance(found, float) and not math.isfinite(found):
+        raise SettingsError(f"{where}: expected a finite number, got {value}")
+    if isinstance(found, (int, float)) and not isinstance(found, bool):
+        if field.low is not None and found < field.low:
+            raise SettingsError(f"{where}: expected at least {field.low}, got {value}")
+        if field.high is not None and found > field.high:
+            raise SettingsError(f"{where}: expected at most {field.high}, got {value}")
+    return found
+
+
+def check_settings(settings: DataclassInstance, section: str) -> None:
+    """Refuse values of a wrong type or out of range; for `__post_init__` of a settings class.
 
     Raises
     ------
     SettingsError : names the key, what was expected and what came.
     """
-    for field in dataclasses.fields(settings):
-        value = getattr(settings, field.name)
-        low, high = field.metadata.get("low"), field.metadata.get("high")
-        choices = field.metadata.get("choices", ())
-        name = f"{section}.{field.name}"
-        if isinstance(value, float) and not math.isfinite(value):
-            raise SettingsError(f"{name}: expected a finite number, got {value}")
-        if choices and value not in choices:
-            raise SettingsError(f"{name}: expected one of {', '.join(choices)}, got {value!r}")
-        if isinstance(value, (int, float)) and not isinstance(value, bool):
-            if low is not None and value < low:
-                raise SettingsError(f"{name}: expected at least {low}, got {value}")
-            if high is not None and value > high:
-                raise SettingsError(f"{name}: expected at most {high}, got {value}")
+    for name, field in settings_of(type(settings)).items():
+        checked_value(getattr(settings, name), field, f"{section}.{name}")

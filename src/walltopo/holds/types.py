@@ -1,7 +1,7 @@
 """The type of a hold from its relief: jug, crimp, sloper, pinch, pocket, foothold.
 
-A small network that saw generated holds as scans show them (`python -m
-walltopo_lab.benchmarks.hold_types fit`). A type is named only if the network is sure enough and the hold is of a size that it knows;
+A small network that saw generated holds as scans show them (walltopo-lab trains it).
+A type is named only if the network is sure enough and the hold is of a size that it knows;
 otherwise the answer is "unknown".
 """
 

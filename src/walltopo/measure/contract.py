@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated, Literal
 
-from walltopo.core import check_settings, setting
+from walltopo.core import about, check_settings
 
 __all__ = ["ScaleSettings"]
 
@@ -13,36 +14,45 @@ __all__ = ["ScaleSettings"]
 class ScaleSettings:
     """How the reconstruction gets metres, an up direction and a floor."""
 
-    method: str = setting(
-        "auto",
-        "auto: the reference's frame, else scale.distance, else the measure, else unscaled; "
-        "the other words insist on one way and fail without it",
-        choices=("auto", "measure", "distance", "none"),
-    )
-    plates: str = setting(
-        "", "TOML file of the plates' geometry; empty = the plates of walltopo", content=(".",)
-    )
-    ignore_plates: str = setting(
-        "", "plates to leave out, by their lowest marker id, comma-separated (such as 0,4)"
-    )
-    distance: str = setting(
-        "", "a known distance as A-B=1.23 (metres): two photos, or two points of scale.points"
-    )
-    points: str = setting(
-        "", "TOML file of named points given by their pixels in two or more photos", content=(".",)
-    )
-    way: str = setting(
-        "auto",
-        "estimation of the measure: markers (PnP per marker and photo, averaged), corners "
-        "(triangulated, one similarity), auto = whichever fits the photos better",
-        choices=("auto", "markers", "corners"),
-    )
-    max_disagreement: float = setting(
-        0.01, "relative difference of scale at which a plate disagrees with the others", low=1e-4
-    )
-    max_residual: float = setting(
-        5.0, "root mean square of a plate's corner residuals at which it disagrees", unit="mm"
-    )
+    method: Annotated[
+        Literal["auto", "measure", "distance", "none"],
+        about(
+            "auto: the reference's frame, else scale.distance, else the measure, else unscaled; "
+            "the other words insist on one way and fail without it"
+        ),
+    ] = "auto"
+    plates: Annotated[
+        str,
+        about("TOML file of the plates' geometry; empty = the plates of walltopo", content=(".",)),
+    ] = ""
+    ignore_plates: Annotated[
+        str, about("plates to leave out, by their lowest marker id, comma-separated (such as 0,4)")
+    ] = ""
+    distance: Annotated[
+        str,
+        about("a known distance as A-B=1.23 (metres): two photos, or two points of scale.points"),
+    ] = ""
+    points: Annotated[
+        str,
+        about(
+            "TOML file of named points given by their pixels in two or more photos", content=(".",)
+        ),
+    ] = ""
+    way: Annotated[
+        Literal["auto", "markers", "corners"],
+        about(
+            "estimation of the measure: markers (PnP per marker and photo, averaged), corners "
+            "(triangulated, one similarity), auto = whichever fits the photos better"
+        ),
+    ] = "auto"
+    max_disagreement: Annotated[
+        float,
+        about("relative difference of scale at which a plate disagrees with the others", low=1e-4),
+    ] = 0.01
+    max_residual: Annotated[
+        float,
+        about("root mean square of a plate's corner residuals at which it disagrees", unit="mm"),
+    ] = 5.0
 
     def __post_init__(self) -> None:
         check_settings(self, "scale")

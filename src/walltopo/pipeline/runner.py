@@ -7,7 +7,6 @@ rerun that produces the same file does not trigger the stages after it.
 
 from __future__ import annotations
 
-import dataclasses
 import fcntl
 import hashlib
 import importlib
@@ -22,7 +21,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
-from walltopo.core import EnvironmentLacksError, InputError, Progress, Silent, WalltopoError
+from walltopo.core import (
+    EnvironmentLacksError,
+    InputError,
+    Progress,
+    Silent,
+    WalltopoError,
+    settings_of,
+)
 from walltopo.pipeline.memory import peak_mb, reset_peak
 from walltopo.pipeline.settings import Settings
 from walltopo.scans.folder import ScanFolder, hash_path
@@ -287,9 +293,9 @@ class _Runner:
 
 def _named_paths(section: Any) -> Iterator[Path]:
     """Existing files and folders that the settings of a stage name and whose content counts."""
-    for item in dataclasses.fields(section):
-        value = getattr(section, item.name)
-        for part in item.metadata["content"] if value else ():
+    for name, declared in settings_of(type(section)).items():
+        value = getattr(section, name)
+        for part in declared.content if value else ():
             path = Path(value) / part
             # A folder that happens to be called like a built-in choice is not what was meant.
             if path.is_file() or (part != "." and path.exists()):

@@ -5,14 +5,15 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import tomllib
-import types
-import typing
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from walltopo.core import InputError, SettingsError
+import msgspec
+
+from walltopo.core import InputError, SettingField, SettingsError, settings_of
+from walltopo.core.setting import checked_value
 from walltopo.dense.contract import DenseSettings
 from walltopo.detect.contract import DetectSettings
 from walltopo.export.contract import ExportSettings
@@ -24,7 +25,7 @@ from walltopo.routes.contract import RoutesSettings
 from walltopo.sparse.contract import SparseSettings
 from walltopo.texture.contract import TextureSettings
 
-__all__ = ["Settings", "SettingDoc", "describe_settings", "load_settings", "settings_markdown"]
+__all__ = ["SECTIONS", "Settings", "allowed", "load_settings", "sections", "settings_markdown"]
 
 
 @dataclass(frozen=True)
@@ -46,22 +47,25 @@ class Settings:
 
     def as_dict(self) -> dict[str, dict[str, Any]]:
         """Plain values by section and key (JSON-able)."""
-        return {section: _plain(dataclasses.asdict(getattr(self, section))) for section in SECTIONS}
+        plain = msgspec.to_builtins(self)
+        return {section: plain[section] for section in SECTIONS}
 
 
 SECTIONS = tuple(f.name for f in dataclasses.fields(Settings))
 
 
-@dataclass(frozen=True)
-class SettingDoc:
-    """What one setting is, for help texts and docs."""
-
-    key: str
-    type: str
-    default: Any
-    help: str
-    unit: str
-    allowed: str
+def sections() -> Mapping[str, Mapping[str, SettingField]]:
+    """Every declared setting, by section and name; with the defaults of a scan."""
+    defaults = Settings()
+    found = {}
+    for name in SECTIONS:
+        section = getattr(defaults, name)
+        fields = settings_of(type(section))
+        found[name] = {
+            key: dataclasses.replace(field, default=getattr(section, key))
+            for key, field in fields.items()
+        }
+    return found
 
 
 def load_settings(file: Path | None = None, overrides: Sequence[str] = ()) -> Settings:
@@ -89,49 +93,36 @@ def load_settings(file: Path | None = None, overrides: Sequence[str] = ()) -> Se
     return Settings(**sections)
 
 
-def describe_settings() -> list[SettingDoc]:
-    """Every setting in the order of the stages."""
-    docs: list[SettingDoc] = []
-    defaults = Settings()
-    for section in SECTIONS:
-        value = getattr(defaults, section)
-        hints = typing.get_type_hints(type(value))
-        for f in dataclasses.fields(value):
-            meta: Mapping[str, Any] = f.metadata
-            low, high = meta.get("low"), meta.get("high")
-            allowed = ", ".join(meta.get("choices", ()))
-            if low is not None or high is not None:
-                allowed = f"{'' if low is None else low} .. {'' if high is None else high}".strip()
-            docs.append(
-                SettingDoc(
-                    f"{section}.{f.name}",
-                    _type_name(hints[f.name]),
-                    getattr(value, f.name),
-                    meta.get("help", ""),
-                    meta.get("unit", ""),
-                    allowed,
-                )
-            )
-    return docs
+def allowed(field: SettingField) -> str:
+    """What a setting may be, for people; empty where its type says all."""
+    if field.choices:
+        return ", ".join(field.choices)
+    ends = ("" if end is None else str(end) for end in (field.low, field.high))
+    return "" if field.low is None and field.high is None else " .. ".join(ends).strip()
 
 
 def settings_markdown() -> str:
-    """`docs/settings.md`: one table per section."""
+    """`docs/settings.md`: a table per section; settings for experts in a second one."""
     lines = [
         "# Settings",
         "",
         "Written by `make docs`. Give them in `walltopo.toml` (read from the working folder, or",
         "named by `--config`) or as `--set section.key=value`. An unknown key is an error.",
+        "",
+        "The first table of a section is what most gyms will ever touch; the second, where there",
+        "is one, is for those who measure methods (`walltopo settings --all` shows it).",
     ]
-    section = ""
-    for doc in describe_settings():
-        head, _, name = doc.key.partition(".")
-        if head != section:
-            lines += ["", f"## {head}", "", "| key | default | what | unit | allowed |"]
-            lines += ["|---|---|---|---|---|"]
-            section = head
-        text = doc.help.replace("|", "\\|")
-        lines.append(f"| `{name}` | `{doc.default}` | {text} | {doc.unit} | {doc.allowed} |")
+    for section, fields in sections().items():
+        lines += ["", f"## {section}"]
+        for expert in (False, True):
+            rows = [row for row in fields.values() if row.expert == expert]
+            if rows:
+                lines += ["", "| key | default | what | unit | allowed |", "|---|---|---|---|---|"]
+            for row in rows:
+                text = row.text.replace("|", "\\|")
+                lines.append(
+                    f"| `{row.name}` | `{row.default}` | {text} | {row.unit} | {allowed(row)} |"
+                )
     return "\n".join(lines) + "\n"
 
 
@@ -149,9 +140,9 @@ def _read_toml(file: Path) -> Iterator[tuple[str, Any]]:
             yield f"{section}.{key}", value
 
 
-def _put(values: dict[str, dict[str, Any]], key: str, value: Any, origin: str) -> None:
+def _put(values: dict[str, dict[str, Any]], key: str, value: object, origin: str) -> None:
     section, _, name = key.partition(".")
-    known = dict(_hints())
+    known = {f"{s}.{n}": field for s, fields in sections().items() for n, field in fields.items()}
     if key not in known:
         near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
         meant = f"Did you mean {near[0]}?" if near else ""
@@ -159,14 +150,7 @@ def _put(values: dict[str, dict[str, Any]], key: str, value: Any, origin: str) -
             f"{origin}: unknown setting {key!r}",
             f"{meant} `walltopo settings` lists all.".strip(),
         )
-    values.setdefault(section, {})[name] = _coerce(value, known[key], key, origin)
-
-
-def _hints() -> Iterator[tuple[str, Any]]:
-    for f in dataclasses.fields(Settings):
-        section_type = type(getattr(Settings(), f.name))
-        for name, hint in typing.get_type_hints(section_type).items():
-            yield f"{f.name}.{name}", hint
+    values.setdefault(section, {})[name] = checked_value(value, known[key], f"{origin}: {key}")
 
 
 def _parse(raw: str) -> Any:
@@ -175,41 +159,3 @@ def _parse(raw: str) -> Any:
         return tomllib.loads(f"v = {raw}")["v"]
     except tomllib.TOMLDecodeError:
         return raw
-
-
-def _coerce(value: Any, hint: Any, key: str, origin: str) -> Any:
-    """Check a TOML value against the field's type; ints pass as floats, lists as tuples."""
-    origin_type = typing.get_origin(hint)
-    arguments = typing.get_args(hint)
-    if origin_type in (typing.Union, types.UnionType):
-        if value == "none" and type(None) in arguments:
-            return None
-        for option in arguments:
-            if option is not type(None):
-                return _coerce(value, option, key, origin)
-    if origin_type is tuple and isinstance(value, list):
-        inner = arguments[0] if arguments else Any
-        return tuple(_coerce(item, inner, key, origin) for item in value)
-    if hint is float and isinstance(value, (int, float)) and not isinstance(value, bool):
-        return float(value)
-    if hint is int and isinstance(value, int) and not isinstance(value, bool):
-        return value
-    if hint is bool and isinstance(value, bool):
-        return value
-    if hint is str:
-        return value if isinstance(value, str) else str(value)
-    if hint is Path and isinstance(value, str):
-        return Path(value)
-    raise SettingsError(f"{origin}: {key}: expected {_type_name(hint)}, got {value!r}")
-
-
-def _type_name(hint: Any) -> str:
-    return hint.__name__ if isinstance(hint, type) else str(hint).replace("typing.", "")
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
-    return str(value) if isinstance(value, Path) else value

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated, Literal
 
-from walltopo.core import check_settings, setting
+from walltopo.core import about, check_settings
 
 __all__ = ["SparseSettings"]
 
@@ -13,45 +14,57 @@ __all__ = ["SparseSettings"]
 class SparseSettings:
     """How photos are matched and registered (COLMAP through pycolmap)."""
 
-    features: str = setting(
-        "sift",
-        "kind of local feature; aliked needs a pycolmap built with ONNX and is refused without",
-        choices=("sift", "aliked"),
-    )
-    max_features: int = setting(
-        8192, "most features kept of one photo", unit="features", low=500, high=65536
-    )
-    first_octave: int = setting(
-        0, "SIFT octave to start at: -1 doubles the photo first (4 times slower)", low=-1, high=2
-    )
-    exhaustive_max: int = setting(
-        200, "up to this many photos every pair is matched", unit="photos", low=2, high=2000
-    )
-    sequential: int = setting(
-        10, "beyond that: each photo is matched with this many next ones in name order", low=1
-    )
-    retrieved: int = setting(
-        30, "beyond that: and with this many of the most similar photos", unit="photos", low=1
-    )
-    min_matches: int = setting(
-        15, "least verified matches that make a pair of photos count", unit="matches", low=8
-    )
-    threads: int = setting(0, "CPU threads; 0 = all", unit="threads", low=0, high=512)
-    seed: int = setting(0, "seed of every random step", low=0, high=2**31 - 1)
-    reference: str = setting(
-        "",
-        "folder of a finished scan that the new photos are aligned to",
-        content=("photos", "sparse", "scale.json"),
-    )
-    align: str = setting(
-        "constrained",
-        "how they are aligned: constrained registers them against the fixed reference cameras; "
-        "rigid reconstructs them alone and fits one similarity",
-        choices=("constrained", "rigid"),
-    )
-    reference_retrieved: int = setting(
-        20, "reference photos that each new photo is matched with", unit="photos", low=2, high=1000
-    )
+    features: Annotated[
+        Literal["sift", "aliked"],
+        about(
+            "kind of local feature; aliked needs a pycolmap built with ONNX and is refused without"
+        ),
+    ] = "sift"
+    max_features: Annotated[
+        int, about("most features kept of one photo", unit="features", low=500, high=65536)
+    ] = 8192
+    first_octave: Annotated[
+        int,
+        about(
+            "SIFT octave to start at: -1 doubles the photo first (4 times slower)", low=-1, high=2
+        ),
+    ] = 0
+    exhaustive_max: Annotated[
+        int, about("up to this many photos every pair is matched", unit="photos", low=2, high=2000)
+    ] = 200
+    sequential: Annotated[
+        int,
+        about("beyond that: each photo is matched with this many next ones in name order", low=1),
+    ] = 10
+    retrieved: Annotated[
+        int,
+        about("beyond that: and with this many of the most similar photos", unit="photos", low=1),
+    ] = 30
+    min_matches: Annotated[
+        int, about("least verified matches that make a pair of photos count", unit="matches", low=8)
+    ] = 15
+    threads: Annotated[int, about("CPU threads; 0 = all", unit="threads", low=0, high=512)] = 0
+    seed: Annotated[int, about("seed of every random step", low=0, high=2**31 - 1)] = 0
+    reference: Annotated[
+        str,
+        about(
+            "folder of a finished scan that the new photos are aligned to",
+            content=("photos", "sparse", "scale.json"),
+        ),
+    ] = ""
+    align: Annotated[
+        Literal["constrained", "rigid"],
+        about(
+            "how they are aligned: constrained registers them against the fixed reference cameras; "
+            "rigid reconstructs them alone and fits one similarity"
+        ),
+    ] = "constrained"
+    reference_retrieved: Annotated[
+        int,
+        about(
+            "reference photos that each new photo is matched with", unit="photos", low=2, high=1000
+        ),
+    ] = 20
 
     def __post_init__(self) -> None:
         check_settings(self, "sparse")

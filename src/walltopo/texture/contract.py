@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
-from walltopo.core import check_settings, setting
+from walltopo.core import about, check_settings
 
 __all__ = ["TextureSettings"]
 
@@ -13,14 +14,17 @@ __all__ = ["TextureSettings"]
 class TextureSettings:
     """How photos become the mesh's picture."""
 
-    size: int = setting(4096, "side of the square texture atlas", unit="px", low=256, high=16384)
-    gutter: int = setting(
-        3, "pixels that a chart's colours run beyond its border", unit="px", low=1, high=32
-    )
-    smoothness: float = setting(
-        1.0, "preference for large charts over the best photo per triangle", low=0.0, high=20.0
-    )
-    blend: bool = setting(True, "level exposure between photos and seams between charts")
+    size: Annotated[
+        int, about("side of the square texture atlas", unit="px", low=256, high=16384)
+    ] = 4096
+    gutter: Annotated[
+        int, about("pixels that a chart's colours run beyond its border", unit="px", low=1, high=32)
+    ] = 3
+    smoothness: Annotated[
+        float,
+        about("preference for large charts over the best photo per triangle", low=0.0, high=20.0),
+    ] = 1.0
+    blend: Annotated[bool, about("level exposure between photos and seams between charts")] = True
 
     def __post_init__(self) -> None:
         check_settings(self, "texture")

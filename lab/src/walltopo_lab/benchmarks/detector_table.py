@@ -138,10 +138,10 @@ def figures_of(run: Run, sources: Sources) -> dict[str, float]:
     weights = train_run(run, sources)
     settings = DetectSettings(
         weights=str(weights),
-        sam=sources.sam,
+        sam=sources.sam,  # type: ignore[arg-type]  # argparse checks its choices
         size=settings_for(run, sources).size,
         score=LOW_SCORE,
-        device=sources.device,
+        device=sources.device,  # type: ignore[arg-type]
     )
     detector = open_family(run.family, settings)
     truth = read_dataset(sources.test)

@@ -17,7 +17,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -124,7 +124,12 @@ def judge_update(label: str, folder: Path, truth_folder: Path, fit: FloorFit) ->
         print(f"{'':28s} reference poses moved by {told.get('reference_moved', float('nan')):.1e}")
 
 
-def run_stages(photos: Path, out: Path, reference: str = "", align: str = "constrained") -> None:
+def run_stages(
+    photos: Path,
+    out: Path,
+    reference: str = "",
+    align: Literal["constrained", "rigid"] = "constrained",
+) -> None:
     """ingest, sparse and scale with default settings; prints wall and CPU seconds of each."""
     from walltopo.measure.contract import ScaleSettings
     from walltopo.measure.stage import run as scale
@@ -138,7 +143,9 @@ def run_stages(photos: Path, out: Path, reference: str = "", align: str = "const
     stages: dict[str, Callable[[], dict[str, Any]]] = {
         "ingest": lambda: ingest(scan, IngestSettings(), silent, [photos]),
         "sparse": lambda: sparse_run(
-            scan, SparseSettings(reference=reference, align=align), silent
+            scan,
+            SparseSettings(reference=reference, align=align),
+            silent,
         ),
         "scale": lambda: scale(scan, ScaleSettings(), silent),
     }

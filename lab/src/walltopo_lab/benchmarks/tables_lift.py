@@ -162,7 +162,7 @@ def lift_rows(walls: Sequence[LiftWall], settings: Settings) -> Row:
     cut = ClassifySettings().least_score
     rows: Row = {}
     for name, (method, values) in settings.items():
-        params = replace(LiftParams(), method=method, **dict(values))
+        params = replace(LiftParams(), method=method, **dict(values))  # type: ignore[arg-type]
         overlaps, overlaps_shown, by_wall, seconds = [], [], {}, 0.0
         tables: dict[str, list[Any]] = {"semantics": [], "semantics_shown": []}
         for wall in walls:

@@ -7,7 +7,8 @@ import dataclasses
 from pathlib import Path
 from typing import Any
 
-from walltopo.core import InputError, SettingsError
+from walltopo.cli.options import option_help
+from walltopo.core import InputError, SettingsError, settings_of
 from walltopo_lab.synth.params import PRESETS, GymSettings, PhotoSettings, gym_preset
 
 __all__ = ["register"]
@@ -37,14 +38,13 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     parser.add_argument("--photos", type=int, default=None, help="number of photos")
     parser.add_argument("--size", default=None, metavar="WxH", help="size of a photo in pixels")
     for key in _GYM_OPTIONS:
-        field = next(f for f in dataclasses.fields(GymSettings) if f.name == key)
-        unit = f" [{field.metadata['unit']}]" if field.metadata["unit"] else ""
+        field = settings_of(GymSettings)[key]
         parser.add_argument(
             f"--wall-{key}" if key in ("width", "height") else f"--{key}",
             dest=f"gym_{key}",
             type=type(field.default),
             default=None,
-            help=field.metadata["help"] + unit,
+            help=option_help(field, field.default),
         )
     parser.add_argument(
         "--set", action="append", default=[], metavar="KEY=VALUE", dest="changes",
@@ -87,10 +87,10 @@ def _list_settings() -> None:
 
     for title, kind in (("gym", GymSettings), ("photos", PhotoSettings)):
         console.print(f"[bold]{title}[/bold]")
-        for field in dataclasses.fields(kind):
+        for field in settings_of(kind).values():
             key = f"photo.{field.name}" if kind is PhotoSettings else field.name
-            unit = f" \\[{field.metadata['unit']}]" if field.metadata["unit"] else ""
-            console.print(f"  {key} = {field.default!r}{unit}  {field.metadata['help']}")
+            unit = f" \\[{field.unit}]" if field.unit else ""
+            console.print(f"  {key} = {field.default!r}{unit}  {field.text}")
 
 
 def _recipe(args: argparse.Namespace) -> Any:
@@ -162,7 +162,7 @@ def _apply(change: str, gym: dict[str, Any], photo: dict[str, Any]) -> None:
     key = key.strip()
     target, kind = (photo, PhotoSettings) if key.startswith("photo.") else (gym, GymSettings)
     name = key.removeprefix("photo.")
-    fields = {field.name: field for field in dataclasses.fields(kind)}
+    fields = settings_of(kind)
     if not equals or name not in fields:
         near = difflib.get_close_matches(name, fields, 1)
         hint = f"Did you mean {near[0]}?" if near else "`walltopo synth x --list` names them."

@@ -9,7 +9,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from walltopo.core import InputError, SettingsError
+from walltopo.cli.options import add_option
+from walltopo.core import InputError, SettingsError, settings_of
 from walltopo_lab.cli.extras import need_torch
 from walltopo_lab.cli.train_classifier import add_classifier_word
 from walltopo_lab.train.params import (
@@ -88,30 +89,24 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 
 def _add_settings(group: argparse._ArgumentGroup, *kinds: type[Any]) -> None:
     """An option per setting of these kinds; None where it is not given."""
-    defaults = [{f.name: f.default for f in dataclasses.fields(kind)} for kind in kinds]
-    for field in {f.name: f for kind in reversed(kinds) for f in dataclasses.fields(kind)}.values():
-        unit = f" [{field.metadata['unit']}]" if field.metadata["unit"] else ""
-        told = ", ".join(str(known[field.name]) for known in defaults if field.name in known)
-        if len(kinds) > 1 and field.name not in defaults[0]:
+    known = [settings_of(kind) for kind in kinds]
+    for field in {name: f for fields in reversed(known) for name, f in fields.items()}.values():
+        told = ", ".join(str(own[field.name].default) for own in known if field.name in own)
+        if len(kinds) > 1 and field.name not in known[0]:
             told = f"Ultralytics' networks only; {told}"
-        elif len(kinds) > 1 and field.name not in defaults[1]:
+        elif len(kinds) > 1 and field.name not in known[1]:
             told = f"votes only; {told}"
-        group.add_argument(
-            "--" + field.name.replace("_", "-"),
-            type=type(field.default),
-            choices=field.metadata["choices"] or None,
-            help=f"{field.metadata['help']}{unit} (default: {told})".replace("%", "%%"),
-        )
+        add_option(group, field, told)
 
 
 def _given(args: argparse.Namespace, *kinds: type[Any]) -> dict[str, Any]:
-    names = {field.name for kind in kinds for field in dataclasses.fields(kind)}
+    names = {name for kind in kinds for name in settings_of(kind)}
     return {name: getattr(args, name) for name in names if getattr(args, name) is not None}
 
 
 def _settings(args: argparse.Namespace, kind: type[Any]) -> Any:
     """Settings of the chosen model; an option of the other kind is refused."""
-    known = {field.name for field in dataclasses.fields(kind)}
+    known = settings_of(kind).keys()
     given = _given(args, TrainSettings, YoloSettings)
     for name in sorted(set(given) - known):
         raise SettingsError(

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from walltopo.cli.options import add_options, options_given
 from walltopo_lab.classifier.params import ClassifierSettings
 
 __all__ = ["add_classifier_word"]
@@ -78,14 +78,7 @@ def add_classifier_word(
         metavar="TOML",
         help="what classes mean (type, colour, maker, role), kept in the file; see docs/colours.md",
     )
-    for field in dataclasses.fields(ClassifierSettings):
-        unit = f" [{field.metadata['unit']}]" if field.metadata["unit"] else ""
-        parser.add_argument(
-            "--" + field.name.replace("_", "-"),
-            type=type(field.default),
-            default=field.default,
-            help=f"{field.metadata['help']}{unit} (default: {field.default})",
-        )
+    add_options(parser, ClassifierSettings)
     parser.set_defaults(run=run)
     commands.choices["train"] = _ByFirstWord(detector, parser)
 
@@ -101,8 +94,7 @@ def run(args: argparse.Namespace) -> int:
 
     if args.base and args.family != "yolo":
         raise SettingsError("--base is for --family yolo")
-    names = [field.name for field in dataclasses.fields(ClassifierSettings)]
-    settings = ClassifierSettings(**{name: getattr(args, name) for name in names})
+    settings = options_given(args, ClassifierSettings)
     need_torch()
     with TerminalListener(console) as progress:
         progress.step("reading cutouts")

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, Any, Literal
 
-from walltopo.core import SettingsError, check_settings, setting
+from walltopo.core import SettingsError, about, check_settings
 
 __all__ = ["PRESETS", "GymSettings", "PhotoSettings", "gym_preset"]
 
@@ -14,39 +14,59 @@ __all__ = ["PRESETS", "GymSettings", "PhotoSettings", "gym_preset"]
 class GymSettings:
     """What is built: the wall, its light and what is set on it."""
 
-    width: float = setting(8.0, "length of the wall along the floor", unit="m", low=1.5, high=60)
-    height: float = setting(4.2, "height of the wall", unit="m", low=1.5, high=25)
-    columns: int = setting(5, "lines of corners along the wall (panels + 1)", low=2, high=60)
-    overhang_min_deg: float = setting(-5.0, "least lean of a panel", unit="deg", low=-30, high=60)
-    overhang_max_deg: float = setting(32.0, "largest lean of a panel", unit="deg", low=-30, high=60)
-    corner_deg: float = setting(28.0, "largest turn between panels", unit="deg", low=0, high=80)
-    facets: float = setting(
-        0.7, "0 = plane panels, 1 = every panel creased into facets", low=0, high=1
+    width: Annotated[
+        float, about("length of the wall along the floor", unit="m", low=1.5, high=60)
+    ] = 8.0
+    height: Annotated[float, about("height of the wall", unit="m", low=1.5, high=25)] = 4.2
+    columns: Annotated[
+        int, about("lines of corners along the wall (panels + 1)", low=2, high=60)
+    ] = 5
+    overhang_min_deg: Annotated[
+        float, about("least lean of a panel", unit="deg", low=-30, high=60)
+    ] = -5.0
+    overhang_max_deg: Annotated[
+        float, about("largest lean of a panel", unit="deg", low=-30, high=60)
+    ] = 32.0
+    corner_deg: Annotated[
+        float, about("largest turn between panels", unit="deg", low=0, high=80)
+    ] = 28.0
+    facets: Annotated[
+        float, about("0 = plane panels, 1 = every panel creased into facets", low=0, high=1)
+    ] = 0.7
+    fins: Annotated[int, about("fins that stand out of the wall", low=0, high=6)] = 0
+    finish: Annotated[Literal["painted", "plywood", "textured"], about("surface of the panels")] = (
+        "painted"
     )
-    fins: int = setting(0, "fins that stand out of the wall", low=0, high=6)
-    finish: str = setting(
-        "painted", "surface of the panels", choices=("painted", "plywood", "textured")
+    volumes: Annotated[int, about("volumes screwed to the wall", low=0, high=80)] = 5
+    round_volumes: Annotated[
+        float, about("share of the volumes that are round, of fibreglass", low=0, high=1)
+    ] = 0.0
+    routes: Annotated[int, about("routes set on it", low=1, high=120)] = 9
+    holds_low: Annotated[
+        int, about("fewest holds of a route, footholds not counted", low=3, high=60)
+    ] = 8
+    holds_high: Annotated[
+        int, about("most holds of a route, footholds not counted", low=3, high=60)
+    ] = 12
+    footholds: Annotated[float, about("footholds per hold of a route", low=0, high=2)] = 0.35
+    downclimb: Annotated[int, about("grey jugs to climb down", low=0, high=40)] = 3
+    colours: Annotated[Literal["vivid", "faded"], about("palette of the holds")] = "vivid"
+    hold_scale: Annotated[
+        float, about("size of the holds against real ones", low=0.4, high=2.5)
+    ] = 1.0
+    spray: Annotated[
+        bool, about("dense spray wall: every colour everywhere, no spacing by route")
+    ] = False
+    chalk: Annotated[float, about("chalk on holds and wall", low=0, high=1)] = 0.5
+    wear: Annotated[float, about("scuffs, scratches, dents and polish", low=0, high=1)] = 0.4
+    lamps: Annotated[int, about("lamps over the mats", low=1, high=24)] = 5
+    light: Annotated[float, about("brightness of the hall", low=0.05, high=3)] = 1.0
+    warmth: Annotated[float, about("0 = daylight lamps, 1 = sodium yellow", low=0, high=1)] = 0.3
+    plates: Annotated[int, about("measures on the floor", low=0, high=12)] = 1
+    cell: Annotated[float, about("size of the wall's triangles", unit="m", low=0.008, high=0.2)] = (
+        0.025
     )
-    volumes: int = setting(5, "volumes screwed to the wall", low=0, high=80)
-    round_volumes: float = setting(
-        0.0, "share of the volumes that are round, of fibreglass", low=0, high=1
-    )
-    routes: int = setting(9, "routes set on it", low=1, high=120)
-    holds_low: int = setting(8, "fewest holds of a route, footholds not counted", low=3, high=60)
-    holds_high: int = setting(12, "most holds of a route, footholds not counted", low=3, high=60)
-    footholds: float = setting(0.35, "footholds per hold of a route", low=0, high=2)
-    downclimb: int = setting(3, "grey jugs to climb down", low=0, high=40)
-    colours: str = setting("vivid", "palette of the holds", choices=("vivid", "faded"))
-    hold_scale: float = setting(1.0, "size of the holds against real ones", low=0.4, high=2.5)
-    spray: bool = setting(False, "dense spray wall: every colour everywhere, no spacing by route")
-    chalk: float = setting(0.5, "chalk on holds and wall", low=0, high=1)
-    wear: float = setting(0.4, "scuffs, scratches, dents and polish", low=0, high=1)
-    lamps: int = setting(5, "lamps over the mats", low=1, high=24)
-    light: float = setting(1.0, "brightness of the hall", low=0.05, high=3)
-    warmth: float = setting(0.3, "0 = daylight lamps, 1 = sodium yellow", low=0, high=1)
-    plates: int = setting(1, "measures on the floor", low=0, high=12)
-    cell: float = setting(0.025, "size of the wall's triangles", unit="m", low=0.008, high=0.2)
-    detail: float = setting(0.7, "resolution of the holds' surface", low=0.3, high=3)
+    detail: Annotated[float, about("resolution of the holds' surface", low=0.3, high=3)] = 0.7
 
     def __post_init__(self) -> None:
         check_settings(self, "synth")
@@ -66,20 +86,32 @@ class GymSettings:
 class PhotoSettings:
     """How it is photographed."""
 
-    photos: int = setting(24, "number of photos", low=1, high=2000)
-    width: int = setting(1600, "width of a photo", unit="px", low=64, high=8000)
-    height: int = setting(1200, "height of a photo", unit="px", low=64, high=8000)
-    focal_35mm: float = setting(26.6, "focal length as on 35 mm film", unit="mm", low=10, high=120)
-    k1: float = setting(0.03, "radial distortion, COLMAP's SIMPLE_RADIAL", low=-0.3, high=0.3)
-    distance_low: float = setting(2.4, "closest photo to the wall", unit="m", low=0.8, high=30)
-    distance_high: float = setting(4.2, "farthest photo", unit="m", low=0.8, high=40)
-    roll_deg: float = setting(3.0, "spread of the roll", unit="deg", low=0, high=45)
-    measure_share: float = setting(0.2, "share of the photos taken at a measure", low=0, high=0.8)
-    noise: float = setting(1.0, "sensor noise against a phone's in good light", low=0, high=10)
-    blur_px: float = setting(0.6, "spread of the hand's blur", unit="px", low=0, high=10)
-    exposure_spread: float = setting(0.12, "spread of the exposure, in stops", low=0, high=2)
-    quality: int = setting(90, "JPEG quality", low=30, high=100)
-    samples: int = setting(2, "rays a pixel = samples x samples", low=1, high=4)
+    photos: Annotated[int, about("number of photos", low=1, high=2000)] = 24
+    width: Annotated[int, about("width of a photo", unit="px", low=64, high=8000)] = 1600
+    height: Annotated[int, about("height of a photo", unit="px", low=64, high=8000)] = 1200
+    focal_35mm: Annotated[
+        float, about("focal length as on 35 mm film", unit="mm", low=10, high=120)
+    ] = 26.6
+    k1: Annotated[float, about("radial distortion, COLMAP's SIMPLE_RADIAL", low=-0.3, high=0.3)] = (
+        0.03
+    )
+    distance_low: Annotated[
+        float, about("closest photo to the wall", unit="m", low=0.8, high=30)
+    ] = 2.4
+    distance_high: Annotated[float, about("farthest photo", unit="m", low=0.8, high=40)] = 4.2
+    roll_deg: Annotated[float, about("spread of the roll", unit="deg", low=0, high=45)] = 3.0
+    measure_share: Annotated[
+        float, about("share of the photos taken at a measure", low=0, high=0.8)
+    ] = 0.2
+    noise: Annotated[
+        float, about("sensor noise against a phone's in good light", low=0, high=10)
+    ] = 1.0
+    blur_px: Annotated[float, about("spread of the hand's blur", unit="px", low=0, high=10)] = 0.6
+    exposure_spread: Annotated[float, about("spread of the exposure, in stops", low=0, high=2)] = (
+        0.12
+    )
+    quality: Annotated[int, about("JPEG quality", low=30, high=100)] = 90
+    samples: Annotated[int, about("rays a pixel = samples x samples", low=1, high=4)] = 2
 
     def __post_init__(self) -> None:
         check_settings(self, "synth")

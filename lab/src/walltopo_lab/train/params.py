@@ -7,9 +7,9 @@ import re
 import tomllib
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
-from walltopo.core import InputError, SettingsError, check_settings, setting
+from walltopo.core import InputError, SettingsError, about, check_settings
 
 __all__ = [
     "AUGMENTS",
@@ -26,24 +26,36 @@ __all__ = [
 class AugmentSettings:
     """How photos are varied; crops lie at random places whatever these say."""
 
-    hue: float = setting(1.0, "largest hue shift, share of the circle", low=0.0, high=1.0)
-    hue_share: float = setting(0.6, "share of crops whose hue is shifted", low=0.0, high=1.0)
-    saturation: float = setting(0.7, "largest change of saturation", low=0.0, high=1.0)
-    value: float = setting(0.4, "largest change of brightness", low=0.0, high=1.0)
-    rotation: float = setting(20.0, "rotation of most crops", unit="deg", low=0.0, high=180.0)
-    turn_share: float = setting(0.15, "share of crops turned by any angle", low=0.0, high=1.0)
-    translation: float = setting(
-        0.3, "shift of the object that a crop is laid around, share of the crop", low=0.0, high=0.5
+    hue: Annotated[float, about("largest hue shift, share of the circle", low=0.0, high=1.0)] = 1.0
+    hue_share: Annotated[float, about("share of crops whose hue is shifted", low=0.0, high=1.0)] = (
+        0.6
     )
-    flip: float = setting(0.5, "share of crops mirrored left to right", low=0.0, high=1.0)
-    flip_vertical: float = setting(0.1, "share of crops upside down", low=0.0, high=1.0)
-    scale_low: float = setting(0.6, "smallest scale of a photo", low=0.1, high=1.0)
-    scale_high: float = setting(2.2, "largest scale of a photo", low=1.0, high=8.0)
-    degrade: float = setting(0.25, "share blurred, noisy or compressed", low=0.0, high=1.0)
-    mosaic: float = setting(0.0, "share of crops put together from four photos", low=0.0, high=1.0)
-    crop_fraction: float = setting(
-        1.0, "a crop shows the photo on at least this share of its sides", low=0.1, high=1.0
+    saturation: Annotated[float, about("largest change of saturation", low=0.0, high=1.0)] = 0.7
+    value: Annotated[float, about("largest change of brightness", low=0.0, high=1.0)] = 0.4
+    rotation: Annotated[float, about("rotation of most crops", unit="deg", low=0.0, high=180.0)] = (
+        20.0
     )
+    turn_share: Annotated[float, about("share of crops turned by any angle", low=0.0, high=1.0)] = (
+        0.15
+    )
+    translation: Annotated[
+        float,
+        about(
+            "shift of the object that a crop is laid around, share of the crop", low=0.0, high=0.5
+        ),
+    ] = 0.3
+    flip: Annotated[float, about("share of crops mirrored left to right", low=0.0, high=1.0)] = 0.5
+    flip_vertical: Annotated[float, about("share of crops upside down", low=0.0, high=1.0)] = 0.1
+    scale_low: Annotated[float, about("smallest scale of a photo", low=0.1, high=1.0)] = 0.6
+    scale_high: Annotated[float, about("largest scale of a photo", low=1.0, high=8.0)] = 2.2
+    degrade: Annotated[float, about("share blurred, noisy or compressed", low=0.0, high=1.0)] = 0.25
+    mosaic: Annotated[
+        float, about("share of crops put together from four photos", low=0.0, high=1.0)
+    ] = 0.0
+    crop_fraction: Annotated[
+        float,
+        about("a crop shows the photo on at least this share of its sides", low=0.1, high=1.0),
+    ] = 1.0
 
     def __post_init__(self) -> None:
         check_settings(self, "augment")
@@ -130,32 +142,42 @@ def read_values(path: Path, kind: type[Any]) -> dict[str, Any]:
 class TrainSettings:
     """How long and on what the detector is trained."""
 
-    minutes: float = setting(
-        60.0, "time to train, all resumed parts together", unit="min", low=0.01
+    minutes: Annotated[
+        float, about("time to train, all resumed parts together", unit="min", low=0.01)
+    ] = 60.0
+    crop: Annotated[int, about("side of a training crop, a multiple of 32", unit="px", low=64)] = (
+        480
     )
-    crop: int = setting(480, "side of a training crop, a multiple of 32", unit="px", low=64)
-    batch: int = setting(8, "crops per step", low=1)
-    rate: float = setting(2e-3, "peak learning rate of AdamW", low=1e-6, high=1.0)
-    momentum: float = setting(0.9, "decay of AdamW's mean of the gradient", low=0.0, high=0.999)
-    network: str = setting(
-        "s", "size of the network, smallest to largest", choices=("n", "s", "m", "l", "x")
-    )
-    weight_decay: float = setting(0.02, "weight decay of AdamW", low=0.0, high=1.0)
-    warmup: float = setting(0.02, "share of the time spent raising the rate", low=0.0, high=0.5)
-    ema: float = setting(0.998, "decay of the averaged weights", low=0.0, high=0.99999)
-    held_out: float = setting(0.08, "share of the sources kept for choosing", low=0.0, high=0.5)
-    synthetic: float = setting(0.25, "share of crops from sets with exact masks", low=0.0, high=1.0)
-    patience: int = setting(12, "stop after so many checks without gain", low=1)
-    check_every: float = setting(
-        6.0, "time between checks on the held-out photos", unit="min", low=0.0
-    )
-    check_photos: int = setting(24, "held-out photos looked at in a check", low=1)
-    audit: float = setting(
-        0.3, "share of the time after which labels are checked; 0 never", low=0.0, high=1.0
-    )
-    threads: int = setting(1, "CPU threads beside the one that makes crops", low=1)
-    seed: int = setting(0, "seed of weights, crops and the split", low=0)
-    device: str = setting("auto", "where to train", choices=("auto", "cpu", "cuda"))
+    batch: Annotated[int, about("crops per step", low=1)] = 8
+    rate: Annotated[float, about("peak learning rate of AdamW", low=1e-6, high=1.0)] = 2e-3
+    momentum: Annotated[
+        float, about("decay of AdamW's mean of the gradient", low=0.0, high=0.999)
+    ] = 0.9
+    network: Annotated[
+        Literal["n", "s", "m", "l", "x"], about("size of the network, smallest to largest")
+    ] = "s"
+    weight_decay: Annotated[float, about("weight decay of AdamW", low=0.0, high=1.0)] = 0.02
+    warmup: Annotated[
+        float, about("share of the time spent raising the rate", low=0.0, high=0.5)
+    ] = 0.02
+    ema: Annotated[float, about("decay of the averaged weights", low=0.0, high=0.99999)] = 0.998
+    held_out: Annotated[
+        float, about("share of the sources kept for choosing", low=0.0, high=0.5)
+    ] = 0.08
+    synthetic: Annotated[
+        float, about("share of crops from sets with exact masks", low=0.0, high=1.0)
+    ] = 0.25
+    patience: Annotated[int, about("stop after so many checks without gain", low=1)] = 12
+    check_every: Annotated[
+        float, about("time between checks on the held-out photos", unit="min", low=0.0)
+    ] = 6.0
+    check_photos: Annotated[int, about("held-out photos looked at in a check", low=1)] = 24
+    audit: Annotated[
+        float, about("share of the time after which labels are checked; 0 never", low=0.0, high=1.0)
+    ] = 0.3
+    threads: Annotated[int, about("CPU threads beside the one that makes crops", low=1)] = 1
+    seed: Annotated[int, about("seed of weights, crops and the split", low=0)] = 0
+    device: Annotated[Literal["auto", "cpu", "cuda"], about("where to train")] = "auto"
 
     def __post_init__(self) -> None:
         check_settings(self, "train")
@@ -165,18 +187,20 @@ class TrainSettings:
 class YoloSettings:
     """How long and with what Ultralytics trains one of its networks."""
 
-    minutes: float = setting(
-        60.0, "time to train, all resumed parts together", unit="min", low=0.01
-    )
-    size: int = setting(640, "photos are resized to this", unit="px", low=32)
-    batch: int = setting(8, "photos per step", low=1)
-    rate: float = setting(1e-2, "initial learning rate of SGD", low=1e-6, high=1.0)
-    momentum: float = setting(0.937, "momentum of SGD", low=0.0, high=0.999)
-    held_out: float = setting(0.08, "share of the sources kept for choosing", low=0.0, high=0.5)
-    patience: int = setting(50, "stop after so many epochs without gain", low=1)
-    threads: int = setting(1, "CPU threads", low=1)
-    seed: int = setting(0, "seed of weights and order", low=0)
-    device: str = setting("auto", "where to train", choices=("auto", "cpu", "cuda"))
+    minutes: Annotated[
+        float, about("time to train, all resumed parts together", unit="min", low=0.01)
+    ] = 60.0
+    size: Annotated[int, about("photos are resized to this", unit="px", low=32)] = 640
+    batch: Annotated[int, about("photos per step", low=1)] = 8
+    rate: Annotated[float, about("initial learning rate of SGD", low=1e-6, high=1.0)] = 1e-2
+    momentum: Annotated[float, about("momentum of SGD", low=0.0, high=0.999)] = 0.937
+    held_out: Annotated[
+        float, about("share of the sources kept for choosing", low=0.0, high=0.5)
+    ] = 0.08
+    patience: Annotated[int, about("stop after so many epochs without gain", low=1)] = 50
+    threads: Annotated[int, about("CPU threads", low=1)] = 1
+    seed: Annotated[int, about("seed of weights and order", low=0)] = 0
+    device: Annotated[Literal["auto", "cpu", "cuda"], about("where to train")] = "auto"
 
     def __post_init__(self) -> None:
         check_settings(self, "yolo")
