@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import walltopo
-from walltopo.scans.folder import read_json
+from walltopo.core.files import read_json
 
 
 def main(photos: Path, out: Path) -> None:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from walltopo.holds.downclimb import downclimb_colours, with_downclimbs
-from walltopo.scans.records import Hold
+from walltopo.scans.attributes import Hold
 
 
 def wall(unit: float = 1.0) -> list[Hold]:

@@ -24,8 +24,9 @@ from walltopo.meshes.ply import write_ply
 from walltopo.raycast import render_ids
 from walltopo.routes import stage as cluster
 from walltopo.routes.contract import RoutesSettings
-from walltopo.scans.folder import ScanFolder, read_json, write_json
-from walltopo.scans.records import read_tags
+from walltopo.scans.folder import ScanFolder
+from walltopo.core.files import read_json, write_json
+from walltopo.scans.attributes import read_tags
 
 TEXEL = 0.0025  # metres of the wall's painting
 WALL = (0.74, 0.62, 0.45)

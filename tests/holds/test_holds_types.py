@@ -16,7 +16,7 @@ from walltopo.holds.describe import with_types
 from walltopo.holds.geometry import measure_shapes
 from walltopo.holds.relief import SIDE, Relief, framed, reliefs
 from walltopo.holds.types import NONE_OF_THESE, shipped_model
-from walltopo.scans.records import UNKNOWN, Hold
+from walltopo.scans.attributes import UNKNOWN, Hold
 from walltopo_lab.synth.holds import make_hold
 
 TYPES = ("jug", "crimp", "sloper", "pinch", "pocket", "foothold")

@@ -14,7 +14,8 @@ from walltopo.photos import stage as ingest
 from walltopo.photos.contract import IngestSettings
 from walltopo.photos.image_file import decode_photo
 from walltopo.photos.sources import find_sources
-from walltopo.scans.folder import ScanFolder, read_json
+from walltopo.scans.folder import ScanFolder
+from walltopo.core.files import read_json
 
 GPS_IFD, ORIENTATION, EXIF_IFD, FOCAL_35MM = 0x8825, 0x0112, 0x8769, 0xA405
 

@@ -10,7 +10,7 @@ import pytest
 from bad_input_cases import CASES, Case, picture  # type: ignore[import-not-found]
 
 from walltopo.cli import main
-from walltopo.scans.folder import read_json
+from walltopo.core.files import read_json
 
 TABLE = Path(__file__).parents[2] / "docs" / "bad-input.md"
 HEAD = """\

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from walltopo.cli import main
-from walltopo.scans.folder import read_json
+from walltopo.core.files import read_json
 
 
 @pytest.mark.slow

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from walltopo.cli import main
 from walltopo.resets.inventory import changes, count_holds, size_class, to_csv
 from walltopo.resets.matching import match_holds
-from walltopo.scans.folder import write_json
-from walltopo.scans.records import Hold
+from walltopo.core.files import write_json
+from walltopo.scans.attributes import Hold
 
 
 def some_holds(count: int, seed: int = 0) -> list[Hold]:

@@ -16,8 +16,9 @@ from walltopo.meshes.ply import write_ply
 from walltopo.routes.contract import RoutesSettings
 from walltopo.routes.grouping import candidate_pairs, group_holds, louvain, modularity, similarity
 from walltopo.routes.stage import find_routes, run
-from walltopo.scans.folder import ScanFolder, read_json, write_json
-from walltopo.scans.records import Hold
+from walltopo.scans.folder import ScanFolder
+from walltopo.core.files import read_json, write_json
+from walltopo.scans.attributes import Hold
 
 
 def column(x: float, colour: str, first: int, count: int = 8) -> list[Hold]:

@@ -14,8 +14,9 @@ from walltopo.routes.contract import RoutesSettings
 from walltopo.routes.edits import apply_hold_edits, find_hold
 from walltopo.routes.stage import find_routes, run
 from walltopo.scans.edits import write_route_edits
-from walltopo.scans.folder import ScanFolder, read_json, write_json
-from walltopo.scans.records import Hold
+from walltopo.scans.folder import ScanFolder
+from walltopo.core.files import read_json, write_json
+from walltopo.scans.attributes import Hold
 
 
 def wall() -> Mesh:

@@ -15,7 +15,7 @@ from walltopo.core import InputError
 from walltopo.routes.contract import RoutesSettings
 from walltopo.routes.stage import find_routes
 from walltopo.routes.start_tags import cut_at_starts, tagged_holds
-from walltopo.scans.records import Hold, Route, StartTag, read_tags
+from walltopo.scans.attributes import Hold, Route, StartTag, read_tags
 
 
 def column(x: float, first: int, colour: str = "red", count: int = 8) -> list[Hold]:

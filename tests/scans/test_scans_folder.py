@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from walltopo.core import EnvironmentLacksError, InputError
-from walltopo.scans.folder import atomic_path, hash_path, read_json, write_json
+from walltopo.core.files import atomic_path, hash_path, read_json, write_json
 
 
 def test_failed_write_leaves_the_old_file(tmp_path: Path) -> None:

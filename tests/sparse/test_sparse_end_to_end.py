@@ -13,7 +13,8 @@ from PIL import Image
 from walltopo.core import InputError, Silent, StageError
 from walltopo.measure.contract import ScaleSettings
 from walltopo.measure.stage import run as scale
-from walltopo.scans.folder import ScanFolder, hash_path, read_json, write_json
+from walltopo.scans.folder import ScanFolder
+from walltopo.core.files import hash_path, read_json, write_json
 from walltopo.scans.model import read_views
 from walltopo.sparse.contract import SparseSettings
 from walltopo.sparse.stage import run as sparse

@@ -108,7 +108,7 @@ def _export(args: argparse.Namespace) -> int:
 
 def _check_frames(scans: list[Any]) -> None:
     """All but one must have been aligned to a reference, or their frames are unrelated."""
-    from walltopo.scans.folder import read_json
+    from walltopo.core.files import read_json
 
     own = [s.root for s in scans if read_json(s.scale).get("method") != "reference"]
     if len(own) > 1:
@@ -125,7 +125,8 @@ def _merge(args: argparse.Namespace) -> int:
     from walltopo.export.merge import join_textures, merge_walls
     from walltopo.export.stage import write_wall
     from walltopo.export.wall import read_wall
-    from walltopo.scans.folder import ScanFolder, write_json
+    from walltopo.scans.folder import ScanFolder
+    from walltopo.core.files import write_json
 
     scans = [ScanFolder(path) for path in args.scans]
     if args.output.resolve() in {path.resolve() for path in args.scans}:

@@ -69,7 +69,7 @@ def _emit(
 
     from walltopo.cli.console import console
     from walltopo.resets.inventory import to_csv
-    from walltopo.scans.folder import atomic_path
+    from walltopo.core.files import atomic_path
 
     if args.format == "table" and args.out is None:
         console.print(_table(rows))

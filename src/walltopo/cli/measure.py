@@ -68,7 +68,7 @@ def _print(args: argparse.Namespace) -> int:
     from walltopo.core import InputError
     from walltopo.measure.plate_pdf import PAPERS, draw_plate, to_pdf
     from walltopo.measure.plates import built_in_plates, read_plates
-    from walltopo.scans.folder import atomic_path
+    from walltopo.core.files import atomic_path
 
     if args.plates:
         kinds = read_plates(args.plates)

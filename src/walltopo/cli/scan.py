@@ -119,7 +119,8 @@ def _show_result(root: Path) -> None:
     from rich.table import Table
 
     from walltopo.cli.console import console
-    from walltopo.scans.folder import ScanFolder, read_json
+    from walltopo.scans.folder import ScanFolder
+    from walltopo.core.files import read_json
 
     folder = ScanFolder(root)
     routes = read_json(folder.routes)["routes"]

@@ -7,7 +7,13 @@ from typing import Annotated, Literal
 
 from walltopo.core import about, check_settings
 
-__all__ = ["DenseSettings"]
+from walltopo.core import Mesh
+from walltopo.scans.model import SparseModel
+from walltopo.scans.photo_set import PhotoSet
+from walltopo.scans.scale import Scale
+from walltopo.scans.manifest import Metrics
+
+__all__ = ["DenseSettings", "Reads", "Writes"]
 
 
 @dataclass(frozen=True)
@@ -69,3 +75,20 @@ class DenseSettings:
 
     def __post_init__(self) -> None:
         check_settings(self, "dense")
+
+
+@dataclass(frozen=True)
+class Reads:
+    """What the stage is given."""
+
+    photos: PhotoSet
+    sparse: SparseModel
+    scale: Scale
+
+
+@dataclass(frozen=True)
+class Writes:
+    """What the stage makes."""
+
+    mesh: Mesh
+    metrics: Metrics

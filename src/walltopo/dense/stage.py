@@ -20,7 +20,8 @@ from walltopo.dense.preview import preview_mesh
 from walltopo.dense.scene import Scene, ground_sampling, read_scene, surroundings
 from walltopo.dense.sgm import sgm_mesh
 from walltopo.meshes.ply import write_ply
-from walltopo.scans.folder import ScanFolder, read_json
+from walltopo.scans.folder import ScanFolder
+from walltopo.core.files import read_json
 
 __all__ = ["edge_and_unit", "pick_backend", "run"]
 

@@ -7,7 +7,12 @@ from typing import Annotated, Literal
 
 from walltopo.core import about, check_settings
 
-__all__ = ["DetectSettings"]
+from walltopo.scans.detections import Detections
+from walltopo.scans.photo_list import PhotoList
+from walltopo.scans.photo_set import PhotoSet
+from walltopo.scans.manifest import Metrics
+
+__all__ = ["DetectSettings", "Reads", "Writes"]
 
 
 @dataclass(frozen=True)
@@ -74,3 +79,19 @@ class DetectSettings:
 
     def __post_init__(self) -> None:
         check_settings(self, "detect")
+
+
+@dataclass(frozen=True)
+class Reads:
+    """What the stage is given."""
+
+    photos: PhotoSet
+    photo_list: PhotoList
+
+
+@dataclass(frozen=True)
+class Writes:
+    """What the stage makes."""
+
+    detections: Detections
+    metrics: Metrics

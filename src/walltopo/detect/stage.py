@@ -16,7 +16,8 @@ from walltopo.detect.contract import DetectSettings
 from walltopo.detect.detector import Detector, open_detector
 from walltopo.detect.draw import draw_found
 from walltopo.scans.detections import write_coco_masks
-from walltopo.scans.folder import ScanFolder, atomic_path
+from walltopo.scans.folder import ScanFolder
+from walltopo.core.files import atomic_path
 
 __all__ = ["PHOTO_SUFFIXES", "detect_photos", "read_photo", "run"]
 

@@ -7,7 +7,21 @@ from typing import Annotated
 
 from walltopo.core import about, check_settings
 
-__all__ = ["ExportSettings"]
+from walltopo.core import Mesh
+from walltopo.scans.attributes import Attributes
+from walltopo.scans.cutouts import Cutouts
+from walltopo.scans.edits import HoldEdits
+from walltopo.scans.holds import Holds
+from walltopo.scans.instances import InstanceRecords, InstanceTable
+from walltopo.scans.made import Made
+from walltopo.scans.model import SparseModel
+from walltopo.scans.photo_list import PhotoList
+from walltopo.scans.routes import Routes
+from walltopo.scans.scale import Scale
+from walltopo.scans.texture import TextureImage, TextureUv
+from walltopo.scans.manifest import Metrics
+
+__all__ = ["ExportSettings", "Reads", "Writes"]
 
 
 @dataclass(frozen=True)
@@ -38,3 +52,33 @@ class ExportSettings:
 
     def __post_init__(self) -> None:
         check_settings(self, "export")
+
+
+@dataclass(frozen=True)
+class Reads:
+    """What the stage is given."""
+
+    photo_list: PhotoList
+    sparse: SparseModel
+    scale: Scale
+    mesh: Mesh
+    texture: TextureImage
+    texture_uv: TextureUv
+    instances: InstanceTable
+    instance_records: InstanceRecords
+    attributes: Attributes
+    cutouts: Cutouts
+    routes: Routes
+    hold_edits: HoldEdits
+
+
+@dataclass(frozen=True)
+class Writes:
+    """What the stage makes."""
+
+    holds: Holds
+    glb: Made
+    page_assets: Made
+    page: Made
+    report: Made
+    metrics: Metrics

@@ -8,7 +8,8 @@ from walltopo.core import InputError, Progress, Silent
 from walltopo.export.contract import ExportSettings
 from walltopo.export.tiers import TierBuilder
 from walltopo.export.wall import Wall
-from walltopo.scans.folder import ScanFolder, atomic_path
+from walltopo.scans.folder import ScanFolder
+from walltopo.core.files import atomic_path
 
 __all__ = ["FORMATS", "convert"]
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from walltopo.core import InputError, Mesh
 from walltopo.export.keep import keep_faces
 from walltopo.export.wall import Wall
-from walltopo.scans.folder import atomic_path
+from walltopo.core.files import atomic_path
 
 __all__ = ["join_textures", "merge_walls"]
 

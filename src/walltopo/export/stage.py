@@ -11,7 +11,8 @@ from walltopo.export.report import write_report
 from walltopo.export.tiers import Look, TierBuilder
 from walltopo.export.wall import Wall, read_wall
 from walltopo.export.webpage import write_page, write_tier
-from walltopo.scans.folder import ScanFolder, atomic_path, write_json
+from walltopo.scans.folder import ScanFolder
+from walltopo.core.files import atomic_path, write_json
 
 __all__ = ["run", "write_wall"]
 

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh
-from walltopo.scans.folder import ScanFolder, read_json
+from walltopo.scans.folder import ScanFolder
+from walltopo.core.files import read_json
 
 __all__ = ["Wall", "hold_table", "read_wall"]
 

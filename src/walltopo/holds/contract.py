@@ -7,7 +7,17 @@ from typing import Annotated, Literal
 
 from walltopo.core import about, check_settings
 
-__all__ = ["ClassifySettings"]
+from walltopo.core import Mesh
+from walltopo.scans.attributes import Attributes
+from walltopo.scans.cutouts import Cutouts
+from walltopo.scans.edits import HoldEdits
+from walltopo.scans.instances import InstanceRecords, InstanceTable
+from walltopo.scans.model import SparseModel
+from walltopo.scans.photo_set import PhotoSet
+from walltopo.scans.scale import Scale
+from walltopo.scans.manifest import Metrics
+
+__all__ = ["ClassifySettings", "Reads", "Writes"]
 
 
 @dataclass(frozen=True)
@@ -120,3 +130,25 @@ class ClassifySettings:
 
     def __post_init__(self) -> None:
         check_settings(self, "classify")
+
+
+@dataclass(frozen=True)
+class Reads:
+    """What the stage is given."""
+
+    photos: PhotoSet
+    sparse: SparseModel
+    scale: Scale
+    mesh: Mesh
+    instances: InstanceTable
+    instance_records: InstanceRecords
+    hold_edits: HoldEdits
+
+
+@dataclass(frozen=True)
+class Writes:
+    """What the stage makes."""
+
+    attributes: Attributes
+    cutouts: Cutouts
+    metrics: Metrics

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from walltopo.holds.observations import HoldView
-from walltopo.scans.folder import atomic_path, write_json
+from walltopo.core.files import atomic_path, write_json
 
 __all__ = ["best_views", "write_cutouts"]
 

@@ -17,7 +17,7 @@ from walltopo.holds.palette import Entry
 from walltopo.holds.relief import Relief
 from walltopo.holds.types import shipped_model
 from walltopo.routes.paint import TINT_RADIUS
-from walltopo.scans.records import UNKNOWN, Hold
+from walltopo.scans.attributes import UNKNOWN, Hold
 
 __all__ = ["describe", "with_tints", "with_types"]
 

@@ -21,8 +21,9 @@ from walltopo.holds.flatness import flat_instances, measure_rises
 from walltopo.holds.geometry import Shape
 from walltopo.holds.observations import HoldView
 from walltopo.routes.edits import find_hold
-from walltopo.scans.folder import ScanFolder, read_json
-from walltopo.scans.records import Hold
+from walltopo.scans.folder import ScanFolder
+from walltopo.core.files import read_json
+from walltopo.scans.attributes import Hold
 from walltopo.scans.units import is_metric, unit_of_sizes
 
 __all__ = [

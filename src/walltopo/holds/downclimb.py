@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from walltopo.scans.records import Hold
+from walltopo.scans.attributes import Hold
 
 __all__ = ["downclimb_colours", "with_downclimbs"]
 

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError
 from walltopo.imaging.oklab import features, linear_from_srgb8
-from walltopo.scans.folder import atomic_path
-from walltopo.scans.records import HAND_ROLES, Hold
+from walltopo.core.files import atomic_path
+from walltopo.scans.attributes import HAND_ROLES, Hold
 
 __all__ = [
     "REFERENCE",

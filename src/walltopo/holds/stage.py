@@ -35,8 +35,9 @@ from walltopo.holds.tag_looks import CardSizes
 from walltopo.holds.tags import FoundTag, TagFinder, band_looks, record_of
 from walltopo.holds.verdicts import classifier_of, followed, with_class_colours
 from walltopo.routes.edits import apply_hold_edits
-from walltopo.scans.folder import ScanFolder, write_json
-from walltopo.scans.records import UNKNOWN, Hold, StartTag
+from walltopo.scans.folder import ScanFolder
+from walltopo.core.files import write_json
+from walltopo.scans.attributes import UNKNOWN, Hold, StartTag
 from walltopo.scans.units import is_metric, unit_of, unit_of_sizes
 
 __all__ = ["run"]

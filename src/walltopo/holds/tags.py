@@ -12,7 +12,7 @@ from walltopo.core import Mesh, View
 from walltopo.holds.observations import Picture
 from walltopo.holds.tag_fit import CORNERS, PRINT
 from walltopo.holds.tag_looks import CardLook, CardSizes, card_looks
-from walltopo.scans.records import StartTag
+from walltopo.scans.attributes import StartTag
 
 __all__ = ["BandLook", "FoundTag", "TagFinder", "band_looks", "likelihood", "record_of"]
 

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.holds.relief import SIDE, Relief
-from walltopo.scans.records import UNKNOWN
+from walltopo.scans.attributes import UNKNOWN
 
 __all__ = ["NONE_OF_THESE", "TypeModel", "open_model", "shipped_model"]
 

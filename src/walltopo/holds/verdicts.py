@@ -16,7 +16,7 @@ from walltopo.holds.classifier_picture import square
 from walltopo.holds.contract import ClassifySettings
 from walltopo.holds.observations import HoldView
 from walltopo.holds.palette import Entry
-from walltopo.scans.records import UNKNOWN, Hold
+from walltopo.scans.attributes import UNKNOWN, Hold
 
 __all__ = [
     "classifier_of",

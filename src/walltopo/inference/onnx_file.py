@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from walltopo.scans.folder import atomic_path
+from walltopo.core.files import atomic_path
 
 __all__ = ["label_export", "set_metadata"]
 

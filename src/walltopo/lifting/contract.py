@@ -8,7 +8,14 @@ from typing import Annotated, Literal
 
 from walltopo.core.setting import about, check_settings
 
-__all__ = ["LiftParams", "Method", "length_of_share"]
+from walltopo.core import Mesh
+from walltopo.scans.detections import Detections
+from walltopo.scans.instances import InstanceRecords, InstanceTable
+from walltopo.scans.model import SparseModel
+from walltopo.scans.scale import Scale
+from walltopo.scans.manifest import Metrics
+
+__all__ = ["LiftParams", "Method", "Reads", "Writes", "length_of_share"]
 
 Method = Literal["robust", "literal"]
 
@@ -146,3 +153,22 @@ class LiftParams:
 
     def __post_init__(self) -> None:
         check_settings(self, "lift")
+
+
+@dataclass(frozen=True)
+class Reads:
+    """What the stage is given."""
+
+    sparse: SparseModel
+    scale: Scale
+    mesh: Mesh
+    detections: Detections
+
+
+@dataclass(frozen=True)
+class Writes:
+    """What the stage makes."""
+
+    instances: InstanceTable
+    instance_records: InstanceRecords
+    metrics: Metrics

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Instances, Mesh
 from walltopo.meshes.ply import write_ply
-from walltopo.scans.folder import atomic_path
+from walltopo.core.files import atomic_path
 
 __all__ = ["coloured_mesh", "instance_colours", "write_coloured"]
 

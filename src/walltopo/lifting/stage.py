@@ -13,7 +13,8 @@ from walltopo.lifting import lift
 from walltopo.lifting.contract import LiftParams
 from walltopo.meshes.ply import read_mesh
 from walltopo.scans.detections import read_coco_masks
-from walltopo.scans.folder import ScanFolder, atomic_path, read_json, write_json
+from walltopo.scans.folder import ScanFolder
+from walltopo.core.files import atomic_path, read_json, write_json
 from walltopo.scans.model import read_views
 
 __all__ = ["records_of", "run", "write_instances"]

@@ -7,7 +7,13 @@ from typing import Annotated, Literal
 
 from walltopo.core import about, check_settings
 
-__all__ = ["ScaleSettings"]
+from walltopo.scans.aligned import Aligned
+from walltopo.scans.model import SparseModel
+from walltopo.scans.photo_set import PhotoSet
+from walltopo.scans.scale import Scale
+from walltopo.scans.manifest import Metrics
+
+__all__ = ["Reads", "ScaleSettings", "Writes"]
 
 
 @dataclass(frozen=True)
@@ -56,3 +62,21 @@ class ScaleSettings:
 
     def __post_init__(self) -> None:
         check_settings(self, "scale")
+
+
+@dataclass(frozen=True)
+class Reads:
+    """What the stage is given."""
+
+    photos: PhotoSet
+    sparse_raw: SparseModel
+    aligned: Aligned | None
+
+
+@dataclass(frozen=True)
+class Writes:
+    """What the stage makes."""
+
+    sparse: SparseModel
+    scale: Scale
+    metrics: Metrics

@@ -18,7 +18,8 @@ from walltopo.measure.markers import Detection, detect_markers
 from walltopo.measure.plates import Plate, built_in_plates, read_plates
 from walltopo.measure.upright import turned_photos, typical_unit, up_from_cameras, upright_frame
 from walltopo.meshes.similarity import Similarity
-from walltopo.scans.folder import ScanFolder, atomic_path, read_json, write_json
+from walltopo.scans.folder import ScanFolder
+from walltopo.core.files import atomic_path, read_json, write_json
 from walltopo.scans.model import open_model, read_views
 
 __all__ = ["detect_in_photos", "plates_without", "run"]

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from walltopo.core import InputError, Mesh
-from walltopo.scans.folder import atomic_path
+from walltopo.core.files import atomic_path
 
 __all__ = ["read_mesh", "write_ply"]
 

@@ -7,7 +7,12 @@ from typing import Annotated
 
 from walltopo.core import about, check_settings
 
-__all__ = ["IngestSettings"]
+from pathlib import Path
+from walltopo.scans.photo_list import PhotoList
+from walltopo.scans.photo_set import PhotoSet
+from walltopo.scans.manifest import Metrics
+
+__all__ = ["IngestSettings", "Reads", "Writes"]
 
 
 @dataclass(frozen=True)
@@ -44,3 +49,19 @@ class IngestSettings:
 
     def __post_init__(self) -> None:
         check_settings(self, "ingest")
+
+
+@dataclass(frozen=True)
+class Reads:
+    """What the stage is given."""
+
+    sources: tuple[Path, ...]
+
+
+@dataclass(frozen=True)
+class Writes:
+    """What the stage makes."""
+
+    photos: PhotoSet
+    photo_list: PhotoList
+    metrics: Metrics

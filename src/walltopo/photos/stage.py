@@ -21,7 +21,8 @@ from walltopo.photos.image_file import decode_photo
 from walltopo.photos.quality import sharpness, thumbnail
 from walltopo.photos.sources import find_sources
 from walltopo.photos.video import VIDEO_SUFFIXES, pick_frames
-from walltopo.scans.folder import ScanFolder, atomic_path, hash_path, write_json
+from walltopo.scans.folder import ScanFolder
+from walltopo.core.files import atomic_path, hash_path, write_json
 
 if TYPE_CHECKING:
     from PIL.Image import Image

@@ -31,7 +31,8 @@ from walltopo.core import (
 )
 from walltopo.pipeline.memory import peak_mb, reset_peak
 from walltopo.pipeline.settings import Settings
-from walltopo.scans.folder import ScanFolder, hash_path
+from walltopo.scans.folder import ScanFolder
+from walltopo.core.files import hash_path
 from walltopo.scans.manifest import Manifest, StageRecord
 
 __all__ = ["STAGES", "Listener", "ScanResult", "Stage", "scan", "stage_names"]

@@ -15,7 +15,7 @@ import numpy as np
 from walltopo.core import InputError
 from walltopo.resets.matching import match_holds
 from walltopo.scans.folder import ScanFolder
-from walltopo.scans.records import Hold, read_holds
+from walltopo.scans.attributes import Hold, read_holds
 from walltopo.scans.units import is_metric
 
 __all__ = ["Change", "Row", "changes", "count_holds", "size_class", "to_csv", "wall_area"]

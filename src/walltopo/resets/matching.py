@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.scans.records import Hold
+from walltopo.scans.attributes import Hold
 
 __all__ = ["match_holds"]
 

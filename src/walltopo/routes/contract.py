@@ -7,7 +7,14 @@ from typing import Annotated, Literal
 
 from walltopo.core import SettingsError, about, check_settings
 
-__all__ = ["RoutesSettings"]
+from walltopo.core import Mesh
+from walltopo.scans.attributes import Attributes
+from walltopo.scans.edits import RouteEdits
+from walltopo.scans.routes import Routes
+from walltopo.scans.scale import Scale
+from walltopo.scans.manifest import Metrics
+
+__all__ = ["Reads", "RoutesSettings", "Writes"]
 
 
 @dataclass(frozen=True)
@@ -93,3 +100,21 @@ class RoutesSettings:
                 "routes.max_hold_dist: expected at least routes.min_hold_dist "
                 f"({self.min_hold_dist}), got {self.max_hold_dist}"
             )
+
+
+@dataclass(frozen=True)
+class Reads:
+    """What the stage is given."""
+
+    mesh: Mesh
+    scale: Scale
+    attributes: Attributes
+    route_edits: RouteEdits
+
+
+@dataclass(frozen=True)
+class Writes:
+    """What the stage makes."""
+
+    routes: Routes
+    metrics: Metrics

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from walltopo.scans.records import Hold
+from walltopo.scans.attributes import Hold
 
 __all__ = ["RouteBook", "apply_hold_edits", "apply_route_edits", "find_hold"]
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.scans.records import Hold, Route
+from walltopo.scans.attributes import Hold, Route
 
 __all__ = ["describe_route", "memberships", "route_facts"]
 

@@ -20,8 +20,9 @@ from walltopo.routes.order import describe_route, memberships
 from walltopo.routes.paint import FLATTEN, balanced_paint
 from walltopo.routes.proxy import build_proxy
 from walltopo.routes.start_tags import Cut, cut_at_starts, tagged_holds
-from walltopo.scans.folder import ScanFolder, write_json
-from walltopo.scans.records import UNKNOWN, Hold, Route, StartTag, read_holds, read_tags
+from walltopo.scans.folder import ScanFolder
+from walltopo.core.files import write_json
+from walltopo.scans.attributes import UNKNOWN, Hold, Route, StartTag, read_holds, read_tags
 from walltopo.scans.units import is_metric, unit_of
 
 __all__ = ["find_routes", "run"]

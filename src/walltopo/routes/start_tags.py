@@ -19,7 +19,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.scans.records import Hold, StartTag
+from walltopo.scans.attributes import Hold, StartTag
 
 __all__ = ["Cut", "cut_at_starts", "tagged_holds"]
 

@@ -1,22 +1,128 @@
-"""COCO files with RLE masks: `detections.json` to and from `Mask`."""
+"""`detections.json`: masks of objects in photos, as COCO with RLE."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from walltopo.core import InputError, Mask
-from walltopo.scans.folder import read_json, write_json
+from walltopo.core.files import write_json
+from walltopo.scans.document import read_document
 
-__all__ = ["decode_segmentation", "encode_mask", "read_coco_masks", "write_coco_masks"]
+__all__ = ["Detections", "decode_segmentation", "encode_mask", "read_coco_masks"]
+
+
+@dataclass(frozen=True)
+class Detections:
+    """What a detector found in each photo.
+
+    Parameters
+    ----------
+    masks : photo name to its masks, in the order of the file; photos without any are there too.
+    sizes : photo name to (width, height).
+    classes : class name by label.
+    description : of what found them.
+    """
+
+    masks: Mapping[str, tuple[Mask, ...]]
+    sizes: Mapping[str, tuple[int, int]]
+    classes: Mapping[int, str]
+    description: str = ""
+
+    @classmethod
+    def load(cls, path: Path) -> Detections:
+        """Read a COCO file. Labels are COCO's category ids; without `score` a mask is certain.
+
+        Raises
+        ------
+        InputError : the file is missing, is not COCO, or an annotation is broken; names which.
+        """
+        data = read_document(path, _Coco)
+        images = {image.id: image for image in data.images}
+        masks: dict[str, list[Mask]] = {image.file_name: [] for image in data.images}
+        for row in data.annotations:
+            where = f"{path}: annotation {row.id}"
+            if row.image_id not in images:
+                raise InputError(f"{where}: there is no image {row.image_id}")
+            image = images[row.image_id]
+            try:
+                mask = decode_segmentation(
+                    row.segmentation, image.width, image.height, row.category_id, row.score
+                )
+            except InputError as error:
+                raise InputError(f"{where}: {error.message}") from error
+            masks[image.file_name].append(mask)
+        return cls(
+            {name: tuple(items) for name, items in masks.items()},
+            {image.file_name: (image.width, image.height) for image in data.images},
+            {category.id: category.name for category in data.categories},
+            str(data.info.get("description", "")),
+        )
+
+    def save(self, path: Path) -> None:
+        """Write COCO with compressed RLE, `bbox`, `area` and `score`; atomic."""
+        images: list[dict[str, Any]] = []
+        rows: list[dict[str, Any]] = []
+        for number, (name, (width, height)) in enumerate(self.sizes.items(), start=1):
+            images.append({"id": number, "file_name": name, "width": width, "height": height})
+            for mask in self.masks.get(name, ()):
+                rows.append(_annotation(mask, len(rows) + 1, number))
+        categories = [{"id": label, "name": name} for label, name in sorted(self.classes.items())]
+        info = {"description": self.description} if self.description else {}
+        write_json(
+            path,
+            {"info": info, "images": images, "categories": categories, "annotations": rows},
+        )
+
+
+class _Image(msgspec.Struct, frozen=True):
+    id: int
+    file_name: str
+    width: int
+    height: int
+
+
+class _Category(msgspec.Struct, frozen=True):
+    id: int
+    name: str
+
+
+class _Annotation(msgspec.Struct, frozen=True):
+    image_id: int
+    category_id: int
+    segmentation: Any  # polygons or RLE: `decode_segmentation` tells them apart
+    score: float = 1.0
+    id: int | str = "?"
+
+
+class _Coco(msgspec.Struct, frozen=True):
+    images: tuple[_Image, ...]
+    categories: tuple[_Category, ...]
+    annotations: tuple[_Annotation, ...]
+    info: dict[str, Any] = {}
+
+
+def _annotation(mask: Mask, number: int, image: int) -> dict[str, Any]:
+    return {
+        "id": number,
+        "image_id": image,
+        "category_id": mask.label,
+        "segmentation": encode_mask(mask),
+        "bbox": [float(v) for v in mask.box],
+        "area": mask.area,
+        "iscrowd": 0,
+        "score": round(float(mask.score), 4),
+    }
 
 
 def encode_mask(mask: Mask) -> dict[str, Any]:
     """COCO's compressed RLE (JSON-able) of a mask at its full image size."""
-    from pycocotools import mask as rle
+    from faster_coco_eval.core import mask as rle
 
     encoded = rle.encode(np.asfortranarray(mask.full(), dtype=np.uint8))
     height, width = encoded["size"]
@@ -32,7 +138,7 @@ def decode_segmentation(
     ------
     InputError : the segmentation is none of these.
     """
-    from pycocotools import mask as rle
+    from faster_coco_eval.core import mask as rle
 
     try:
         if isinstance(segmentation, list):
@@ -51,76 +157,7 @@ def decode_segmentation(
 
 
 def read_coco_masks(path: Path) -> tuple[dict[str, tuple[Mask, ...]], dict[int, str]]:
-    """Masks by photo name, and class names by label, of a COCO file.
+    """Masks by photo name, and class names by label, of a COCO file; see `Detections.load`."""
+    found = Detections.load(Path(path))
+    return dict(found.masks), dict(found.classes)
 
-    The order of a photo's masks is the order of its annotations in the file. Labels are COCO's
-    category ids. Annotations without `score` count as certain (1.0).
-
-    Raises
-    ------
-    InputError : the file is missing, is not COCO, or an annotation is broken; names which.
-    """
-    data = read_json(path)
-    try:
-        images = {image["id"]: image for image in data["images"]}
-        classes = {int(c["id"]): str(c["name"]) for c in data["categories"]}
-        annotations = data["annotations"]
-    except (KeyError, TypeError) as error:
-        raise InputError(f"{path}: not a COCO file, {error} is missing") from error
-    masks: dict[str, list[Mask]] = {image["file_name"]: [] for image in images.values()}
-    for annotation in annotations:
-        number = annotation.get("id", "?")
-        try:
-            image = images[annotation["image_id"]]
-            mask = decode_segmentation(
-                annotation["segmentation"],
-                int(image["width"]),
-                int(image["height"]),
-                int(annotation["category_id"]),
-                float(annotation.get("score", 1.0)),
-            )
-        except KeyError as error:
-            raise InputError(f"{path}: annotation {number}: {error} is missing") from error
-        except InputError as error:
-            raise InputError(f"{path}: annotation {number}: {error.message}") from error
-        masks[image["file_name"]].append(mask)
-    return {name: tuple(items) for name, items in masks.items()}, classes
-
-
-def write_coco_masks(
-    path: Path,
-    masks: Mapping[str, Sequence[Mask]],
-    sizes: Mapping[str, tuple[int, int]],
-    classes: Mapping[int, str],
-    info: Mapping[str, Any] | None = None,
-) -> None:
-    """Write masks as COCO with compressed RLE, `bbox`, `area` and `score`; atomic.
-
-    Parameters
-    ----------
-    masks : photo name to its masks.
-    sizes : photo name to (width, height); every photo of the set, also those without a mask.
-    classes : label to class name.
-    info : COCO's `info` block.
-    """
-    images: list[dict[str, Any]] = []
-    annotations: list[dict[str, Any]] = []
-    for image_id, (name, (width, height)) in enumerate(sizes.items(), start=1):
-        images.append({"id": image_id, "file_name": name, "width": width, "height": height})
-        for mask in masks.get(name, ()):
-            annotations.append(
-                {
-                    "id": len(annotations) + 1,
-                    "image_id": image_id,
-                    "category_id": mask.label,
-                    "segmentation": encode_mask(mask),
-                    "bbox": [float(v) for v in mask.box],
-                    "area": mask.area,
-                    "iscrowd": 0,
-                    "score": round(float(mask.score), 4),
-                }
-            )
-    categories = [{"id": label, "name": name} for label, name in sorted(classes.items())]
-    data: dict[str, Any] = {"info": dict(info or {})}
-    data |= {"images": images, "categories": categories, "annotations": annotations}
-    write_json(path, data)

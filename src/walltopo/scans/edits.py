@@ -2,17 +2,13 @@
 
 Ids may change from scan to scan, places hardly do: so every hold is given by its id and its
 position (`at`, metres, world frame), and every route by its id and the position of one of its
-holds. Whoever applies an edit looks for the place first and falls back to the id.
+holds. Whoever applies an edit looks for the place first and falls back to the id (`find_hold`).
 
 `holds.edits.json`::
 
     {"version": 1,
      "holds": [{"id": 7, "at": [x, y, z], "colour": "red", "type": "jug", "deleted": true}],
      "strokes": [{"hold": 7, "at": [x, y, z], "radius_m": 0.03}]}
-
-A hold entry has any of `colour`, `type`, `class`, `deleted`, and `kept` (a doubtful instance is a
-hold after all). A stroke is a ball: the triangles
-whose centroid lies in it go to the hold (0: to the wall), in the order of the list.
 
 `routes.edits.toml`, applied from top to bottom within each kind, in this order of kinds::
 
@@ -42,171 +38,204 @@ whose centroid lies in it go to the hold (0: to the wall), in the order of the l
 from __future__ import annotations
 
 import json
-import math
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh
-from walltopo.scans.folder import atomic_path, read_json, write_json
+from walltopo.core.files import atomic_path, read_json, write_json
+from walltopo.scans.attributes import Hold
+from walltopo.scans.document import parse
 
 __all__ = [
+    "Assign",
+    "HoldEdit",
+    "HoldEdits",
+    "Merge",
+    "Recolour",
+    "Rename",
+    "RouteEdits",
+    "Split",
+    "Stroke",
     "apply_strokes",
-    "check_hold_edits",
-    "check_route_edits",
-    "read_hold_edits",
-    "read_route_edits",
-    "write_hold_edits",
-    "write_route_edits",
+    "find_hold",
 ]
 
-Check = Callable[[Any], bool]
+REACH = 0.12  # metres: a hold this near to the place is the one that was meant
+FAR = 0.5  # metres: beyond it even the right id is another hold
+
+Id = Annotated[int, msgspec.Meta(ge=0)]
+Text = Annotated[str, msgspec.Meta(max_length=200)]
+Radius = Annotated[float, msgspec.Meta(gt=0, lt=10)]
+Place = tuple[float, float, float]
 
 
-def _whole(value: Any) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool) and value >= 0
+class _Edit(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True):
+    """An entry; what was not given is not written. TOML knows nan and inf: they are no places."""
+
+    def __post_init__(self) -> None:
+        for name in ("at", "route_at"):
+            places = getattr(self, name, None)
+            if places and not np.isfinite(np.array(places, dtype=float)).all():
+                raise ValueError(f"`{name}` must be finite")
 
 
-def _number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+class HoldEdit(_Edit, frozen=True, kw_only=True):
+    """A correction of one hold: any of its colour, type and class; or that it is none
+    (`deleted`), or that a doubtful instance is one after all (`kept`)."""
+
+    id: Id
+    at: Place
+    colour: Text | None = None
+    type: Text | None = None
+    kind: Literal["hold", "volume"] | None = msgspec.field(name="class", default=None)
+    deleted: bool = False
+    kept: bool = False
 
 
-def _place(value: Any) -> bool:
-    return isinstance(value, list) and len(value) == 3 and all(_number(v) for v in value)
+class Stroke(_Edit, frozen=True, kw_only=True):
+    """A ball: the triangles whose centroid lies in it go to the hold (0: to the wall)."""
+
+    hold: Id
+    at: Place
+    radius_m: Radius
 
 
-def _list_of(check: Check) -> Check:
-    return lambda value: isinstance(value, list) and all(check(v) for v in value)
+class Merge(_Edit, frozen=True, kw_only=True):
+    """Routes that become one, under the first one's id; `at`: a hold of each."""
+
+    routes: tuple[Id, ...]
+    at: tuple[Place, ...]
 
 
-def _text(value: Any) -> bool:
-    return isinstance(value, str) and len(value) <= 200
+class Split(_Edit, frozen=True, kw_only=True):
+    """Holds that leave their route and make one of their own; `at`: of the holds."""
+
+    route: Id
+    holds: tuple[Id, ...]
+    at: tuple[Place, ...]
 
 
-# Per kind of entry: the keys it must have, then those it may have.
-_HOLDS: dict[str, tuple[dict[str, Check], dict[str, Check]]] = {
-    "holds": (
-        {"id": _whole, "at": _place},
-        {
-            "colour": _text,
-            "type": _text,
-            "class": lambda value: value in ("hold", "volume"),
-            "deleted": lambda value: isinstance(value, bool),
-            "kept": lambda value: isinstance(value, bool),
-        },
-    ),
-    "strokes": (
-        {"hold": _whole, "at": _place, "radius_m": lambda v: _number(v) and 0 < v < 10},
-        {},
-    ),
-}
-_ROUTES: dict[str, tuple[dict[str, Check], dict[str, Check]]] = {
-    "merge": ({"routes": _list_of(_whole), "at": _list_of(_place)}, {}),
-    "split": ({"route": _whole, "holds": _list_of(_whole), "at": _list_of(_place)}, {}),
-    "assign": ({"hold": _whole, "at": _place, "route": _whole}, {"route_at": _place}),
-    "rename": ({"route": _whole, "at": _place, "name": _text}, {}),
-    "colour": ({"route": _whole, "at": _place, "colour": _text}, {}),
-}
+class Assign(_Edit, frozen=True, kw_only=True):
+    """A hold that belongs to a route (0: to none); `route_at`: a hold of the route."""
+
+    hold: Id
+    at: Place
+    route: Id
+    route_at: Place | None = None
 
 
-def _checked(
-    value: Any, kinds: Mapping[str, tuple[dict[str, Check], dict[str, Check]]], where: str
-) -> dict[str, Any]:
-    if not isinstance(value, dict):
-        raise InputError(f"{where}: expected a table of edits")
-    if value.get("version", 1) != 1:
-        raise InputError(f"{where}: version {value['version']} is not known, expected 1")
-    stray = sorted(set(value) - set(kinds) - {"version"})
-    if stray:
-        raise InputError(f"{where}: unknown {', '.join(stray)}; expected {', '.join(kinds)}")
-    result: dict[str, Any] = {"version": 1}
-    for kind, (needed, optional) in kinds.items():
-        entries = value.get(kind, [])
-        if not isinstance(entries, list):
-            raise InputError(f"{where}: {kind} must be a list")
-        for number, entry in enumerate(entries, start=1):
-            _check_entry(entry, needed, optional, f"{where}: {kind} {number}")
-        result[kind] = entries
-    return result
+class Rename(_Edit, frozen=True, kw_only=True):
+    """A route's name; `at`: a hold of the route."""
+
+    route: Id
+    at: Place
+    name: Text
 
 
-def _check_entry(
-    entry: Any, needed: dict[str, Check], optional: dict[str, Check], where: str
-) -> None:
-    if not isinstance(entry, dict):
-        raise InputError(f"{where}: expected a table")
-    missing = sorted(set(needed) - set(entry))
-    stray = sorted(set(entry) - set(needed) - set(optional))
-    if missing or stray:
-        raise InputError(
-            f"{where}: missing {', '.join(missing) or 'nothing'}, "
-            f"unknown {', '.join(stray) or 'nothing'}"
-        )
-    for key, check in (needed | optional).items():
-        if key in entry and not check(entry[key]):
-            raise InputError(f"{where}: {key} cannot be {entry[key]!r}")
+class Recolour(_Edit, frozen=True, kw_only=True):
+    """A route's colour; `at`: a hold of the route."""
+
+    route: Id
+    at: Place
+    colour: Text
 
 
-def check_hold_edits(value: Any, where: str) -> dict[str, Any]:
-    """The edits with every list present, or an InputError that names `where` and the entry."""
-    return _checked(value, _HOLDS, where)
+class _Edits(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    version: Literal[1] = 1
 
 
-def check_route_edits(value: Any, where: str) -> dict[str, Any]:
-    """The edits with every list present, or an InputError that names `where` and the entry."""
-    return _checked(value, _ROUTES, where)
+class HoldEdits(_Edits, frozen=True, kw_only=True):
+    """`holds.edits.json`; both lists count in their order."""
+
+    holds: tuple[HoldEdit, ...] = ()
+    strokes: tuple[Stroke, ...] = ()
+
+    @classmethod
+    def load(cls, path: Path) -> HoldEdits:
+        """Read; none where the file is absent. InputError names the file and the entry."""
+        return parse(read_json(path), cls, str(path)) if path.is_file() else cls()
+
+    def save(self, path: Path) -> None:
+        """Write, atomically."""
+        write_json(path, msgspec.to_builtins(self))
 
 
-def read_hold_edits(path: Path) -> dict[str, Any]:
-    """`holds.edits.json` with every list present; empty lists where the file is absent."""
-    return check_hold_edits(read_json(path) if path.is_file() else {}, str(path))
+class RouteEdits(_Edits, frozen=True, kw_only=True):
+    """`routes.edits.toml`."""
+
+    merge: tuple[Merge, ...] = ()
+    split: tuple[Split, ...] = ()
+    assign: tuple[Assign, ...] = ()
+    rename: tuple[Rename, ...] = ()
+    colour: tuple[Recolour, ...] = ()
+
+    @classmethod
+    def load(cls, path: Path) -> RouteEdits:
+        """Read; none where the file is absent. InputError names the file and the entry."""
+        if not path.is_file():
+            return cls()
+        try:
+            value = tomllib.loads(path.read_text(encoding="utf-8"))
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            raise InputError(f"{path}: not valid TOML ({error})") from error
+        return parse(value, cls, str(path))
+
+    def save(self, path: Path) -> None:
+        """Write, atomically."""
+        entries: dict[str, Any] = msgspec.to_builtins(self)
+        lines = ["# Corrections of routes; applied on every run of the scan.", "version = 1"]
+        for kind in ("merge", "split", "assign", "rename", "colour"):
+            for entry in entries[kind]:
+                lines += ["", f"[[{kind}]]"]
+                # JSON's strings, numbers and lists are TOML's too.
+                lines += [
+                    f"{key} = {json.dumps(v, ensure_ascii=False)}".replace("\x7f", "\\u007f")
+                    for key, v in entry.items()
+                ]
+        with atomic_path(path) as temporary:
+            temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def read_route_edits(path: Path) -> dict[str, Any]:
-    """`routes.edits.toml` with every list present; empty lists where the file is absent."""
-    if not path.is_file():
-        return check_route_edits({}, str(path))
-    try:
-        value = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: not valid TOML ({error})") from error
-    return check_route_edits(value, str(path))
+def find_hold(
+    holds: Sequence[Hold], place: Sequence[float], number: int | None, unit: float
+) -> Hold | None:
+    """The hold that a correction means, or None.
 
+    The nearest hold within `REACH` of the place; only if none is there, the id is used, and only
+    while that hold is not farther than `FAR`: after a reset it may belong to a hold at the other
+    end of the wall.
 
-def write_hold_edits(path: Path, edits: Mapping[str, Any]) -> None:
-    """Check and write, atomically."""
-    write_json(path, check_hold_edits(dict(edits), str(path)))
-
-
-def write_route_edits(path: Path, edits: Mapping[str, Any]) -> None:
-    """Check and write, atomically."""
-    checked = check_route_edits(dict(edits), str(path))
-    lines = ["# Corrections of routes; applied on every run of the scan.", "version = 1"]
-    for kind in _ROUTES:
-        for entry in checked[kind]:
-            lines += ["", f"[[{kind}]]"]
-            # JSON's strings, numbers and lists are TOML's too.
-            lines += [
-                f"{key} = {json.dumps(v, ensure_ascii=False)}".replace("\x7f", "\\u007f")
-                for key, v in entry.items()
-            ]
-    with atomic_path(path) as temporary:
-        temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    Parameters
+    ----------
+    place : (3,) metres, world frame; number : its id when the correction was made, if known.
+    unit : scan units a metre.
+    """
+    if not holds:
+        return None
+    distance = np.linalg.norm(np.array([hold.position for hold in holds]) - place, axis=1)
+    nearest = int(distance.argmin())
+    if distance[nearest] <= REACH * unit:
+        return holds[nearest]
+    for hold, far in zip(holds, distance.tolist(), strict=True):
+        if hold.id == number and far <= FAR * unit:
+            return hold
+    return None
 
 
 def apply_strokes(
-    mesh: Mesh, face_instance: NDArray[np.int32], strokes: list[dict[str, Any]]
+    mesh: Mesh, face_instance: NDArray[np.int32], strokes: Sequence[Stroke]
 ) -> NDArray[np.int32]:
     """Labels after painting, in the order of the strokes; the input stays as it is.
 
     Parameters
     ----------
     face_instance : (F,) int32, 0 = wall.
-    strokes : entries `{"hold", "at", "radius_m"}`.
     """
     labels = face_instance.copy()
     if not strokes:
@@ -215,5 +244,5 @@ def apply_strokes(
 
     tree = cKDTree(mesh.centroids)
     for stroke in strokes:
-        labels[tree.query_ball_point(stroke["at"], stroke["radius_m"])] = stroke["hold"]
+        labels[tree.query_ball_point(stroke.at, stroke.radius_m)] = stroke.hold
     return labels

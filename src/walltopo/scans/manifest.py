@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-import dataclasses
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, TypeAlias
+
+import msgspec
 
 from walltopo.core import InputError
-from walltopo.scans.folder import read_json, write_json
+from walltopo.core.files import read_json, write_json
+from walltopo.scans.document import parse
 
-__all__ = ["Manifest", "StageRecord"]
+__all__ = ["Manifest", "Metrics", "StageRecord"]
 
 FORMAT_VERSION = 1
 
+# Figures of a stage by name; JSON values.
+Metrics: TypeAlias = dict[str, Any]
 
-@dataclass
-class StageRecord:
+
+class StageRecord(msgspec.Struct):
     """One stage's last run.
 
     Parameters
@@ -29,66 +32,51 @@ class StageRecord:
     error : the message where it failed.
     """
 
-    state: str
+    state: Literal["running", "done", "failed", "interrupted"]
     seconds: float = 0.0
     peak_mb: float = 0.0
     input_hash: str = ""
-    metrics: dict[str, Any] = field(default_factory=dict[str, Any])
+    metrics: Metrics = {}
     error: str = ""
 
 
-class Manifest:
-    """The manifest of one scan folder; every change is written at once, atomically."""
+class Manifest(msgspec.Struct):
+    """The manifest of one scan folder.
 
-    def __init__(self, path: Path, walltopo_version: str) -> None:
-        self.path = path
-        self.walltopo_version = walltopo_version
-        self.settings: dict[str, Any] = {}
-        self.sources: list[str] = []
-        self.stages: dict[str, StageRecord] = {}
+    Parameters
+    ----------
+    walltopo : version of the program that wrote it.
+    settings : of the last run, by section and key.
+    sources : where the photos came from.
+    stages : stage name to its last run.
+    """
+
+    version: int = FORMAT_VERSION
+    walltopo: str = ""
+    settings: dict[str, dict[str, Any]] = {}
+    sources: list[str] = []
+    stages: dict[str, StageRecord] = {}
 
     @classmethod
-    def open(cls, path: Path, walltopo_version: str) -> Manifest:
-        """Read `scan.json`, or begin a new one where there is none.
+    def load(cls, path: Path) -> Manifest:
+        """Read `scan.json`; an empty one where there is none.
 
         Raises
         ------
         InputError : the file is damaged or was written by a newer walltopo.
         """
-        manifest = cls(path, walltopo_version)
         if not path.is_file():
-            return manifest
+            return cls()
         data = read_json(path)
-        try:
-            if data["version"] > FORMAT_VERSION:
-                raise InputError(
-                    f"{path}: written by a newer walltopo (format {data['version']}, "
-                    f"this one reads up to {FORMAT_VERSION})",
-                    "Upgrade walltopo.",
-                )
-            manifest.settings = data["settings"]
-            manifest.sources = data["sources"]
-            known = {f.name for f in dataclasses.fields(StageRecord)}
-            manifest.stages = {
-                name: StageRecord(**{k: v for k, v in record.items() if k in known})
-                for name, record in data["stages"].items()
-            }
-        except (KeyError, TypeError, AttributeError) as error:
-            raise InputError(f"{path}: not a walltopo manifest ({error})") from error
-        return manifest
+        version = data.get("version") if isinstance(data, dict) else None
+        if isinstance(version, int) and version > FORMAT_VERSION:
+            raise InputError(
+                f"{path}: written by a newer walltopo (format {version}, this one reads up to "
+                f"{FORMAT_VERSION})",
+                "Upgrade walltopo.",
+            )
+        return parse(data, cls, str(path))
 
-    def save(self) -> None:
-        write_json(
-            self.path,
-            {
-                "version": FORMAT_VERSION,
-                "walltopo": self.walltopo_version,
-                "settings": self.settings,
-                "sources": self.sources,
-                "stages": {n: dataclasses.asdict(r) for n, r in self.stages.items()},
-            },
-        )
-
-    def put(self, stage: str, record: StageRecord) -> None:
-        self.stages[stage] = record
-        self.save()
+    def save(self, path: Path) -> None:
+        """Write, atomically."""
+        write_json(path, msgspec.to_builtins(self))

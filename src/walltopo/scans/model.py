@@ -1,19 +1,58 @@
-"""COLMAP models: the cameras and poses of `sparse/`."""
+"""COLMAP models: the cameras, poses and points of `sparse/`."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from walltopo.core import Camera, InputError, View
+from walltopo.core.files import move_into_place
 
-__all__ = ["open_model", "read_views", "view_of_image"]
+if TYPE_CHECKING:
+    import pycolmap
+
+__all__ = ["SparseModel", "open_model", "read_views", "view_of_image"]
 
 
-def open_model(path: Path) -> Any:
-    """The `pycolmap.Reconstruction` in a folder.
+@dataclass(frozen=True, eq=False)
+class SparseModel:
+    """A folder with a COLMAP model."""
+
+    folder: Path
+
+    @classmethod
+    def load(cls, path: Path) -> SparseModel:
+        """The folder; InputError where it holds no model (see `open_model`)."""
+        _check_model(path)
+        return cls(path)
+
+    def save(self, path: Path) -> None:
+        """Move the folder to `path`, atomically."""
+        move_into_place(self.folder, path)
+
+    @cached_property
+    def views(self) -> tuple[View, ...]:
+        """The registered photos without masks, sorted by name."""
+        return tuple(read_views(self.folder))
+
+    def open(self) -> pycolmap.Reconstruction:
+        """The model, read anew at each call: COLMAP's functions change it in place."""
+        return open_model(self.folder)
+
+
+def _check_model(path: Path) -> None:
+    if not any((path / f"images{suffix}").is_file() for suffix in (".bin", ".txt")):
+        raise InputError(
+            f"{path}: no COLMAP model here (cameras, images and points3D as .bin or .txt)"
+        )
+
+
+def open_model(path: Path) -> pycolmap.Reconstruction:
+    """The model in a folder.
 
     Raises
     ------
@@ -22,18 +61,15 @@ def open_model(path: Path) -> Any:
     import pycolmap
 
     path = Path(path)
-    if not any((path / f"images{suffix}").is_file() for suffix in (".bin", ".txt")):
-        raise InputError(
-            f"{path}: no COLMAP model here (cameras, images and points3D as .bin or .txt)"
-        )
+    _check_model(path)
     try:
         return pycolmap.Reconstruction(path)
     except (RuntimeError, ValueError) as error:
         raise InputError(f"{path}: the COLMAP model cannot be read: {error}") from error
 
 
-def view_of_image(image: Any) -> View:
-    """A `View` without masks of a registered `pycolmap.Image`."""
+def view_of_image(image: pycolmap.Image) -> View:
+    """A `View` without masks of a registered image."""
     camera = image.camera
     pose = image.cam_from_world
     pose = pose() if callable(pose) else pose

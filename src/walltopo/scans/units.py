@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from walltopo.scans.folder import ScanFolder, read_json
-from walltopo.scans.records import Hold
+from walltopo.scans.attributes import Hold
 
-__all__ = ["is_metric", "unit_of", "unit_of_sizes"]
-
-
-def is_metric(scan: ScanFolder) -> bool:
-    """Whether lengths of a scan are metres; a mesh without a `scale.json` is taken to be so."""
-    return bool(read_json(scan.scale)["metric"]) if scan.scale.is_file() else True
+__all__ = ["unit_of", "unit_of_sizes"]
 
 
 def unit_of(holds: Sequence[Hold], metric: bool, typical_hold: float) -> float:
@@ -23,11 +17,10 @@ def unit_of(holds: Sequence[Hold], metric: bool, typical_hold: float) -> float:
     Without a scale the size of holds is the ruler: the median hold of a gym is about
     `typical_hold` long, so the unit is the median size of the scan's holds over that.
     """
-    sizes = [hold.size_m for hold in holds if hold.role == "hold"]
-    return unit_of_sizes(sizes, metric, typical_hold)
+    return unit_of_sizes((h.size_m for h in holds if h.role == "hold"), metric, typical_hold)
 
 
-def unit_of_sizes(sizes: Sequence[float], metric: bool, typical_hold: float) -> float:
+def unit_of_sizes(sizes: Iterable[float], metric: bool, typical_hold: float) -> float:
     """The same from the sizes of the holds alone, in scan units."""
     known = [size for size in sizes if size > 0]
     if metric or not known:

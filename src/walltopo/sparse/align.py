@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError, Progress, StageError
 from walltopo.meshes.similarity import fit_similarity_robust
-from walltopo.scans.folder import ScanFolder, atomic_path, read_json, write_json
+from walltopo.scans.folder import ScanFolder
+from walltopo.core.files import atomic_path, read_json, write_json
 from walltopo.scans.model import open_model
 from walltopo.sparse.colmap_process import run_worker
 from walltopo.sparse.contract import SparseSettings

@@ -7,7 +7,13 @@ from typing import Annotated, Literal
 
 from walltopo.core import about, check_settings
 
-__all__ = ["SparseSettings"]
+from walltopo.scans.aligned import Aligned
+from walltopo.scans.model import SparseModel
+from walltopo.scans.photo_list import PhotoList
+from walltopo.scans.photo_set import PhotoSet
+from walltopo.scans.manifest import Metrics
+
+__all__ = ["Reads", "SparseSettings", "Writes"]
 
 
 @dataclass(frozen=True)
@@ -68,3 +74,20 @@ class SparseSettings:
 
     def __post_init__(self) -> None:
         check_settings(self, "sparse")
+
+
+@dataclass(frozen=True)
+class Reads:
+    """What the stage is given."""
+
+    photos: PhotoSet
+    photo_list: PhotoList
+
+
+@dataclass(frozen=True)
+class Writes:
+    """What the stage makes."""
+
+    sparse_raw: SparseModel
+    aligned: Aligned | None
+    metrics: Metrics

@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from walltopo.core import InputError, Progress, StageError
-from walltopo.scans.folder import ScanFolder, atomic_path, hash_path, read_json, write_json
+from walltopo.scans.folder import ScanFolder
+from walltopo.core.files import atomic_path, hash_path, read_json, write_json
 from walltopo.scans.model import open_model
 from walltopo.sparse.colmap_process import check_supported, run_worker
 from walltopo.sparse.contract import SparseSettings

@@ -7,7 +7,13 @@ from typing import Annotated
 
 from walltopo.core import about, check_settings
 
-__all__ = ["TextureSettings"]
+from walltopo.core import Mesh
+from walltopo.scans.model import SparseModel
+from walltopo.scans.photo_set import PhotoSet
+from walltopo.scans.texture import TextureImage, TextureUv
+from walltopo.scans.manifest import Metrics
+
+__all__ = ["Reads", "TextureSettings", "Writes"]
 
 
 @dataclass(frozen=True)
@@ -28,3 +34,21 @@ class TextureSettings:
 
     def __post_init__(self) -> None:
         check_settings(self, "texture")
+
+
+@dataclass(frozen=True)
+class Reads:
+    """What the stage is given."""
+
+    photos: PhotoSet
+    sparse: SparseModel
+    mesh: Mesh
+
+
+@dataclass(frozen=True)
+class Writes:
+    """What the stage makes."""
+
+    texture: TextureImage
+    texture_uv: TextureUv
+    metrics: Metrics

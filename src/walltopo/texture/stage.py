@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError, Progress
 from walltopo.meshes.ply import read_mesh
-from walltopo.scans.folder import ScanFolder, atomic_path
+from walltopo.scans.folder import ScanFolder
+from walltopo.core.files import atomic_path
 from walltopo.scans.model import read_views
 from walltopo.texture.atlas import Texture, make_texture
 from walltopo.texture.contract import TextureSettings

@@ -40,7 +40,8 @@ from walltopo.meshes.check import check_mesh
 from walltopo.meshes.ply import read_mesh
 from walltopo.meshes.topology import edges_of
 from walltopo.raycast import render_ids
-from walltopo.scans.folder import ScanFolder, read_json
+from walltopo.scans.folder import ScanFolder
+from walltopo.core.files import read_json
 from walltopo.scans.model import read_views
 from walltopo.texture import run as run_texture
 from walltopo.texture.atlas import Texture, make_texture

@@ -27,7 +27,7 @@ from rich.console import Console
 
 from walltopo.core import EnvironmentLacksError, Silent
 from walltopo.detect.contract import DetectSettings
-from walltopo.scans.folder import read_json, write_json
+from walltopo.core.files import read_json, write_json
 from walltopo_lab.benchmarks.detectors import LOW_SCORE, as_dataset, look
 from walltopo_lab.datasets.model import Dataset
 from walltopo_lab.datasets.read import read_dataset

@@ -29,7 +29,7 @@ from walltopo.holds.geometry import measure_shapes
 from walltopo.holds.relief import Relief, reliefs
 from walltopo.holds.types import NONE_OF_THESE, open_model, shipped_model
 from walltopo.inference.onnx_file import set_metadata
-from walltopo.scans.records import UNKNOWN
+from walltopo.scans.attributes import UNKNOWN
 from walltopo_lab.benchmarks.hold_types_scanned import drawn, formed, nothing_known, scanned
 from walltopo_lab.evaluate.routes import type_of_kind
 from walltopo_lab.synth.holds import STYLES, make_hold

@@ -24,7 +24,7 @@ from sklearn.metrics import adjusted_rand_score
 from walltopo.core import Mesh
 from walltopo.routes.contract import RoutesSettings
 from walltopo.routes.stage import find_routes
-from walltopo.scans.records import Hold, Route
+from walltopo.scans.attributes import Hold, Route
 
 
 def rand_index(routes: list[Route], truth: dict[int, int]) -> float:

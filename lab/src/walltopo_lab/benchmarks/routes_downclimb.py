@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from walltopo.holds import downclimb
-from walltopo.scans.records import Hold
+from walltopo.scans.attributes import Hold
 from walltopo_lab.benchmarks.routes_gyms import set_gym
 
 PRESETS = ("modern", "oldschool-dark", "lead", "modern", "easy")

@@ -44,7 +44,7 @@ from walltopo.routes.contract import RoutesSettings
 from walltopo.routes.stage import find_routes
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.model import read_views
-from walltopo.scans.records import StartTag
+from walltopo.scans.attributes import StartTag
 from walltopo_lab.benchmarks.routes import rand_index
 from walltopo_lab.benchmarks.routes_gyms import SetGym, set_gym
 from walltopo_lab.benchmarks.routes_makers import paired

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 
 from walltopo.meshes.ply import read_mesh
 from walltopo.raycast import render_ids
-from walltopo.scans.folder import ScanFolder, read_json
+from walltopo.scans.folder import ScanFolder
+from walltopo.core.files import read_json
 from walltopo.scans.model import read_views
 
 SCANS = ("spraywall", "gym-a")

@@ -26,7 +26,7 @@ from walltopo.holds.contract import ClassifySettings
 from walltopo.lifting import LiftParams
 from walltopo.lifting.methods import run_method
 from walltopo.pipeline.settings import Settings as ScanSettings
-from walltopo.scans.folder import hash_path, write_json
+from walltopo.core.files import hash_path, write_json
 from walltopo_lab.evaluate.instances import summarise_instances
 from walltopo_lab.evaluate.operating import at_score, operating_point
 from walltopo_lab.evaluate.overlap import Labelled

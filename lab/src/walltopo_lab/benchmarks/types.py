@@ -31,7 +31,7 @@ from walltopo.holds.verdicts import verdicts
 from walltopo.inference.onnx_file import set_metadata
 from walltopo.meshes.ply import read_mesh
 from walltopo.scans.folder import ScanFolder
-from walltopo.scans.records import UNKNOWN
+from walltopo.scans.attributes import UNKNOWN
 from walltopo_lab.benchmarks.colours import true_scan
 from walltopo_lab.benchmarks.hold_types import MODEL, answers_of, least_certain, types_of
 from walltopo_lab.classifier.samples import read_cutouts

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from walltopo.core import InputError
 from walltopo.holds.classifier_meaning import Meaning, read_classes
 from walltopo.holds.classifier_picture import square
-from walltopo.scans.folder import ScanFolder, read_json
+from walltopo.scans.folder import ScanFolder
+from walltopo.core.files import read_json
 
 __all__ = ["LABELS", "Cutouts", "read_cutouts"]
 

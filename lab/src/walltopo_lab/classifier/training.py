@@ -18,7 +18,7 @@ from walltopo.core import Progress, StageError
 from walltopo.holds.classifier_meaning import to_json
 from walltopo.holds.classifier_model import judge
 from walltopo.inference.onnx_file import label_export
-from walltopo.scans.folder import atomic_path
+from walltopo.core.files import atomic_path
 from walltopo_lab.classifier.net import CutoutNet
 from walltopo_lab.classifier.params import ClassifierSettings
 from walltopo_lab.classifier.samples import Cutouts

@@ -116,7 +116,8 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 
 def _scan(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
-    from walltopo.scans.folder import ScanFolder, write_json
+    from walltopo.scans.folder import ScanFolder
+    from walltopo.core.files import write_json
     from walltopo_lab.evaluate.errors_mesh import write_errors
     from walltopo_lab.evaluate.scan import evaluate_scan, is_metric
     from walltopo_lab.evaluate.truth import read_truth
@@ -185,7 +186,7 @@ def _instances(args: argparse.Namespace) -> int:
     from rich.table import Table
 
     from walltopo.cli.console import console
-    from walltopo.scans.folder import write_json
+    from walltopo.core.files import write_json
     from walltopo_lab.evaluate.instances import evaluate_instances
     from walltopo_lab.evaluate.scan import read_labelled
     from walltopo_lab.evaluate.truth import read_truth
@@ -211,7 +212,7 @@ def _instances(args: argparse.Namespace) -> int:
 
 def _detector(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
-    from walltopo.scans.folder import write_json
+    from walltopo.core.files import write_json
     from walltopo_lab.datasets.read import read_dataset
     from walltopo_lab.evaluate.detector import evaluate_detections, figures_table
     from walltopo_lab.evaluate.detector_plot import write_curves

@@ -135,7 +135,7 @@ def _recipe(args: argparse.Namespace) -> Any:
 
 
 def _recipe_of(folder: Path) -> Any:
-    from walltopo.scans.folder import read_json
+    from walltopo.core.files import read_json
     from walltopo_lab.synth.recipe import Recipe
 
     path = folder / "truth" / "recipe.json"

@@ -10,7 +10,7 @@ import numpy as np
 
 from walltopo.core import InputError, Mask
 from walltopo.scans.detections import decode_segmentation, encode_mask
-from walltopo.scans.folder import read_json, write_json
+from walltopo.core.files import read_json, write_json
 from walltopo_lab.datasets.model import Annotation, Dataset, Photo
 from walltopo_lab.datasets.shapes import box_of_polygons, polygons_of
 

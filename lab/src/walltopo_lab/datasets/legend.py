@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError
-from walltopo.scans.folder import read_json, write_json
+from walltopo.core.files import read_json, write_json
 
 __all__ = ["Legend", "Rgb", "object_colours", "read_legend", "write_legend"]
 

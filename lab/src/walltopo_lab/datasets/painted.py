@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh
-from walltopo.scans.folder import atomic_path
+from walltopo.core.files import atomic_path
 from walltopo_lab.datasets.legend import Legend, Rgb, object_colours
 
 __all__ = ["Painted", "paint_instances", "read_painted", "write_painted"]

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.scans.folder import atomic_path
+from walltopo.core.files import atomic_path
 from walltopo_lab.datasets.model import Dataset, Photo
 from walltopo_lab.datasets.shapes import polygons_of
 from walltopo_lab.plotting import SERIES_COLOURS

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from walltopo.core import InputError
-from walltopo.scans.folder import read_json, write_json
+from walltopo.core.files import read_json, write_json
 from walltopo_lab.datasets.coco import find_photo
 from walltopo_lab.datasets.model import Annotation, Dataset, Photo, Polygon
 from walltopo_lab.datasets.shapes import box_of_polygons, ellipse, polygons_of

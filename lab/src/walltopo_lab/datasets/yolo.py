@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from walltopo.core import InputError
-from walltopo.scans.folder import atomic_path
+from walltopo.core.files import atomic_path
 from walltopo_lab.datasets.model import Annotation, Dataset, Photo
 from walltopo_lab.datasets.shapes import box_of_polygons, joined, polygons_of
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from walltopo.core import EnvironmentLacksError, InputError, Progress
-from walltopo.scans.folder import atomic_path
+from walltopo.core.files import atomic_path
 
 __all__ = ["SAM_WEIGHTS", "Weights", "cache_folder", "fetch"]
 

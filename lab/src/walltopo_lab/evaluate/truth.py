@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Camera, InputError, Mesh, View
-from walltopo.scans.folder import read_json
+from walltopo.core.files import read_json
 from walltopo_lab.evaluate.overlap import Labelled
 
 __all__ = ["CLASS_IDS", "Truth", "TrueInstance", "read_truth"]

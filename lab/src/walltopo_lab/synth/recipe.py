@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Camera, InputError, Mask, Progress, SettingsError, Silent
 from walltopo.scans.detections import decode_segmentation, encode_mask
-from walltopo.scans.folder import atomic_path, hash_path, read_json, write_json
+from walltopo.core.files import atomic_path, hash_path, read_json, write_json
 from walltopo_lab.synth.params import GymSettings, PhotoSettings
 
 __all__ = ["Recipe", "generate", "render_gym"]

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from walltopo.scans.folder import atomic_path
+from walltopo.core.files import atomic_path
 from walltopo_lab.train.params import AugmentSettings, TrainSettings
 
 __all__ = ["CardFacts", "write_card", "yolo_card"]

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from walltopo.core import Progress
-from walltopo.scans.folder import read_json, write_json
+from walltopo.core.files import read_json, write_json
 from walltopo_lab.train.audit import audit
 from walltopo_lab.train.calibrate import calibrate
 from walltopo_lab.train.card import CardFacts, write_card

@@ -12,7 +12,7 @@ from torch import Tensor, nn
 
 from walltopo.core import StageError
 from walltopo.inference.onnx_file import label_export
-from walltopo.scans.folder import atomic_path
+from walltopo.core.files import atomic_path
 from walltopo_lab.train.net import CLASSES, VoteNet
 
 __all__ = ["export_onnx", "fuse", "store_half"]

@@ -15,7 +15,7 @@ import numpy as np
 import torch
 
 from walltopo.core import EnvironmentLacksError, InputError, Progress
-from walltopo.scans.folder import atomic_path
+from walltopo.core.files import atomic_path
 from walltopo_lab.train.batches import Batch, batches
 from walltopo_lab.train.loss import box_loss, heat_loss, mask_loss
 from walltopo_lab.train.net import NetSize, VoteNet, build_net

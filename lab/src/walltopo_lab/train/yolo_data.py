@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.scans.folder import atomic_path
+from walltopo.core.files import atomic_path
 from walltopo_lab.train.cache import Sample, open_cache
 from walltopo_lab.train.sets import LabelledSet
 

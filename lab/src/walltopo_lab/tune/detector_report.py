@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from walltopo.core import InputError
-from walltopo.scans.folder import atomic_path
+from walltopo.core.files import atomic_path
 from walltopo_lab.plotting import Axis, Chart, write_charts
 from walltopo_lab.tune.detector import DetectorSearch, SearchTrial, model_name
 

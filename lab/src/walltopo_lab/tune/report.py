@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from walltopo.core import SettingsError
-from walltopo.scans.folder import atomic_path
+from walltopo.core.files import atomic_path
 from walltopo_lab.plotting import Axis, Chart, write_charts
 from walltopo_lab.tune.problem import Problem
 from walltopo_lab.tune.study import Found

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from walltopo.core import InputError
-from walltopo.scans.folder import hash_path
+from walltopo.core.files import hash_path
 
 __all__ = ["Wall", "contents", "read_walls", "scan_names"]
 

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError, Progress, View
 from walltopo.export.wall import Wall
-from walltopo.scans.folder import ScanFolder, atomic_path, write_json
+from walltopo.scans.folder import ScanFolder
+from walltopo.core.files import atomic_path, write_json
 
 __all__ = ["outlines", "write_labelme"]
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from walltopo.export.report.canvas import front_direction
 from walltopo.export.wall import Wall
-from walltopo.scans.folder import atomic_path, write_json
+from walltopo.core.files import atomic_path, write_json
 
 __all__ = ["write_csv", "write_geojson"]
 

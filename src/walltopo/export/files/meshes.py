@@ -14,7 +14,7 @@ from walltopo.export.picture import encode_texture
 from walltopo.export.surface import Surface, split_at_borders
 from walltopo.export.wall import Wall
 from walltopo.meshes.ply import write_ply
-from walltopo.scans.folder import atomic_path, write_json
+from walltopo.core.files import atomic_path, write_json
 
 __all__ = ["instance_colours", "write_labelled_ply", "write_obj", "write_painted_ply"]
 

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.export.surface import Surface
-from walltopo.scans.folder import atomic_path
+from walltopo.core.files import atomic_path
 
 __all__ = ["write_usdz"]
 

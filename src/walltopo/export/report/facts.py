@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from walltopo.core import View, WalltopoError
-from walltopo.scans.folder import ScanFolder, read_json
+from walltopo.scans.folder import ScanFolder
+from walltopo.core.files import read_json
 
 __all__ = ["Facts", "read_facts"]
 

@@ -10,7 +10,8 @@ from walltopo.export.report.maps import Maps, draw_maps
 from walltopo.export.report.markup import section, text
 from walltopo.export.tiers import Look
 from walltopo.export.wall import Wall
-from walltopo.scans.folder import ScanFolder, atomic_path
+from walltopo.scans.folder import ScanFolder
+from walltopo.core.files import atomic_path
 
 __all__ = ["write_report"]
 

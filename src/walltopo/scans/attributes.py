@@ -1,0 +1,129 @@
+"""`attributes.json`: what `classify` found of each instance."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal
+
+import msgspec
+from msgspec.structs import replace
+
+from walltopo.core import InputError
+from walltopo.scans.document import Document
+
+__all__ = ["UNKNOWN", "Attributes", "Hold", "LeftOut", "PaletteColour", "Role"]
+
+Point = tuple[float, float, float]
+Rgb = tuple[int, int, int]
+Share = Annotated[float, msgspec.Meta(ge=0, le=1)]
+
+UNKNOWN = "unknown"  # the colour or type of a hold that nothing tells
+# `hold` is climbed as part of one route; `volume` belongs to every route, `downclimb` to none.
+Role = Literal["hold", "volume", "downclimb"]
+
+
+def _rounded(values: Point, digits: int = 5) -> Point:
+    x, y, z = (round(float(value), digits) for value in values)
+    return x, y, z
+
+
+class Hold(msgspec.Struct, frozen=True, eq=True):
+    """One instance with its attributes.
+
+    Lengths are world units: metres where `Scale.metric`, for which the keys are named.
+
+    Parameters
+    ----------
+    id : the instance's id (>= 1).
+    kind : "hold" or "volume", the detector's class ("class" in the file).
+    type : jug, crimp, ..., volume or "unknown".
+    type_confidence, colour_confidence : 0 to 1.
+    colour : a name of the palette, "unknown" where no photo shows the hold.
+    colour_rgb : 0..255, the hold's own colour under the scan's mean light.
+    position : world frame; area centroid of the instance's surface.
+    normal : unit, out of the wall.
+    size_m : longest extent of the hold along the wall.
+    area_m2 : surface area of its triangles.
+    steepness_deg : of the wall under it: 0 vertical, > 0 overhanging, < 0 slab.
+    photos : names of the photos that show it, best first.
+    role : see `Role`.
+    review : someone should have a look.
+    maker : who made it, as a classifier tells; "" where none does.
+    wall_tint : relative colour of the wall around it, RGB, mean 1.
+    """
+
+    id: int
+    kind: str = msgspec.field(name="class")
+    type: str = UNKNOWN
+    type_confidence: Share = 0.0
+    colour: str = UNKNOWN
+    colour_rgb: Rgb = (128, 128, 128)
+    colour_confidence: Share = 0.0
+    position: Point = (0.0, 0.0, 0.0)
+    normal: Point = (0.0, -1.0, 0.0)
+    size_m: float = 0.0
+    area_m2: float = 0.0
+    steepness_deg: float = 0.0
+    photos: tuple[str, ...] = ()
+    role: Role = "hold"
+    review: bool = False
+    maker: str = ""
+    wall_tint: Point = (1.0, 1.0, 1.0)
+
+    def __post_init__(self) -> None:
+        if not all(map(math.isfinite, (*self.position, *self.normal))):
+            raise InputError(f"hold {self.id}: position and normal must be finite")
+
+    def rounded(self) -> Hold:
+        """As it is written: tenths of millimetres and less say nothing."""
+        return replace(
+            self,
+            type_confidence=round(self.type_confidence, 3),
+            colour_confidence=round(self.colour_confidence, 3),
+            position=_rounded(self.position),
+            normal=_rounded(self.normal),
+            size_m=round(self.size_m, 4),
+            area_m2=round(self.area_m2, 6),
+            steepness_deg=round(self.steepness_deg, 2),
+            wall_tint=_rounded(self.wall_tint, 4),
+        )
+
+
+class PaletteColour(msgspec.Struct, frozen=True):
+    """A colour of the gym: its name and sRGB."""
+
+    name: str
+    rgb: Rgb
+
+
+class LeftOut(msgspec.Struct, frozen=True):
+    """An instance that is shown as no hold.
+
+    Parameters
+    ----------
+    id, kind, position, size_m, photos : see `Hold`.
+    score : of the instance; reason : why it is left out.
+    """
+
+    id: int
+    kind: str = msgspec.field(name="class")
+    position: Point
+    size_m: float
+    photos: tuple[str, ...]
+    score: float
+    reason: str
+
+
+class Attributes(Document, frozen=True, kw_only=True):
+    """`attributes.json`.
+
+    Parameters
+    ----------
+    palette : the gym's colours.
+    instances : the holds and volumes, in the order of ids.
+    left_out : instances that are too doubtful to be holds, the surest first.
+    """
+
+    palette: tuple[PaletteColour, ...] = ()
+    instances: tuple[Hold, ...]
+    left_out: tuple[LeftOut, ...] = ()

@@ -1,0 +1,65 @@
+"""`routes.json`: which holds belong together."""
+
+from __future__ import annotations
+
+import msgspec
+
+from walltopo.scans.document import Document
+
+__all__ = ["Ambiguous", "Route", "Routes"]
+
+
+class Ambiguous(msgspec.Struct, frozen=True):
+    """A hold that two routes could own: its probability by route id."""
+
+    hold: int
+    routes: dict[str, float]
+
+
+class Route(msgspec.Struct, frozen=True):
+    """One route. Lengths are world units: metres where `Scale.metric`.
+
+    Parameters
+    ----------
+    id : >= 1.
+    name : given by a setter, else empty.
+    colour : the colour of its holds.
+    holds : ids from bottom to top (hand holds and footholds; volumes are in no list because
+        they belong to every route).
+    length_m : of the way from hand hold to hand hold.
+    steepness_deg : mean wall angle under its holds.
+    steepness_profile : (height above the lowest hold, degrees) per hand hold.
+    largest_move_m : longest distance from a hand hold to the nearest lower one.
+    holds_by_type : type to count.
+    start, top : ids of the start (one or two holds) and of the last hold.
+    footholds : ids of holds too small for hands.
+    ambiguous : holds that two routes could own.
+    """
+
+    id: int
+    name: str = ""
+    colour: str = ""
+    holds: tuple[int, ...] = ()
+    length_m: float = 0.0
+    steepness_deg: float = 0.0
+    steepness_profile: tuple[tuple[float, float], ...] = ()
+    largest_move_m: float = 0.0
+    holds_by_type: dict[str, int] = {}
+    start: tuple[int, ...] = ()
+    top: tuple[int, ...] = ()
+    footholds: tuple[int, ...] = ()
+    ambiguous: tuple[Ambiguous, ...] = ()
+
+
+class Routes(Document, frozen=True, kw_only=True):
+    """`routes.json`.
+
+    Parameters
+    ----------
+    routes : from left to right.
+    unrouted : ids of holds without a route; volumes : ids of volumes (on every route).
+    """
+
+    routes: tuple[Route, ...]
+    unrouted: tuple[int, ...] = ()
+    volumes: tuple[int, ...] = ()
