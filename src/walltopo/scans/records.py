@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
 from walltopo.core import InputError
 from walltopo.scans.folder import read_json
 
-__all__ = ["HAND_ROLES", "UNKNOWN", "Hold", "Route", "StartTag", "read_holds", "read_tags"]
+__all__ = ["HAND_ROLES", "UNKNOWN", "Hold", "Route", "read_holds"]
 
 Point = tuple[float, float, float]
-T = TypeVar("T")
 
 # `hold` is climbed as part of one route; `volume` belongs to every route, `downclimb` to none.
 UNKNOWN = "unknown"  # the colour or type of a hold that nothing tells
@@ -128,17 +127,6 @@ class Hold:
         )
 
 
-def _read_each(path: Path, word: str, entries: Sequence[Any], read: Callable[[Any], T]) -> list[T]:
-    """What `read` makes of each entry; InputError names the file and the broken one."""
-    found = []
-    for number, entry in enumerate(entries):
-        try:
-            found.append(read(entry))
-        except (KeyError, TypeError, ValueError) as error:
-            raise InputError(f"{path}: {word} entry {number} is broken: {error!r}") from error
-    return found
-
-
 def read_holds(path: Path) -> list[Hold]:
     """The holds of `attributes.json`.
 
@@ -149,68 +137,13 @@ def read_holds(path: Path) -> list[Hold]:
     data = read_json(path)
     if not isinstance(data, dict) or "instances" not in data:
         raise InputError(f"{path}: holds no `instances`", "Run the classify stage again.")
-    return _read_each(path, "instance", data["instances"], Hold.from_json)
-
-
-@dataclass(frozen=True)
-class StartTag:
-    """A card on the wall beside the start of a route; an entry of `tags` in `attributes.json`.
-
-    Parameters
-    ----------
-    id : >= 1.
-    position : world frame, metres; normal : unit, out of the wall.
-    width_m, height_m : of its longer and of its shorter side.
-    colour : palette name of its band, "" where it has none or it is of no colour of the palette.
-    confidence : 0 to 1.
-    photos : names of the photos it was found in.
-    """
-
-    id: int
-    position: Point
-    normal: Point = (0.0, -1.0, 0.0)
-    width_m: float = 0.0
-    height_m: float = 0.0
-    colour: str = ""
-    confidence: float = 1.0
-    photos: tuple[str, ...] = ()
-
-    def to_json(self) -> dict[str, Any]:
-        """The JSON object of `attributes.json`."""
-        return {
-            "id": self.id,
-            "position": _rounded(self.position),
-            "normal": _rounded(self.normal),
-            "width_m": round(self.width_m, 4),
-            "height_m": round(self.height_m, 4),
-            "colour": self.colour,
-            "confidence": round(self.confidence, 3),
-            "photos": list(self.photos),
-        }
-
-    @classmethod
-    def from_json(cls, entry: Mapping[str, Any]) -> StartTag:
-        """Read one entry of `tags`; KeyError where a key is missing."""
-        return cls(
-            id=int(entry["id"]),
-            position=_triple(entry["position"]),
-            normal=_triple(entry["normal"]),
-            width_m=float(entry["width_m"]),
-            height_m=float(entry["height_m"]),
-            colour=str(entry["colour"]),
-            confidence=float(entry["confidence"]),
-            photos=tuple(str(name) for name in entry["photos"]),
-        )
-
-
-def read_tags(path: Path) -> list[StartTag]:
-    """The start tags of `attributes.json`; none where an older version wrote it.
-
-    Raises
-    ------
-    InputError : the file is missing or broken; names the file and the entry.
-    """
-    return _read_each(path, "tag", read_json(path).get("tags", []), StartTag.from_json)
+    holds = []
+    for number, entry in enumerate(data["instances"]):
+        try:
+            holds.append(Hold.from_json(entry))
+        except (KeyError, TypeError, ValueError) as error:
+            raise InputError(f"{path}: instance entry {number} is broken: {error!r}") from error
+    return holds
 
 
 @dataclass(frozen=True)
@@ -224,11 +157,9 @@ class Route:
     holds : ids from bottom to top (hand holds and footholds; volumes are in no list because
         they belong to every route).
     name : given by a setter, else empty.
-    start, top : ids of the start (one or two holds: those with a tag, else the likely ones) and
-        of the last hold.
+    start, top : ids of the likely start (one or two holds) and of the last hold.
     footholds : ids of holds too small for hands.
     ambiguous : hold id to its probability per route id, for holds that two routes could own.
-    tags : ids of the start tags beside its holds.
     facts : figures for people: see `order.route_facts`.
     """
 
@@ -240,7 +171,6 @@ class Route:
     top: tuple[int, ...] = ()
     footholds: tuple[int, ...] = ()
     ambiguous: Mapping[int, Mapping[int, float]] = field(default_factory=dict)
-    tags: tuple[int, ...] = ()
     facts: Mapping[str, Any] = field(default_factory=dict)
 
     def to_json(self) -> dict[str, Any]:
@@ -254,7 +184,6 @@ class Route:
             "start": list(self.start),
             "top": list(self.top),
             "footholds": list(self.footholds),
-            "tags": list(self.tags),
             "ambiguous": [
                 {"hold": hold, "routes": {str(k): round(p, 3) for k, p in shares.items()}}
                 for hold, shares in self.ambiguous.items()
