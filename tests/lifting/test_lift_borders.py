@@ -1,18 +1,13 @@
-"""Borders: smoothed by a cut, and sharp on a mesh that is coarse."""
+"""Borders: sharp on a mesh that is coarse."""
 
 from __future__ import annotations
 
-from itertools import product
-
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from walltopo.core import Camera, InputError, Instances, Mask, Mesh, View
 from walltopo.lifting import LiftParams, lift
 from walltopo.lifting.refine import refine_borders, split_faces
-from walltopo.lifting.smooth import cheapest_side
 
 WIDTH, HEIGHT, FOCAL = 320, 240, 260.0
 RADIUS = 0.45
@@ -30,8 +25,8 @@ def plane(cells: int) -> Mesh:
     return Mesh(np.stack([x, y, 0 * x], -1).reshape(-1, 3), faces, colours.astype(np.uint8))
 
 
-def disc_views(count: int, ragged_px: float = 0.0) -> list[View]:
-    """Cameras before the square; each shows a disc in its middle, with a ragged border."""
+def disc_views(count: int) -> list[View]:
+    """Cameras before the square; each shows a disc in its middle."""
     rng = np.random.default_rng(3)
     camera = Camera("PINHOLE", WIDTH, HEIGHT, (FOCAL, FOCAL, WIDTH / 2, HEIGHT / 2))
     rows, cols = np.mgrid[:HEIGHT, :WIDTH] + 0.5
@@ -41,9 +36,7 @@ def disc_views(count: int, ragged_px: float = 0.0) -> list[View]:
         view = View(f"{number}.jpg", camera, np.column_stack([np.eye(3), -centre]))
         x = (cols - WIDTH / 2) * 2.2 / FOCAL + centre[0]
         y = (rows - HEIGHT / 2) * 2.2 / FOCAL + centre[1]
-        off = rng.normal(0, ragged_px * 2.2 / FOCAL, 90)
-        bearing = ((np.arctan2(y, x) / (2 * np.pi) % 1) * 90).astype(int) % 90
-        mask = Mask.from_full(np.hypot(x, y) < RADIUS + off[bearing], 1, 0.9)
+        mask = Mask.from_full(np.hypot(x, y) < RADIUS, 1, 0.9)
         found.append(view.with_masks((mask,)))
     return found
 
@@ -66,13 +59,6 @@ def edge_counts(mesh: Mesh) -> dict[tuple[int, int], int]:
     return counts
 
 
-def border_length(mesh: Mesh, instances: Instances) -> float:
-    """Length of the edges between labelled faces and others."""
-    own = Mesh(mesh.vertices, mesh.faces[instances.face_instance > 0])
-    ends = np.array([edge for edge, count in edge_counts(own).items() if count == 1])
-    return float(np.linalg.norm(np.diff(mesh.vertices[ends], axis=1), axis=-1).sum())
-
-
 def check_whole(mesh: Mesh) -> None:
     """A square without cracks: only its rim belongs to one face, and no vertex is on an edge."""
     counts = edge_counts(mesh)
@@ -84,9 +70,6 @@ def check_whole(mesh: Mesh) -> None:
     assert np.linalg.norm(np.diff(ends, axis=1), axis=-1).sum() == pytest.approx(8.0)
     assert mesh.areas.sum() == pytest.approx(4.0)
     assert (mesh.normals[:, 2] > 0.999).all()
-
-
-# ---------------------------------------------------------------- refined
 
 
 def test_a_coarse_mesh_gets_a_sharp_disc() -> None:
@@ -144,54 +127,3 @@ def test_what_does_not_fit_the_mesh_is_refused() -> None:
         refine_borders(plane(4), views, found)
     with pytest.raises(InputError, match="levels"):
         refine_borders(mesh, views, found, levels=-1)
-
-
-# ---------------------------------------------------------------- smoothed
-
-
-def test_a_ragged_border_becomes_straight() -> None:
-    mesh, views = plane(64), disc_views(3, ragged_px=3.0)
-    rough = lift(mesh, views)
-    smooth = lift(mesh, views, LiftParams(border_smoothness=2.0))
-    assert len(rough) == len(smooth) == 1
-    assert border_length(mesh, smooth) < 0.9 * border_length(mesh, rough)
-    areas = [mesh.areas[found.face_instance > 0].sum() for found in (rough, smooth)]
-    assert areas[1] == pytest.approx(areas[0], rel=0.03)
-    assert disc_iou(mesh, smooth) > disc_iou(mesh, rough)
-    again = lift(mesh, views, LiftParams(border_smoothness=2.0))
-    np.testing.assert_array_equal(again.face_instance, smooth.face_instance)
-
-
-def test_no_smoothness_removes_an_instance_or_takes_from_another() -> None:
-    mesh, views = plane(24), disc_views(4)
-    halves = []
-    for view in views:
-        full = view.masks[0].full()
-        left = np.arange(WIDTH) < np.flatnonzero(full.any(axis=0)).mean()
-        halves.append(
-            view.with_masks(tuple(Mask.from_full(full & m, 1, 0.9) for m in (left, ~left)))
-        )
-    rough = lift(mesh, halves)
-    smooth = lift(mesh, halves, LiftParams(border_smoothness=100.0))
-    assert len(rough) == len(smooth) == 2
-    both = (rough.face_instance > 0) & (smooth.face_instance > 0)
-    assert both.any()
-    np.testing.assert_array_equal(rough.face_instance[both], smooth.face_instance[both])
-
-
-@settings(max_examples=40, deadline=None)
-@given(st.integers(0, 10_000))
-def test_the_cut_is_the_best_of_all(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    count = int(rng.integers(1, 8))
-    gain = rng.normal(0, 1, count)
-    first, second = np.triu_indices(count, 1)
-    kept = rng.random(len(first)) < 0.5
-    first, second = first[kept], second[kept]
-    price = rng.uniform(0, 1, len(first))
-
-    def worth(inside: np.ndarray) -> float:
-        return float(gain[inside].sum() - price[inside[first] != inside[second]].sum())
-
-    best = max(worth(np.array(choice)) for choice in product([False, True], repeat=count))
-    assert worth(cheapest_side(gain, first, second, price)) == pytest.approx(best, abs=1e-6)

@@ -13,7 +13,7 @@ from walltopo.lifting import LiftParams, lift
 from walltopo.lifting.border import STEPS, reach_of, stamp_borders
 from walltopo.lifting.contract import Method
 from walltopo.lifting.potts import potts_clusters
-from walltopo.lifting.regions import fill_pinholes, neighbours_of, split_apart
+from walltopo.lifting.regions import fill_pinholes, neighbours_of
 from walltopo.lifting.tidy import tidy_order
 
 Bumps = tuple[Mesh, list[View], np.ndarray]
@@ -231,14 +231,13 @@ def test_potts_clusters_do_not_depend_on_what_else_there_is() -> None:
         np.testing.assert_array_equal(found, np.repeat(np.arange(count), 6))
 
 
-def test_parts_and_pinholes() -> None:
+def test_pinholes() -> None:
     # A strip of 12 triangles: each shares an edge with the next.
     faces = np.array([[k, k + 1, k + 2] for k in range(12)], dtype=np.int32)
     neighbours = neighbours_of(faces, 14)
     assert sorted(neighbours[5].tolist()) == [-1, 4, 6]
     areas = np.ones(12)
     winner = np.array([0, 0, 0, 0, -1, 0, 0, 1, 1, 1, 1, 0], dtype=np.int32)
-    assert split_apart(neighbours, areas, winner).tolist() == [0] * 4 + [-1, 2, 2] + [1] * 4 + [3]
     # The strip's sides are the end of what masks touched: no hole. A closed ring has one.
     assert fill_pinholes(neighbours, areas, winner).tolist() == winner.tolist()
     closed = np.where(neighbours < 0, (np.arange(12) - 1).clip(0)[:, None], neighbours)

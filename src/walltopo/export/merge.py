@@ -106,7 +106,6 @@ def _renumbered(wall: Wall, holds: int, routes: int) -> tuple[list[Any], list[An
             **route,
             "id": route["id"] + routes,
             **{key: [h + holds for h in route[key]] for key in lists if key in route},
-            "tags": [],
             "ambiguous": [],
         }
         for route in wall.routes

@@ -4,33 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.holds.light import SceneLight
+from walltopo.holds.observations import HoldView
 from walltopo.holds.palette import Entry, cluster_colours, name_of
 from walltopo.imaging.oklab import features, linear_from_srgb8, srgb8_from_linear
 
-__all__ = ["Coloured", "HoldPaint", "Look", "assign_colours", "find_palette", "paint_over_views"]
+__all__ = ["Coloured", "HoldPaint", "assign_colours", "find_palette", "paint_over_views"]
 
 Floats = NDArray[np.float64]
 
 WHITE_LEVEL = 0.80  # luminance given to the brightest paint of a scan (white paint: 0.7 to 0.85)
 SAME = 1.0  # times `colour_spread`: nearer to a colour of the holds, a volume has that colour
 REACH = 3.0  # times `colour_spread`: farther from every palette entry a colour is unknown
-
-
-class Look(Protocol):
-    """The paint of something in one photo: of a hold (`samples.HoldView`), of a tag's band."""
-
-    @property
-    def photo(self) -> int: ...
-    @property
-    def linear(self) -> Floats: ...
-    @property
-    def quality(self) -> float: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,11 +64,10 @@ def _weighted_median(values: Floats, weights: Floats) -> Floats:
 
 
 def paint_over_views(
-    views: Mapping[int, Sequence[Look]],
+    views: Mapping[int, Sequence[HoldView]],
     light: SceneLight,
     positions: Mapping[int, Floats],
     max_views: int,
-    deciding: Collection[int] | None = None,
 ) -> dict[int, HoldPaint]:
     """Each hold's colour under one light: the weighted median over its best views.
 
@@ -89,7 +77,6 @@ def paint_over_views(
     Parameters
     ----------
     views : hold id to its views; positions : hold id to (3,) world position.
-    deciding : ids whose brightest paint sets the scale; all by default.
     """
     paints: dict[int, HoldPaint] = {}
     for hold, seen in views.items():
@@ -98,16 +85,13 @@ def paint_over_views(
         rows = np.array([view.linear * np.exp(-light.gain[view.photo] - local) for view in best])
         weights = np.array([view.quality for view in best])
         paints[hold] = HoldPaint(_weighted_median(rows, weights), rows, weights)
-    return _to_white_level(paints, light.wall, paints.keys() if deciding is None else deciding)
+    return _to_white_level(paints, light.wall)
 
 
-def _to_white_level(
-    paints: dict[int, HoldPaint], wall: float, deciding: Collection[int]
-) -> dict[int, HoldPaint]:
-    linear = [paint.linear for hold, paint in paints.items() if hold in deciding]
-    if not linear:
+def _to_white_level(paints: dict[int, HoldPaint], wall: float) -> dict[int, HoldPaint]:
+    if not paints:
         return paints
-    luminance = [float(rgb @ np.array([0.2126, 0.7152, 0.0722])) for rgb in linear]
+    luminance = [float(p.linear @ np.array([0.2126, 0.7152, 0.0722])) for p in paints.values()]
     # Holds that are all darker than the wall have no white one among them.
     factor = WHITE_LEVEL / max(float(np.percentile(luminance, 98)), wall, 1e-6)
     return {

@@ -111,16 +111,6 @@ class ClassifySettings:
         float,
         about("Median hold size assumed where the scan has no scale", unit="m", low=0.02, high=1),
     ] = 0.15
-    start_tags: Annotated[bool, about("Look for start tags: small cards on the wall")] = True
-    tag_shortest: Annotated[
-        float, about("Least length of the shorter side of a start tag", unit="m", low=0.01, high=1)
-    ] = 0.03
-    tag_longest: Annotated[
-        float, about("Largest length of the longer side of a start tag", unit="m", low=0.02, high=1)
-    ] = 0.13
-    tag_confidence: Annotated[
-        float, about("Start tags of a lower confidence are left out", low=0, high=1)
-    ] = 0.4
     downclimb: Annotated[
         str,
         about(

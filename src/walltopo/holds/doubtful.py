@@ -27,7 +27,6 @@ from walltopo.scans.attributes import Hold
 from walltopo.scans.units import is_metric, unit_of_sizes
 
 __all__ = [
-    "TAGGED",
     "Lifted",
     "admitted",
     "doubtful",
@@ -40,7 +39,6 @@ __all__ = [
 FAINT = "few photos confirm it"
 PLATED = "lies on a printed plate"
 FLAT = "lies flat on the wall"
-TAGGED = "is a start tag"
 CUTOUTS_OF_DOUBTFUL = 1
 # Nearer to a plate than this share of half its height is on it.
 PLATE_REACH = 0.5

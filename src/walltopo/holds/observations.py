@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from walltopo.core import InputError, Mesh, View
 from walltopo.imaging.oklab import DARK, linear_from_srgb8, oklab_from_linear
 
-__all__ = ["HoldView", "Picture", "WallLight", "load_photo", "look", "paint_of", "wall_patches"]
+__all__ = ["HoldView", "WallLight", "load_photo", "look", "paint_of", "wall_patches"]
 
 Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -72,26 +72,6 @@ class WallLight:
     photo: int
     patch: NDArray[np.int64]
     log_rgb: Floats
-
-
-@dataclass(frozen=True, eq=False)
-class Picture:
-    """One photo and what the mesh shows in it, all of one size.
-
-    Parameters
-    ----------
-    number : of the photo; view : its camera, scaled to the picture.
-    pixels : (h, w, 3) uint8 RGB.
-    face_id : (h, w) int32, triangle in each pixel, -1 = none; depth : (h, w) float32.
-    ids : (h, w) int32, instance in each pixel, 0 = none.
-    """
-
-    number: int
-    view: View
-    pixels: Image
-    face_id: NDArray[np.int32]
-    depth: NDArray[np.float32]
-    ids: NDArray[np.int32]
 
 
 def load_photo(path: Path, width: int, height: int) -> Image:
@@ -257,7 +237,6 @@ def look(
     long_side: int,
     erode: int,
     crop_px: int,
-    also: Callable[[Picture], None] | None = None,
 ) -> Iterator[tuple[list[HoldView], WallLight]]:
     """Go through the photos: per photo, what it shows of each hold, and of the wall's light.
 
@@ -271,7 +250,6 @@ def look(
     long_side : photos are drawn at most this long, pixels.
     erode : pixels taken off the rim, at that size.
     crop_px : crops are kept at most this long, pixels.
-    also : called with each photo while it is in memory.
     """
     from walltopo.raycast import render_ids
 
@@ -282,9 +260,6 @@ def look(
         face_id, depth = render_ids(mesh.vertices, mesh.faces, camera, view.cam_from_world)
         ids = np.where(face_id >= 0, face_instance[np.maximum(face_id, 0)], 0).astype(np.int32)
         picture = load(view, camera.width, camera.height)
-        if also is not None:
-            drawn = View(view.name, camera, view.cam_from_world)
-            also(Picture(number, drawn, picture, face_id, depth, ids))
         yield (
             list(_hold_views(number, picture, ids, depth, erode, crop_px)),
             _wall_light(number, picture, face_id, patch_of),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from walltopo.core import Mesh, Progress, View
 from walltopo.holds.contract import ClassifySettings
 from walltopo.holds.light import SceneLight, solve_light
-from walltopo.holds.observations import HoldView, Picture, load_photo, look, wall_patches
+from walltopo.holds.observations import HoldView, load_photo, look, wall_patches
 
 __all__ = ["gather"]
 
@@ -26,12 +26,8 @@ def gather(
     face_instance: NDArray[np.int32],
     settings: ClassifySettings,
     progress: Progress,
-    also: Callable[[Picture], None] | None = None,
 ) -> tuple[dict[int, list[HoldView]], SceneLight]:
-    """What all photos show of each hold, and the light they were taken in.
-
-    `also` is called with each photo while it is in memory.
-    """
+    """What all photos show of each hold, and the light they were taken in."""
     progress.step("reading holds in photos", len(views))
     seen: dict[int, list[HoldView]] = {}
     lights = []
@@ -47,7 +43,6 @@ def gather(
         long_side=settings.long_side,
         erode=settings.erode,
         crop_px=settings.cutout_px,
-        also=also,
     )
     for holds, light in stream:
         for hold in holds:

@@ -1,4 +1,4 @@
-"""The `classify` stage: colour, type, shape and cutouts of each instance, and start tags."""
+"""The `classify` stage: colour, type, shape and cutouts of each instance."""
 
 from __future__ import annotations
 
@@ -11,19 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, View
-from walltopo.holds.colour import Coloured, Look, assign_colours, find_palette, paint_over_views
+from walltopo.holds.colour import Coloured, assign_colours, find_palette, paint_over_views
 from walltopo.holds.contract import ClassifySettings
 from walltopo.holds.cutouts import best_views, write_cutouts
 from walltopo.holds.describe import describe, with_tints, with_types
-from walltopo.holds.doubtful import (
-    TAGGED,
-    Lifted,
-    admitted,
-    doubtful,
-    left_out_rows,
-    on_plates,
-    read_instances,
-)
+from walltopo.holds.doubtful import Lifted, admitted, doubtful, left_out_rows, read_instances
 from walltopo.holds.downclimb import with_downclimbs
 from walltopo.holds.geometry import Shape, measure_shapes
 from walltopo.holds.light import SceneLight
@@ -31,18 +23,13 @@ from walltopo.holds.observations import HoldView
 from walltopo.holds.observe import gather
 from walltopo.holds.palette import Entry, read_palette
 from walltopo.holds.relief import reliefs
-from walltopo.holds.tag_looks import CardSizes
-from walltopo.holds.tags import FoundTag, TagFinder, band_looks, record_of
 from walltopo.holds.verdicts import classifier_of, followed, with_class_colours
 from walltopo.routes.edits import apply_hold_edits
-from walltopo.scans.folder import ScanFolder
-from walltopo.core.files import write_json
-from walltopo.scans.attributes import UNKNOWN, Hold, StartTag
-from walltopo.scans.units import is_metric, unit_of, unit_of_sizes
+from walltopo.scans.folder import ScanFolder, write_json
+from walltopo.scans.records import UNKNOWN, Hold
+from walltopo.scans.units import is_metric, unit_of
 
 __all__ = ["run"]
-
-CARD_MASK = 1.3  # longest sides of a card: the mask of one is at most this long
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,10 +53,9 @@ class _Wall:
 
 @dataclass(frozen=True, eq=False)
 class _Looks:
-    """What the photos of a scan show: instances by id, tags numbered from 1, the light."""
+    """What the photos of a scan show: instances by id, and the light."""
 
     seen: Mapping[int, Sequence[HoldView]]
-    tags: Mapping[int, FoundTag]
     light: SceneLight
 
 
@@ -107,53 +93,27 @@ def _read_wall(
     return _Wall(read_views(scan.sparse), mesh, lifted, shapes, doubts, is_metric(scan))
 
 
-def _tag_finder(wall: _Wall, settings: ClassifySettings) -> TagFinder:
-    """Looks for cards of the right size; the holds are the ruler of a scan without a scale."""
-    kinds = wall.lifted.kinds
-    sure = wall.shapes.keys() - wall.doubts.keys()
-    sizes = [wall.shapes[number].size_m for number in sure if kinds[number] == "hold"]
-    cards = CardSizes.of(settings, unit_of_sizes(sizes, wall.metric, settings.typical_hold))
-    small = {
-        number
-        for number, shape in wall.shapes.items()
-        if kinds[number] == "hold" and shape.size_m <= CARD_MASK * cards.longest
-    }
-    return TagFinder(wall.mesh, cards, small)
-
-
-def _tags(finder: TagFinder, scan: ScanFolder, settings: ClassifySettings) -> dict[int, FoundTag]:
-    """The tags that were found, numbered from 1; none of them on a printed plate."""
-    found = dict(enumerate(finder.tags(settings.tag_confidence)))
-    plated = on_plates({number: tag.position for number, tag in found.items()}, scan)
-    return dict(enumerate((found[k] for k in found.keys() - plated), start=1))
-
-
 def _read_photos(
     scan: ScanFolder, wall: _Wall, settings: ClassifySettings, progress: Progress
 ) -> _Looks:
-    finder = _tag_finder(wall, settings)
-    labels, also = wall.lifted.face_instance, finder.read if settings.start_tags else None
-    seen, light = gather(wall.views, scan.photos, wall.mesh, labels, settings, progress, also)
+    labels = wall.lifted.face_instance
+    seen, light = gather(wall.views, scan.photos, wall.mesh, labels, settings, progress)
     known = {number: rows for number, rows in sorted(seen.items()) if number in wall.shapes}
-    return _Looks(known, _tags(finder, scan, settings), light)
+    return _Looks(known, light)
 
 
 def _colours(
     wall: _Wall,
     looks: _Looks,
-    doubts: Mapping[int, str],
     palette: Sequence[Entry] | None,
     settings: ClassifySettings,
 ) -> tuple[Sequence[Entry], dict[int, Coloured]]:
-    """The palette, and the colour of each instance that a photo shows; of tag k under -k."""
-    bands = {-k: rows for k, tag in looks.tags.items() if (rows := band_looks(tag))}
-    shown: dict[int, Sequence[Look]] = {**looks.seen, **bands}
+    """The palette, and the colour of each instance that a photo shows."""
     places = {number: shape.position for number, shape in wall.shapes.items()}
-    places |= {-k: tag.position for k, tag in looks.tags.items()}
-    paints = paint_over_views(shown, looks.light, places, settings.max_views, looks.seen.keys())
+    paints = paint_over_views(looks.seen, looks.light, places, settings.max_views)
     scale = {"spread": settings.colour_spread, "lightness_weight": settings.lightness_weight}
     volumes = {number for number, kind in wall.lifted.kinds.items() if kind == "volume"}
-    sure = {number: paints[number] for number in looks.seen if number not in doubts}
+    sure = {number: paints[number] for number in looks.seen if number not in wall.doubts}
     entries = palette or find_palette(sure, volumes, **scale)
     return entries, assign_colours(paints, entries, **scale)
 
@@ -183,7 +143,7 @@ def run(scan: ScanFolder, settings: ClassifySettings, progress: Progress) -> dic
     Returns
     -------
     Metrics: holds, volumes, colours, holds with a type, holds to review, holds that no photo
-    shows, instances left out as doubtful, start tags, cutouts.
+    shows, instances left out as doubtful, cutouts.
     """
     from walltopo.scans.edits import read_hold_edits
 
@@ -194,28 +154,24 @@ def run(scan: ScanFolder, settings: ClassifySettings, progress: Progress) -> dic
     edits = read_hold_edits(scan.hold_edits)
     wall = _read_wall(scan, edits["strokes"], settings, progress)
     looks = _read_photos(scan, wall, settings, progress)
-    cards = {tag.instance: TAGGED for tag in looks.tags.values() if tag.instance}
-    doubts = {**wall.doubts, **cards}
-    entries, colours = _colours(wall, looks, doubts, palette, settings)
+    entries, colours = _colours(wall, looks, palette, settings)
     kinds, names = wall.lifted.kinds, [view.name for view in wall.views]
     described = describe(kinds, wall.shapes, colours, looks.seen, names, entries, settings)
-    sure = [hold for hold in described if hold.id not in doubts]
+    sure = [hold for hold in described if hold.id not in wall.doubts]
     unit = unit_of(sure, wall.metric, settings.typical_hold)
-    holds, left_out = admitted(described, doubts, edits["holds"], unit)
+    holds, left_out = admitted(described, wall.doubts, edits["holds"], unit)
     relief = reliefs(wall.mesh, wall.lifted.face_instance, wall.shapes, unit)
     holds = with_tints(with_types(holds, relief), looks.light, unit)
     if classifier is not None:
         holds = followed(holds, looks.seen, classifier, settings)
         entries = with_class_colours(entries, holds)
     holds = _with_roles_and_edits(holds, scan, edits["holds"], unit, settings, progress)
-    rows, cutouts = left_out_rows(left_out, wall.lifted.scores, doubts, looks.seen)
+    rows, cutouts = left_out_rows(left_out, wall.lifted.scores, wall.doubts, looks.seen)
     for number in looks.seen.keys() - cutouts.keys():
         cutouts[number] = best_views(looks.seen[number], settings.cutouts)
     progress.step("writing cutouts")
     write_cutouts(scan.cutouts, cutouts, names)
-    named = {-number: paint.name for number, paint in colours.items() if paint.name != UNKNOWN}
-    records = [record_of(k, tag, named.get(k, ""), names) for k, tag in looks.tags.items()]
-    metrics = _written(scan, entries, holds, records, rows, progress)
+    metrics = _written(scan, entries, holds, rows, progress)
     return metrics | {"cutouts": sum(len(kept) for kept in cutouts.values())}
 
 
@@ -223,7 +179,6 @@ def _written(
     scan: ScanFolder,
     palette: Sequence[Entry],
     holds: Sequence[Hold],
-    tags: Sequence[StartTag],
     left_out: Sequence[Mapping[str, Any]],
     progress: Progress,
 ) -> dict[str, Any]:
@@ -237,7 +192,6 @@ def _written(
             "version": 1,
             "palette": [{"name": entry.name, "rgb": list(entry.rgb)} for entry in palette],
             "instances": [hold.to_json() for hold in holds],
-            "tags": [tag.to_json() for tag in tags],
             "left_out": left_out,
         },
     )
@@ -249,5 +203,4 @@ def _written(
         "review": sum(hold.review for hold in holds),
         "unseen": len(unseen),
         "left_out": len(left_out),
-        "tags": len(tags),
     }

@@ -105,9 +105,6 @@ class LiftParams:
         int,
         about("robust: how often masks are handed to the instance they fit best", low=0, high=20),
     ] = 2
-    split_apart: Annotated[
-        bool, about("robust: parts of an instance that do not touch on the mesh become instances")
-    ] = False
     fill_pinholes: Annotated[bool, about("robust: fill small holes inside an instance")] = True
     least_support: Annotated[
         float,
@@ -134,15 +131,6 @@ class LiftParams:
             high=15.0,
         ),
     ] = 4.0
-    border_smoothness: Annotated[
-        float,
-        about(
-            "robust: shorten borders by a graph cut that weighs this x mean edge length x border "
-            "against log-odds x area; 0 = off",
-            low=0.0,
-            high=100.0,
-        ),
-    ] = 0.0
     sample_px: Annotated[
         float, about("robust: larger triangles get several samples", unit="px", low=0.5)
     ] = 32.0

@@ -14,9 +14,7 @@ from numpy.typing import NDArray
 from walltopo.core import InputError, Instances, Mesh, Progress, Silent, View
 from walltopo.lifting.contract import LiftParams
 from walltopo.lifting.distance import resolve_lengths
-from walltopo.lifting.regions import neighbours_of
 from walltopo.lifting.robust import robust_evidence
-from walltopo.lifting.smooth import smooth_borders
 from walltopo.lifting.vote import vote
 
 __all__ = ["refine_borders", "split_faces"]
@@ -119,9 +117,6 @@ def _ask_again(
     """Label the pieces of cut triangles by the views."""
     evidence = robust_evidence(mesh, views, params, progress)
     winner, shares = vote(evidence, cluster, params.threshold, params.border_band)
-    if params.border_smoothness > 0:
-        neighbours = neighbours_of(mesh.faces[evidence.faces], len(mesh.vertices))
-        winner, shares = smooth_borders(mesh, evidence, neighbours, cluster, winner, shares, params)
     found = np.zeros(len(mesh.faces), dtype=np.int32)
     score = np.zeros(len(mesh.faces), dtype=np.float32)
     found[evidence.faces] = winner + 1

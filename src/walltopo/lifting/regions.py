@@ -1,4 +1,4 @@
-"""Labels as regions of the mesh: parts that fall apart, and pinholes."""
+"""Labels as regions of the mesh: faces across edges, and pinholes."""
 
 from __future__ import annotations
 
@@ -8,14 +8,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ["fill_pinholes", "neighbours_of", "split_apart"]
+__all__ = ["fill_pinholes", "neighbours_of"]
 
 Ints = NDArray[np.int32]
 Floats = NDArray[np.float64]
 
-# A part at least this large, against the largest part of its instance, is an instance; a smaller
-# one is a crumb.
-APART = 0.25
 # A hole this small, against the instance around it, is filled.
 PINHOLE = 0.05
 
@@ -86,38 +83,6 @@ def _components(neighbours: Any, label: Any) -> Any:
     for f in range(len(label)):
         parent[f] = _root(parent, f)
     return parent
-
-
-def split_apart(neighbours: Ints, areas: Floats, winner: Ints) -> Ints:
-    """Give parts of a cluster that do not touch numbers of their own; drop crumbs.
-
-    Parameters
-    ----------
-    neighbours : as of `neighbours_of`; areas : (C,); winner : (C,) cluster, -1 = none.
-
-    Returns
-    -------
-    (C,) int32: the largest part of each cluster keeps its number.
-    """
-    regions, inverse = np.unique(_components(neighbours, winner), return_inverse=True)
-    size = np.bincount(inverse, areas, minlength=len(regions))
-    cluster = winner[regions]
-    largest = np.zeros(int(winner.max(initial=-1)) + 2)
-    np.maximum.at(largest, cluster, size)
-    number = cluster.astype(np.int64).copy()
-    order = np.lexsort((regions, -size))
-    known, following = set(), int(winner.max(initial=-1)) + 1
-    for k in order.tolist():
-        if cluster[k] < 0:
-            continue
-        if cluster[k] not in known:
-            known.add(cluster[k])
-        elif size[k] >= APART * largest[cluster[k]]:
-            number[k] = following
-            following += 1
-        else:
-            number[k] = -1
-    return number[inverse].astype(np.int32)
 
 
 def fill_pinholes(neighbours: Ints, areas: Floats, winner: Ints) -> Ints:

@@ -15,8 +15,7 @@ from walltopo.lifting.covisible import Covisible, compare_projections
 from walltopo.lifting.evidence import Evidence, Sampling, gather_evidence
 from walltopo.lifting.potts import potts_clusters
 from walltopo.lifting.records import scored_instances
-from walltopo.lifting.regions import fill_pinholes, neighbours_of, split_apart
-from walltopo.lifting.smooth import smooth_borders
+from walltopo.lifting.regions import fill_pinholes, neighbours_of
 from walltopo.lifting.tidy import tidy_order
 from walltopo.lifting.vote import Claims, claims_of, vote
 
@@ -144,20 +143,7 @@ def robust_instances(
         cluster = _reassign(evidence, claims, pairs.area, usable)
         cluster[cluster >= 0] = renumber(cluster[cluster >= 0].astype(np.int64))
         winner, shares = vote(evidence, cluster, params.threshold, params.border_band)
-    if params.split_apart or params.fill_pinholes or params.border_smoothness > 0:
+    if params.fill_pinholes:
         neighbours = neighbours_of(mesh.faces[evidence.faces], len(mesh.vertices))
-        if params.border_smoothness > 0:
-            winner, shares = smooth_borders(
-                mesh, evidence, neighbours, cluster, winner, shares, params
-            )
-        if params.fill_pinholes:
-            winner = fill_pinholes(neighbours, evidence.areas, winner)
-        if params.split_apart:
-            before = winner
-            winner = split_apart(neighbours, evidence.areas, winner)
-            split = np.unique(before[winner > before.max(initial=-1)])
-            if len(split):
-                claims = claims_of(evidence, pairs, winner, int(winner.max()) + 1)
-                fits = _reassign(evidence, claims, pairs.area, usable)
-                cluster = np.where(np.isin(cluster, split), fits, cluster)
+        winner = fill_pinholes(neighbours, evidence.areas, winner)
     return scored_instances(mesh, evidence, cluster, winner, shares, pairs, params)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numba import njit, prange
@@ -12,36 +12,13 @@ from numpy.typing import NDArray
 from walltopo.lifting.covisible import Covisible
 from walltopo.lifting.evidence import Evidence
 
-__all__ = ["Ballots", "Claims", "ballots_of", "claims_of", "log_odds", "vote"]
+__all__ = ["Claims", "claims_of", "vote"]
 
 Ints = NDArray[np.int32]
 Floats = NDArray[np.float64]
 
 # Doubt, in views, that every instance starts with: one mask alone says less than nine of ten.
 DOUBT = 1.0
-
-
-class Ballots(NamedTuple):
-    """How entries of the evidence count; see `vote`."""
-
-    weight: NDArray[np.float32]
-    depth: NDArray[np.float32]
-    present: NDArray[np.bool_]
-    doubt: float
-
-
-def ballots_of(evidence: Evidence, cluster: Ints, band: float) -> Ballots:
-    """Weigh the entries of the evidence (parameters as of `vote`)."""
-    views = len(evidence.first_mask) - 1
-    count = int(cluster.max(initial=-1)) + 1
-    present = np.zeros((count, views), dtype=np.bool_)
-    known = np.flatnonzero(cluster >= 0)
-    present[cluster[known], evidence.view_of[known]] = True
-    weight = evidence.share * evidence.detail
-    # From 0 at the border to 1 at the band's end; all 1 where evidence is in or out.
-    depth = evidence.border / np.float32(band) if band > 0 else np.ones_like(weight)
-    mean = float(evidence.detail.mean()) if len(weight) else 1.0
-    return Ballots(weight, depth, present, DOUBT * mean)
 
 
 def vote(
@@ -62,32 +39,19 @@ def vote(
     -------
     (C,) int32, -1 = none; (C,) float32.
     """
-    ballots = ballots_of(evidence, cluster, band)
-    return _vote(evidence.starts, evidence.projection, evidence.view, cluster, threshold, *ballots)
-
-
-def log_odds(
-    evidence: Evidence, cluster: Ints, ballots: Ballots, faces: NDArray[np.int64], wanted: int
-) -> tuple[Floats, Floats]:
-    """What speaks for one cluster against what speaks against it, on some faces.
-
-    Parameters
-    ----------
-    cluster : (P,), as of `vote`; ballots : as of `ballots_of` with it.
-    faces : (n,), rows of the evidence; wanted : the cluster.
-
-    Returns
-    -------
-    (n,) float64, log((positive + doubt / 2) / (negative + doubt / 2)); (n,) float64, the share of
-    positive evidence, 0 where no view with the cluster saw the face.
-    """
-    weight, depth, present, doubt = ballots
-    mine, total = _tallies(
-        evidence.starts, evidence.projection, evidence.view, cluster, weight, depth, present,
-        faces, wanted,
+    views = len(evidence.first_mask) - 1
+    count = int(cluster.max(initial=-1)) + 1
+    present = np.zeros((count, views), dtype=np.bool_)
+    known = np.flatnonzero(cluster >= 0)
+    present[cluster[known], evidence.view_of[known]] = True
+    weight = evidence.share * evidence.detail
+    # From 0 at the border to 1 at the band's end; all 1 where evidence is in or out.
+    depth = evidence.border / np.float32(band) if band > 0 else np.ones_like(weight)
+    mean = float(evidence.detail.mean()) if len(weight) else 1.0
+    return _vote(
+        evidence.starts, evidence.projection, evidence.view, cluster, threshold,
+        weight, depth, present, DOUBT * mean,
     )  # fmt: skip
-    odds = np.log((mine + doubt / 2) / (total - mine + doubt / 2))
-    return odds, mine / np.maximum(total, 1e-300)
 
 
 @njit(cache=True, inline="always")
@@ -105,20 +69,6 @@ def _tally(
                 mine += weight[j] * (0.5 + 0.5 * depth[j])
             elif q < -1 and cluster[-2 - q] == wanted:
                 mine += weight[j] * (0.5 - 0.5 * depth[j])
-    return mine, total
-
-
-@njit(cache=True)
-def _tallies(
-    starts: Any, projection: Any, view: Any, cluster: Any, weight: Any, depth: Any, present: Any,
-    faces: Any, wanted: Any,
-) -> Any:  # fmt: skip
-    mine, total = np.zeros(len(faces)), np.zeros(len(faces))
-    for k in range(len(faces)):
-        mine[k], total[k] = _tally(
-            starts[faces[k]], starts[faces[k] + 1], wanted, projection, view, cluster, weight,
-            depth, present,
-        )  # fmt: skip
     return mine, total
 
 

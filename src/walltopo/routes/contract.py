@@ -44,10 +44,6 @@ class RoutesSettings:
             high=1,
         ),
     ] = 0.75
-    start_tags: Annotated[
-        bool,
-        about("Cut a group where start tags mark several starts, and start routes at their tags"),
-    ] = True
     link: Annotated[
         Literal["colour", "paint"],
         about(

@@ -109,12 +109,8 @@ def describe_route(
     median_size: float,
     ambiguous: Mapping[int, Mapping[int, float]],
     name: str = "",
-    tagged: Mapping[int, int] | None = None,
 ) -> Route:
     """The route of a group of holds: ordered, with its start, top, footholds and facts.
-
-    It starts at the holds with a start tag (`tagged`, tag id to hold id), the lowest two where
-    there are more; without tags at the likely holds.
 
     Footholds are holds typed so, or of unknown type and far smaller than the median hold;
     where a route has nothing else, all its holds count as hand holds.
@@ -124,18 +120,14 @@ def describe_route(
     hands = [hold for hold in ordered if hold not in feet]
     if not hands:
         feet, hands = [], ordered
-    own = {hold.id for hold in holds}
-    tags = {tag: hold for tag, hold in (tagged or {}).items() if hold in own}
-    marked = tuple(hold.id for hold in ordered if hold.id in tags.values())[:2]
     return Route(
         id=number,
         colour=colour,
         holds=tuple(hold.id for hold in ordered),
         name=name,
-        start=marked or _start(hands),
+        start=_start(hands),
         top=(hands[-1].id,),
         footholds=tuple(hold.id for hold in feet),
         ambiguous=ambiguous,
-        tags=tuple(sorted(tags)),
         facts=route_facts(ordered, hands),
     )

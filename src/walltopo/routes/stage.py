@@ -19,10 +19,8 @@ from walltopo.routes.makers import kinship
 from walltopo.routes.order import describe_route, memberships
 from walltopo.routes.paint import FLATTEN, balanced_paint
 from walltopo.routes.proxy import build_proxy
-from walltopo.routes.start_tags import Cut, cut_at_starts, tagged_holds
-from walltopo.scans.folder import ScanFolder
-from walltopo.core.files import write_json
-from walltopo.scans.attributes import UNKNOWN, Hold, Route, StartTag, read_holds, read_tags
+from walltopo.scans.folder import ScanFolder, write_json
+from walltopo.scans.records import UNKNOWN, Hold, Route, read_holds
 from walltopo.scans.units import is_metric, unit_of
 
 __all__ = ["find_routes", "run"]
@@ -68,7 +66,6 @@ def find_routes(
     *,
     metric: bool = True,
     edits: Mapping[str, Any] | None = None,
-    tags: Sequence[StartTag] = (),
     progress: Progress | None = None,
 ) -> tuple[list[Route], list[int]]:
     """Group holds into routes.
@@ -80,7 +77,6 @@ def find_routes(
     ----------
     metric : the scan is in metres; else see `units.unit_of`.
     edits : a setter's corrections (`formats.edits`), put on after the grouping.
-    tags : the start tags; `settings.start_tags` tells whether they are used.
 
     Returns
     -------
@@ -91,20 +87,15 @@ def find_routes(
     unit = unit_of(holds, metric, settings.typical_hold)
     climbed = [hold for hold in holds if hold.role == "hold" and hold.colour != UNKNOWN]
     book, links = RouteBook({}), np.zeros((0, 0))
-    cut, tagged = Cut(np.zeros(0, dtype=np.int64)), {}
     if climbed:
         progress.step("paths between holds", len(climbed))
         grouping = _group(mesh, climbed, settings, unit)
         progress.advance(len(climbed))
-        links, cut = grouping.similarity, Cut(grouping.group)
-        if settings.start_tags:
-            tagged = tagged_holds(tags, climbed, grouping.group, unit)
-            cut = cut_at_starts(climbed, grouping.group, list(tagged.values()), unit)
-        book = RouteBook(_numbered(climbed, cut.group, settings.min_holds))
+        links = grouping.similarity
+        book = RouteBook(_numbered(climbed, grouping.group, settings.min_holds))
     for line in apply_route_edits(book, holds, edits or {}, unit):
         progress.note(f"routes.edits.toml: {line}")
-    marked = {tag: climbed[row].id for tag, row in tagged.items()}
-    routes = _describe(holds, climbed, links, cut, book, marked, settings)
+    routes = _describe(holds, climbed, links, book, settings)
     unrouted = [h.id for h in holds if h.role == "hold" and h.id not in book.route_of]
     return routes, sorted(unrouted)
 
@@ -138,20 +129,12 @@ def _describe(
     holds: Sequence[Hold],
     climbed: Sequence[Hold],
     links: Floats,
-    cut: Cut,
     book: RouteBook,
-    tagged: Mapping[int, int],
     settings: RoutesSettings,
 ) -> list[Route]:
-    """The routes of a book; `tagged`: tag id to hold id."""
     by_id = {hold.id: hold for hold in holds}
     group = np.array([book.route_of.get(hold.id, 0) for hold in climbed], dtype=np.int64)
     shares = memberships(links, group)
-    for line, odds in cut.odds.items():
-        # Between routes that their tags told apart, links say nothing.
-        shares[line] = 0
-        for start, share in odds.items():
-            shares[line, group[start]] += share
     row_of = {hold.id: row for row, hold in enumerate(climbed)}
     sizes = [hold.size_m for hold in holds if hold.role == "hold" and hold.size_m > 0]
     median = float(np.median(sizes)) if sizes else 0.0
@@ -167,7 +150,7 @@ def _describe(
         colours = [hold.colour for hold in members]
         colour = book.colours.get(number) or max(sorted(set(colours)), key=colours.count)
         name = book.names.get(number, "")
-        routes.append(describe_route(number, colour, members, median, ambiguous, name, tagged))
+        routes.append(describe_route(number, colour, members, median, ambiguous, name))
     return routes
 
 
@@ -187,7 +170,7 @@ def run(scan: ScanFolder, settings: RoutesSettings, progress: Progress) -> dict[
 
     Returns
     -------
-    Metrics: routes, holds in a route, holds without one, ambiguous holds, tags used, volumes.
+    Metrics: routes, holds in a route, holds without one, ambiguous holds, volumes.
     """
     from walltopo.meshes.ply import read_mesh
     from walltopo.scans.edits import read_route_edits
@@ -196,9 +179,8 @@ def run(scan: ScanFolder, settings: RoutesSettings, progress: Progress) -> dict[
     metric = is_metric(scan)
     edits = read_route_edits(scan.route_edits)
     mesh = read_mesh(scan.mesh)
-    tags = read_tags(scan.attributes)
     routes, unrouted = find_routes(
-        mesh, holds, settings, metric=metric, edits=edits, tags=tags, progress=progress
+        mesh, holds, settings, metric=metric, edits=edits, progress=progress
     )
     volumes = sorted(hold.id for hold in holds if hold.role == "volume")
     write_json(
@@ -215,6 +197,5 @@ def run(scan: ScanFolder, settings: RoutesSettings, progress: Progress) -> dict[
         "holds_in_routes": sum(len(route.holds) for route in routes),
         "unrouted": len(unrouted),
         "ambiguous": sum(len(route.ambiguous) for route in routes),
-        "tags": sum(len(route.tags) for route in routes),
         "volumes": len(volumes),
     }
