@@ -48,7 +48,8 @@ def run(args: argparse.Namespace) -> int:
     photos = [p for given in args.photos for p in (photos_in(given) if given.is_dir() else [given])]
     detector = open_detector(settings)
     with TerminalListener(console, verbose=args.verbose) as progress:
-        figures = detect_photos(photos, detector, args.output, progress, args.draw)
+        found, figures = detect_photos(photos, detector, progress, args.draw)
+    found.save(args.output)
     console.print(
         f"{figures['masks']} objects in {figures['photos']} photos "
         f"({figures['seconds_per_photo']:.2f} s a photo), written to {args.output}",

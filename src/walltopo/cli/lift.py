@@ -59,7 +59,7 @@ def run(args: argparse.Namespace) -> int:
     from walltopo.lifting.inputs import attach_masks, read_cameras, read_masks
     from walltopo.lifting.outputs import write_coloured
     from walltopo.lifting.refine import refine_borders
-    from walltopo.lifting.stage import write_instances
+    from walltopo.lifting.stage import records_of, table_of
     from walltopo.meshes.ply import read_mesh, write_ply
 
     masks, classes = read_masks(args.masks)
@@ -70,8 +70,8 @@ def run(args: argparse.Namespace) -> int:
 
     def write(folder: Path, mesh: Mesh, found: Instances) -> None:
         folder.mkdir(parents=True, exist_ok=True)
-        npz, records = folder / "instances.npz", folder / "instances.json"
-        write_instances(npz, records, found, views, classes)
+        table_of(found).save(folder / "instances.npz")
+        records_of(found, views, classes).save(folder / "instances.json")
         write_coloured(folder, mesh, found)
 
     write(out, mesh, instances)

@@ -6,22 +6,20 @@ import shutil
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import EnvironmentLacksError, InputError, Mesh, Progress
+from walltopo.core import EnvironmentLacksError, InputError, Mesh
 from walltopo.dense.colmap import colmap_mesh, has_cuda
-from walltopo.dense.contract import DenseSettings
+from walltopo.dense.contract import DenseSettings, Reads, Writes
 from walltopo.dense.openmvs import find_programs, openmvs_mesh
 from walltopo.dense.preview import preview_mesh
 from walltopo.dense.scene import Scene, ground_sampling, read_scene, surroundings
 from walltopo.dense.sgm import sgm_mesh
-from walltopo.meshes.ply import write_ply
-from walltopo.scans.folder import ScanFolder
-from walltopo.core.files import read_json
+from walltopo.scans.context import Context
+from walltopo.scans.photo_set import PhotoSet
 
 __all__ = ["edge_and_unit", "pick_backend", "run"]
 
@@ -61,42 +59,37 @@ def pick_backend(settings: DenseSettings) -> tuple[str, str]:
     return "openmvs", "OpenMVS found, no CUDA in pycolmap"
 
 
-def _is_metric(scan: ScanFolder) -> bool:
-    """Whether `scale` gave the scan metres; a folder without scale.json is unscaled."""
-    return scan.scale.is_file() and bool(read_json(scan.scale).get("metric"))
-
-
 def _mesh(
-    scan: ScanFolder,
+    reads: Reads,
     scene: Scene,
     backend: str,
     settings: DenseSettings,
     edge: float,
     unit: float,
-    progress: Progress,
+    context: Context,
 ) -> Mesh:
     """Run one backend."""
     if backend == "sgm":
-        return sgm_mesh(scene, _reader(scan), settings, edge, unit, progress)
+        return sgm_mesh(scene, _reader(reads.photos), settings, edge, unit, context.progress)
     if backend == "sparse":
-        return preview_mesh(scene, settings, edge, unit, progress)
+        return preview_mesh(scene, settings, edge, unit, context.progress)
     other = colmap_mesh if backend == "colmap" else openmvs_mesh
-    scan.work.mkdir(parents=True, exist_ok=True)
-    work = Path(tempfile.mkdtemp(prefix=f"{backend}-", dir=scan.work))
-    mesh = other(scan.sparse, scan.photos, work, settings, edge, unit, progress)
+    work = Path(tempfile.mkdtemp(prefix=f"{backend}-", dir=context.cache))
+    sparse, photos = reads.sparse.folder, reads.photos.folder
+    mesh = other(sparse, photos, work, settings, edge, unit, context.progress)
     # Kept after an error, for its logs.
     shutil.rmtree(work)
     return mesh
 
 
-def _reader(scan: ScanFolder) -> Callable[[str], NDArray[np.uint8]]:
+def _reader(photos: PhotoSet) -> Callable[[str], NDArray[np.uint8]]:
     """Loads a photo of the scan by name, grey."""
 
     def load(name: str) -> NDArray[np.uint8]:
-        grey = cv2.imread(str(scan.photos / name), cv2.IMREAD_GRAYSCALE)
+        grey = cv2.imread(str(photos.path(name)), cv2.IMREAD_GRAYSCALE)
         if grey is None:
             raise InputError(
-                f"{scan.photos / name}: the photo cannot be read",
+                f"{photos.path(name)}: the photo cannot be read",
                 "Run the scan again from ingest: walltopo scan --from ingest.",
             )
         return np.asarray(grey, dtype=np.uint8)
@@ -104,25 +97,27 @@ def _reader(scan: ScanFolder) -> Callable[[str], NDArray[np.uint8]]:
     return load
 
 
-def run(scan: ScanFolder, settings: DenseSettings, progress: Progress) -> dict[str, Any]:
-    """Write `mesh.ply` from `sparse/` and the photos; returns the mesh's figures."""
-    scene = read_scene(scan.sparse)
-    metric = _is_metric(scan)
+def run(reads: Reads, settings: DenseSettings, context: Context) -> Writes:
+    """The mesh of the scan, from its cameras and photos."""
+    scene = read_scene(reads.sparse.folder)
+    metric = reads.scale.metric
     edge, unit = edge_and_unit(scene, settings, metric)
     backend, reason = pick_backend(settings)
-    progress.note(f"dense: {backend} ({reason}), edges of about {_length(edge, metric)}")
-    mesh = _mesh(scan, scene, backend, settings, edge, unit, progress)
-    write_ply(scan.mesh, mesh)
+    context.progress.note(f"dense: {backend} ({reason}), edges of about {_length(edge, metric)}")
+    mesh = _mesh(reads, scene, backend, settings, edge, unit, context)
     sides = mesh.vertices[mesh.faces] - mesh.vertices[np.roll(mesh.faces, -1, axis=1)]
-    return {
-        "backend": backend,
-        "reason": reason,
-        "vertices": len(mesh.vertices),
-        "faces": len(mesh.faces),
-        "area": round(float(mesh.areas.sum()), 3),
-        "edge_length": round(float(np.median(np.linalg.norm(sides, axis=2))), 6),
-        "metric": metric,
-    }
+    return Writes(
+        mesh,
+        {
+            "backend": backend,
+            "reason": reason,
+            "vertices": len(mesh.vertices),
+            "faces": len(mesh.faces),
+            "area": round(float(mesh.areas.sum()), 3),
+            "edge_length": round(float(np.median(np.linalg.norm(sides, axis=2))), 6),
+            "metric": metric,
+        },
+    )
 
 
 def _length(value: float, metric: bool) -> str:

@@ -5,18 +5,18 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mask, Progress
-from walltopo.detect.contract import DetectSettings
+from walltopo.detect.contract import DetectSettings, Reads, Writes
 from walltopo.detect.detector import Detector, open_detector
 from walltopo.detect.draw import draw_found
-from walltopo.scans.detections import write_coco_masks
-from walltopo.scans.folder import ScanFolder
+from walltopo.scans.detections import Detections
+from walltopo.scans.context import Context
+from walltopo.scans.manifest import Metrics
 from walltopo.core.files import atomic_path
 
 __all__ = ["PHOTO_SUFFIXES", "detect_photos", "read_photo", "run"]
@@ -62,11 +62,10 @@ def _walk(photos: Sequence[Path], progress: Progress) -> Iterator[tuple[Path, ND
 def detect_photos(
     photos: Sequence[Path],
     detector: Detector,
-    output: Path,
     progress: Progress,
     drawings: Path | None = None,
-) -> dict[str, Any]:
-    """Detect in every photo and write one COCO file; masks are in each photo's own pixels.
+) -> tuple[Detections, Metrics]:
+    """Detect in every photo; masks are in each photo's own pixels.
 
     Parameters
     ----------
@@ -75,7 +74,7 @@ def detect_photos(
 
     Returns
     -------
-    Counts and times, for the stage's summary.
+    What was found, and counts and times for the stage's summary.
     """
     masks: dict[str, tuple[Mask, ...]] = {}
     sizes: dict[str, tuple[int, int]] = {}
@@ -89,14 +88,11 @@ def detect_photos(
         progress.detail(f"{path.name}: {len(found)} objects in {seconds[-1]:.2f} s")
         if drawings is not None:
             _save_drawing(drawings / path.name, draw_found(photo, found))
-    write_coco_masks(
-        output, masks, sizes, detector.classes, {"description": f"walltopo: {detector.description}"}
-    )
     counts = [len(m) for m in masks.values()]
     empty = [name for name, m in masks.items() if not m]
     if empty:
         progress.note(f"nothing found in {len(empty)} photos: {', '.join(empty[:5])}")
-    return {
+    metrics: Metrics = {
         "model": detector.description,
         "photos": len(photos),
         "masks": sum(counts),
@@ -104,9 +100,11 @@ def detect_photos(
         "photos_without_masks": len(empty),
         "seconds_per_photo": round(float(np.median(seconds)), 3),
     }
+    told = f"walltopo: {detector.description}"
+    return Detections(masks, sizes, dict(detector.classes), told), metrics
 
 
-def run(scan: ScanFolder, settings: DetectSettings, progress: Progress) -> dict[str, Any]:
-    """Detect holds and volumes in the scan's photos; writes `detections.json`."""
-    detector = open_detector(settings)
-    return detect_photos(photos_in(scan.photos), detector, scan.detections, progress)
+def run(reads: Reads, settings: DetectSettings, context: Context) -> Writes:
+    """Detect holds and volumes in the scan's photos."""
+    photos = sorted(reads.photos.path(photo.name) for photo in reads.photo_list.photos)
+    return Writes(*detect_photos(photos, open_detector(settings), context.progress))

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
+from msgspec.structs import replace
 
 from walltopo.holds.colour import Coloured
 from walltopo.holds.contract import ClassifySettings
 from walltopo.holds.cutouts import best_views
 from walltopo.holds.geometry import Shape
-from walltopo.holds.light import SceneLight
+from walltopo.holds.light import TINT_RADIUS, SceneLight
 from walltopo.holds.observations import HoldView
 from walltopo.holds.palette import Entry
 from walltopo.holds.relief import Relief
 from walltopo.holds.types import shipped_model
-from walltopo.routes.paint import TINT_RADIUS
 from walltopo.scans.attributes import UNKNOWN, Hold
 
 __all__ = ["describe", "with_tints", "with_types"]

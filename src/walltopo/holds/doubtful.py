@@ -9,22 +9,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import InputError, Mesh
+from walltopo.core import Mesh
 from walltopo.holds.contract import ClassifySettings
 from walltopo.holds.cutouts import best_views
 from walltopo.holds.flatness import flat_instances, measure_rises
 from walltopo.holds.geometry import Shape
 from walltopo.holds.observations import HoldView
-from walltopo.routes.edits import find_hold
-from walltopo.scans.folder import ScanFolder
-from walltopo.core.files import read_json
-from walltopo.scans.attributes import Hold
-from walltopo.scans.units import is_metric, unit_of_sizes
+from walltopo.scans.edits import HoldEdit, find_hold
+from walltopo.scans.instances import InstanceRecords, InstanceTable
+from walltopo.scans.scale import Plate, Scale
+from walltopo.scans.attributes import Hold, LeftOut
+from walltopo.scans.units import unit_of_sizes
 
 __all__ = [
     "Lifted",
@@ -32,7 +31,6 @@ __all__ = [
     "doubtful",
     "left_out_rows",
     "on_plates",
-    "read_instances",
 ]
 
 # Why an instance is left out: the words of `attributes.json`.
@@ -46,7 +44,7 @@ PLATE_REACH = 0.5
 
 @dataclass(frozen=True, eq=False)
 class Lifted:
-    """What the lift wrote.
+    """What the lift found.
 
     Parameters
     ----------
@@ -59,35 +57,18 @@ class Lifted:
     kinds: dict[int, str]
     scores: dict[int, float]
 
-
-def read_instances(scan: ScanFolder, faces: int) -> Lifted:
-    """The instances of a scan whose mesh has so many triangles.
-
-    Raises
-    ------
-    InputError : the files are missing or do not belong to this mesh.
-    """
-    if not scan.instances.is_file():
-        raise InputError(f"{scan.instances}: no such file", "Run the lift stage first.")
-    with np.load(scan.instances) as data:
-        face_instance = np.asarray(data["face_instance"], dtype=np.int32)
-    if len(face_instance) != faces:
-        raise InputError(
-            f"{scan.instances}: labels of {len(face_instance)} faces, but {scan.mesh} has {faces}",
-            "Run the lift stage again.",
+    @classmethod
+    def of(cls, table: InstanceTable, records: InstanceRecords) -> Lifted:
+        """From the lift's two files."""
+        return cls(
+            table.face_instance,
+            {record.id: record.kind for record in records.instances},
+            {record.id: record.score for record in records.instances},
         )
-    records = read_json(scan.instance_records)
-    try:
-        rows = records["instances"]
-        kinds = {int(entry["id"]): str(entry["class"]) for entry in rows}
-        scores = {int(entry["id"]): float(entry["score"]) for entry in rows}
-    except (KeyError, TypeError, ValueError) as error:
-        raise InputError(f"{scan.instance_records}: broken entry ({error!r})") from error
-    return Lifted(face_instance, kinds, scores)
 
 
 def doubtful(
-    scan: ScanFolder,
+    scale: Scale,
     mesh: Mesh,
     lifted: Lifted,
     shapes: Mapping[int, Shape],
@@ -102,25 +83,26 @@ def doubtful(
     kinds = lifted.kinds
     faint = {number for number, score in lifted.scores.items() if score < settings.least_score}
     sizes = [s.size_m for n, s in shapes.items() if n not in faint and kinds[n] == "hold"]
-    unit = unit_of_sizes(sizes, is_metric(scan), settings.typical_hold)
+    unit = unit_of_sizes(sizes, scale.metric, settings.typical_hold)
     present = {number: kinds[number] for number in shapes}
     rises = measure_rises(mesh, lifted.face_instance, present, unit)
     flat = flat_instances(rises, unit, settings.flat_below)
-    plated = on_plates({number: shape.position for number, shape in shapes.items()}, scan)
+    plated = on_plates({number: shape.position for number, shape in shapes.items()}, scale.plates)
     return dict.fromkeys(faint, FAINT) | dict.fromkeys(flat, FLAT) | dict.fromkeys(plated, PLATED)
 
 
-def on_plates(positions: Mapping[int, NDArray[np.float64]], scan: ScanFolder) -> set[int]:
+def on_plates(
+    positions: Mapping[int, NDArray[np.float64]], plates: Sequence[Plate]
+) -> set[int]:
     """Ids of the instances that lie on a printed plate of the measure.
 
     Parameters
     ----------
     positions : instance id to its (3,) place in the world frame.
     """
-    plates = read_json(scan.scale)["plates"] if scan.scale.is_file() else []
     found: set[int] = set()
     for plate in plates:
-        corners = np.array(plate.get("corners", []), dtype=np.float64).reshape(-1, 3)
+        corners = np.array(plate.corners, dtype=np.float64).reshape(-1, 3)
         if len(corners) != 4:
             continue
         middle = corners.mean(axis=0)
@@ -137,7 +119,7 @@ def on_plates(positions: Mapping[int, NDArray[np.float64]], scan: ScanFolder) ->
 def admitted(
     holds: Sequence[Hold],
     doubts: Mapping[int, str],
-    edits: Sequence[Mapping[str, Any]],
+    edits: Sequence[HoldEdit],
     unit: float,
 ) -> tuple[list[Hold], list[Hold]]:
     """The holds to show and those to leave out: in `doubts`, and not kept by a setter.
@@ -145,7 +127,7 @@ def admitted(
     A setter keeps one by `"kept": true` in `holds.edits.json`.
     """
     doubtful_ones = [hold for hold in holds if hold.id in doubts]
-    found = (find_hold(doubtful_ones, e["at"], e["id"], unit) for e in edits if e.get("kept"))
+    found = (find_hold(doubtful_ones, e.at, e.id, unit) for e in edits if e.kept)
     kept = {hold.id for hold in found if hold is not None}
     shown = [hold for hold in holds if hold.id not in doubts or hold.id in kept]
     return shown, [hold for hold in doubtful_ones if hold.id not in kept]
@@ -156,14 +138,15 @@ def left_out_rows(
     scores: Mapping[int, float],
     doubts: Mapping[int, str],
     seen: Mapping[int, Sequence[HoldView]],
-) -> tuple[list[dict[str, Any]], dict[int, list[HoldView]]]:
+) -> tuple[list[LeftOut], dict[int, list[HoldView]]]:
     """The list `left_out` of `attributes.json`, the surest first, and the cutouts to keep of it."""
     ranked = sorted(holds, key=lambda hold: (-scores[hold.id], hold.id))
-    keys = ("id", "class", "position", "size_m", "photos")
     rows = []
     for hold in ranked:
-        entry = hold.to_json()
-        told = {"score": round(scores[hold.id], 4), "reason": doubts[hold.id]}
-        rows.append({key: entry[key] for key in keys} | told)
+        shown = hold.rounded()
+        score, reason = round(scores[hold.id], 4), doubts[hold.id]
+        rows.append(
+            LeftOut(hold.id, hold.kind, shown.position, shown.size_m, hold.photos, score, reason)
+        )
     cutouts = {h.id: best_views(seen.get(h.id, ()), CUTOUTS_OF_DOUBTFUL) for h in ranked}
     return rows, cutouts

@@ -17,11 +17,12 @@ from numpy.typing import NDArray
 
 from walltopo.holds.observations import WallLight
 
-__all__ = ["SceneLight", "solve_light"]
+__all__ = ["TINT_RADIUS", "SceneLight", "solve_light"]
 
 Floats = NDArray[np.float64]
 
 ROUNDS = 25
+TINT_RADIUS = 1.0  # metres: spread of the window over which the wall's tint is taken
 REACH = 4.0  # patches: width of the window over which the wall's brightness is taken
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,17 +10,18 @@ from numpy.typing import NDArray
 from walltopo.core import Mesh, Progress, View
 from walltopo.holds.contract import ClassifySettings
 from walltopo.holds.light import SceneLight, solve_light
+from walltopo.scans.photo_set import PhotoSet
 from walltopo.holds.observations import HoldView, load_photo, look, wall_patches
 
-__all__ = ["gather"]
+__all__ = ["observe"]
 
 Floats = NDArray[np.float64]
 PATCHES = 60  # wall patches along the longest side of the wall
 
 
-def gather(
+def observe(
     views: Sequence[View],
-    photos: Path,
+    photos: PhotoSet,
     mesh: Mesh,
     face_instance: NDArray[np.int32],
     settings: ClassifySettings,
@@ -33,7 +33,7 @@ def gather(
     lights = []
 
     def load(view: View, width: int, height: int) -> NDArray[np.uint8]:
-        return load_photo(photos / view.name, width, height)
+        return load_photo(photos.path(view.name), width, height)
 
     stream = look(
         views,

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, View
 from walltopo.holds.colour import Coloured, assign_colours, find_palette, paint_over_views
-from walltopo.holds.contract import ClassifySettings
+from walltopo.holds.contract import ClassifySettings, Reads, Writes
 from walltopo.holds.cutouts import best_views, write_cutouts
 from walltopo.holds.describe import describe, with_tints, with_types
 from walltopo.holds.doubtful import Lifted, admitted, doubtful, left_out_rows, read_instances
@@ -20,14 +19,17 @@ from walltopo.holds.downclimb import with_downclimbs
 from walltopo.holds.geometry import Shape, measure_shapes
 from walltopo.holds.light import SceneLight
 from walltopo.holds.observations import HoldView
-from walltopo.holds.observe import gather
+from walltopo.holds.observe import observe
 from walltopo.holds.palette import Entry, read_palette
 from walltopo.holds.relief import reliefs
 from walltopo.holds.verdicts import classifier_of, followed, with_class_colours
-from walltopo.routes.edits import apply_hold_edits
-from walltopo.scans.folder import ScanFolder, write_json
-from walltopo.scans.records import UNKNOWN, Hold
-from walltopo.scans.units import is_metric, unit_of
+from walltopo.holds.edits import apply_hold_edits
+from walltopo.scans.attributes import UNKNOWN, Attributes, Hold, PaletteColour
+from walltopo.scans.context import Context
+from walltopo.scans.edits import HoldEdit, Stroke, apply_strokes
+from walltopo.scans.manifest import Metrics
+from walltopo.scans.photo_set import PhotoSet
+from walltopo.scans.units import unit_of
 
 __all__ = ["run"]
 
@@ -63,41 +65,33 @@ def _painted(
     mesh: Mesh,
     face_instance: NDArray[np.int32],
     kinds: Mapping[int, str],
-    strokes: list[dict[str, Any]],
+    strokes: Sequence[Stroke],
     progress: Progress,
 ) -> NDArray[np.int32]:
     """The labels after a setter's strokes; strokes of holds that are gone are left out."""
-    from walltopo.scans.edits import apply_strokes
-
-    known = [stroke for stroke in strokes if stroke["hold"] == 0 or stroke["hold"] in kinds]
+    known = [stroke for stroke in strokes if stroke.hold == 0 or stroke.hold in kinds]
     if len(known) < len(strokes):
         progress.note(f"{len(strokes) - len(known)} strokes paint holds that are not there")
     return apply_strokes(mesh, face_instance, known)
 
 
-def _read_wall(
-    scan: ScanFolder,
-    strokes: list[dict[str, Any]],
-    settings: ClassifySettings,
-    progress: Progress,
-) -> _Wall:
-    from walltopo.meshes.ply import read_mesh
-    from walltopo.scans.model import read_views
-
-    mesh = read_mesh(scan.mesh)
-    lifted = read_instances(scan, len(mesh.faces))
+def _read_wall(reads: Reads, settings: ClassifySettings, progress: Progress) -> _Wall:
+    mesh = reads.mesh
+    reads.instances.check_fits(mesh)
+    lifted = Lifted.of(reads.instances, reads.instance_records)
+    strokes = reads.hold_edits.strokes
     labels = _painted(mesh, lifted.face_instance, lifted.kinds, strokes, progress)
     lifted = replace(lifted, face_instance=labels)
     shapes = measure_shapes(mesh, labels, sorted(lifted.kinds))
-    doubts = doubtful(scan, mesh, lifted, shapes, settings)
-    return _Wall(read_views(scan.sparse), mesh, lifted, shapes, doubts, is_metric(scan))
+    doubts = doubtful(reads.scale, mesh, lifted, shapes, settings)
+    return _Wall(reads.sparse.views, mesh, lifted, shapes, doubts, reads.scale.metric)
 
 
 def _read_photos(
-    scan: ScanFolder, wall: _Wall, settings: ClassifySettings, progress: Progress
+    photos: PhotoSet, wall: _Wall, settings: ClassifySettings, progress: Progress
 ) -> _Looks:
     labels = wall.lifted.face_instance
-    seen, light = gather(wall.views, scan.photos, wall.mesh, labels, settings, progress)
+    seen, light = observe(wall.views, photos, wall.mesh, labels, settings, progress)
     known = {number: rows for number, rows in sorted(seen.items()) if number in wall.shapes}
     return _Looks(known, light)
 
@@ -120,8 +114,7 @@ def _colours(
 
 def _with_roles_and_edits(
     holds: list[Hold],
-    scan: ScanFolder,
-    edits: list[dict[str, Any]],
+    edits: Sequence[HoldEdit],
     unit: float,
     settings: ClassifySettings,
     progress: Progress,
@@ -133,74 +126,60 @@ def _with_roles_and_edits(
             progress.note(f"taken for downclimb holds, of no route: {', '.join(jugs)}")
     holds, lost = apply_hold_edits(holds, edits, unit)
     for line in lost:
-        progress.note(f"{scan.hold_edits.name}: {line}")
+        progress.note(f"holds.edits.json: {line}")
     return holds
 
 
-def run(scan: ScanFolder, settings: ClassifySettings, progress: Progress) -> dict[str, Any]:
-    """Read photos, `sparse/`, `mesh.ply` and the instances; write `attributes.json`, `cutouts/`.
+def run(reads: Reads, settings: ClassifySettings, context: Context) -> Writes:
+    """Colour, type, shape and cutouts of each instance.
 
-    Returns
-    -------
     Metrics: holds, volumes, colours, holds with a type, holds to review, holds that no photo
     shows, instances left out as doubtful, cutouts.
     """
-    from walltopo.scans.edits import read_hold_edits
-
+    progress, edits = context.progress, reads.hold_edits.holds
     classifier = classifier_of(settings)
     palette = None
     if settings.palette:
         palette = read_palette(Path(settings.palette), settings.lightness_weight)
-    edits = read_hold_edits(scan.hold_edits)
-    wall = _read_wall(scan, edits["strokes"], settings, progress)
-    looks = _read_photos(scan, wall, settings, progress)
+    wall = _read_wall(reads, settings, progress)
+    looks = _read_photos(reads.photos, wall, settings, progress)
     entries, colours = _colours(wall, looks, palette, settings)
     kinds, names = wall.lifted.kinds, [view.name for view in wall.views]
     described = describe(kinds, wall.shapes, colours, looks.seen, names, entries, settings)
     sure = [hold for hold in described if hold.id not in wall.doubts]
     unit = unit_of(sure, wall.metric, settings.typical_hold)
-    holds, left_out = admitted(described, wall.doubts, edits["holds"], unit)
+    holds, left_out = admitted(described, wall.doubts, edits, unit)
     relief = reliefs(wall.mesh, wall.lifted.face_instance, wall.shapes, unit)
     holds = with_tints(with_types(holds, relief), looks.light, unit)
     if classifier is not None:
         holds = followed(holds, looks.seen, classifier, settings)
         entries = with_class_colours(entries, holds)
-    holds = _with_roles_and_edits(holds, scan, edits["holds"], unit, settings, progress)
+    holds = _with_roles_and_edits(holds, edits, unit, settings, progress)
     rows, cutouts = left_out_rows(left_out, wall.lifted.scores, wall.doubts, looks.seen)
     for number in looks.seen.keys() - cutouts.keys():
         cutouts[number] = best_views(looks.seen[number], settings.cutouts)
     progress.step("writing cutouts")
-    write_cutouts(scan.cutouts, cutouts, names)
-    metrics = _written(scan, entries, holds, rows, progress)
-    return metrics | {"cutouts": sum(len(kept) for kept in cutouts.values())}
+    kept = write_cutouts(context.scratch / "cutouts", cutouts, names)
+    attributes = Attributes(
+        palette=tuple(PaletteColour(entry.name, entry.rgb) for entry in entries),
+        instances=tuple(hold.rounded() for hold in holds),
+        left_out=tuple(rows),
+    )
+    return Writes(attributes, kept, _figures(attributes, progress) | {"cutouts": len(kept.index)})
 
 
-def _written(
-    scan: ScanFolder,
-    palette: Sequence[Entry],
-    holds: Sequence[Hold],
-    left_out: Sequence[Mapping[str, Any]],
-    progress: Progress,
-) -> dict[str, Any]:
-    """Write `attributes.json`; what there is to count."""
+def _figures(attributes: Attributes, progress: Progress) -> Metrics:
+    """What there is to count."""
+    holds = attributes.instances
     unseen = [hold.id for hold in holds if not hold.photos]
     if unseen:
         progress.note(f"{len(unseen)} instances are seen in no photo: {unseen[:8]}")
-    write_json(
-        scan.attributes,
-        {
-            "version": 1,
-            "palette": [{"name": entry.name, "rgb": list(entry.rgb)} for entry in palette],
-            "instances": [hold.to_json() for hold in holds],
-            "left_out": left_out,
-        },
-    )
     return {
         "holds": sum(hold.kind == "hold" for hold in holds),
         "volumes": sum(hold.kind == "volume" for hold in holds),
-        "colours": len(palette),
+        "colours": len(attributes.palette),
         "typed": sum(hold.kind == "hold" and hold.type != UNKNOWN for hold in holds),
         "review": sum(hold.review for hold in holds),
         "unseen": len(unseen),
-        "left_out": len(left_out),
+        "left_out": len(attributes.left_out),
     }

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from walltopo.core import SettingsError
@@ -100,7 +100,7 @@ def follow(hold: Hold, verdict: Verdict, meaning: Meaning, certain: float) -> Ho
         changes |= {"colour": meaning.colour, "colour_confidence": verdict.confidence}
     if meaning.role != "hold":
         changes["role"] = meaning.role
-    return replace(hold, **changes)  # type: ignore[arg-type]
+    return replace(hold, **changes)
 
 
 def followed(

@@ -8,30 +8,32 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Progress, StageError, View
-from walltopo.measure.contract import ScaleSettings
+from walltopo.measure.contract import Reads, ScaleSettings, Writes
 from walltopo.measure.from_plates import Measure, PlateReport, measure_from_plates
 from walltopo.measure.known_distance import named_points, scale_from_distance
 from walltopo.measure.markers import Detection, detect_markers
 from walltopo.measure.plates import Plate, built_in_plates, read_plates
 from walltopo.measure.upright import turned_photos, typical_unit, up_from_cameras, upright_frame
 from walltopo.meshes.similarity import Similarity
-from walltopo.scans.folder import ScanFolder
-from walltopo.core.files import atomic_path, read_json, write_json
-from walltopo.scans.model import open_model, read_views
+from walltopo.scans.aligned import Aligned
+from walltopo.scans.context import Context
+from walltopo.scans.model import SparseModel
+from walltopo.scans.photo_set import PhotoSet
+from walltopo.scans.scale import Plate as PlateRecord
+from walltopo.scans.scale import Scale
 
 __all__ = ["detect_in_photos", "plates_without", "run"]
 
 Floats = NDArray[np.float64]
 
 
-def run(scan: ScanFolder, settings: ScaleSettings, progress: Progress) -> dict[str, Any]:
-    """Find the scale and write the model in the world frame.
+def run(reads: Reads, settings: ScaleSettings, context: Context) -> Writes:
+    """Find the scale and put the model into the world frame.
 
-    Returns
-    -------
     Metrics: metric, method, scale, plates, residual_mm (the worst plate that was used).
 
     Raises
@@ -39,36 +41,34 @@ def run(scan: ScanFolder, settings: ScaleSettings, progress: Progress) -> dict[s
     InputError : a plates or points file, or a distance, that cannot be used.
     StageError : plates contradict each other, or `settings.method` insists on what is not there.
     """
-    model = open_model(scan.sparse_raw)
-    views = read_views(scan.sparse_raw)
+    model = reads.sparse_raw.open()
     points = np.array([point.xyz for point in model.points3D.values()]).reshape(-1, 3)
-    world, record = _decide(scan, views, points, settings, progress)
-    if not record["up_known"]:
-        record["notes"] += _notes_on_turned(views)
-    for line in record["notes"]:
-        progress.note(line)
-    _write(scan, model, world, record)
-    residuals = [plate["residual_mm"] for plate in record["plates"] if plate["used"]]
-    return {
-        "metric": record["metric"],
-        "method": record["method"],
-        "scale": record["scale"],
-        "plates": len(residuals),
-        "residual_mm": max(residuals, default=None),
-    }
+    world, scale = _decide(reads, points, settings, context.progress)
+    if not scale.up_known:
+        scale = replace(scale, notes=scale.notes + _notes_on_turned(reads.sparse_raw.views))
+    for line in scale.notes:
+        context.progress.note(line)
+    residuals = [plate.residual_mm for plate in scale.plates if plate.used]
+    return Writes(
+        _in_world(model, world, context.scratch / "sparse"),
+        scale,
+        {
+            "metric": scale.metric,
+            "method": scale.method,
+            "scale": scale.scale,
+            "plates": len(residuals),
+            "residual_mm": max(residuals, default=None),
+        },
+    )
 
 
 def _decide(
-    scan: ScanFolder,
-    views: Sequence[View],
-    points: Floats,
-    settings: ScaleSettings,
-    progress: Progress,
-) -> tuple[Similarity, dict[str, Any]]:
-    """World from model, and what goes into `scale.json`."""
-    aligned = scan.aligned
-    if aligned.is_file():
-        return _by_reference(scan, read_json(aligned), views, settings, progress)
+    reads: Reads, points: Floats, settings: ScaleSettings, progress: Progress
+) -> tuple[Similarity, Scale]:
+    """World from model, and what is known of it."""
+    views = reads.sparse_raw.views
+    if reads.aligned is not None:
+        return _by_reference(reads, reads.aligned, settings, progress)
     up = up_from_cameras(views)
     notes: list[str] = []
     plates: tuple[PlateReport, ...] = ()
@@ -77,7 +77,7 @@ def _decide(
     if settings.method == "distance" or (settings.method == "auto" and settings.distance):
         return _by_distance(views, points, up, settings)
     if settings.method in ("auto", "measure"):
-        measure, plates, told = _by_measure(scan, views, up, settings, progress)
+        measure, plates, told = _by_measure(reads, up, settings, progress)
         notes += told
         if measure is not None:
             return _with_measure(measure, views, points, up)
@@ -91,50 +91,58 @@ def _decide(
         "and up is estimated from the cameras"
     )
     guess = typical_unit(views, points)
-    record = _record("none", guess, metric=False, up_known=False, floor_known=False)
-    record["notes"] = notes
     world = upright_frame(views, points, guess, up)
-    record["plates"] = [_plate_record(plate, world) for plate in plates]
-    return world, record
+    return world, Scale(
+        method="none",
+        scale=guess,
+        metric=False,
+        up_known=False,
+        floor_known=False,
+        plates=tuple(_plate_record(plate, world) for plate in plates),
+        notes=tuple(notes),
+    )
 
 
-def _notes_on_turned(views: Sequence[View]) -> list[str]:
+def _notes_on_turned(views: Sequence[View]) -> tuple[str, ...]:
     turned = turned_photos(views, up_from_cameras(views))
     if not turned:
-        return []
+        return ()
     listed = ", ".join(turned[:5]) + (", ..." if len(turned) > 5 else "")
-    return [
+    return (
         f"{len(turned)} photo(s) are turned against the others ({listed}): if the wall comes out "
-        "on its side, turn the photos upright and scan again, or lay a plate on the floor"
-    ]
+        "on its side, turn the photos upright and scan again, or lay a plate on the floor",
+    )
 
 
 def _by_reference(
-    scan: ScanFolder,
-    aligned: dict[str, Any],
-    views: Sequence[View],
-    settings: ScaleSettings,
-    progress: Progress,
-) -> tuple[Similarity, dict[str, Any]]:
+    reads: Reads, aligned: Aligned, settings: ScaleSettings, progress: Progress
+) -> tuple[Similarity, Scale]:
     """Registered into a finished scan: its frame is the world, whatever a new plate says."""
     world = Similarity(1.0, np.eye(3), np.zeros(3))
-    record = _record("reference", 1.0, **aligned["frame"])
-    record["notes"].append(f"in the frame of the reference {aligned['reference']}")
-    if aligned["frame"]["metric"] and settings.method == "auto":
-        told, plates = _against_reference(scan, views, settings, progress)
-        record["notes"] += told
-        record["plates"] = [{**_plate_record(plate, world), "used": False} for plate in plates]
-    return world, record
+    notes = [f"in the frame of the reference {aligned.reference}"]
+    plates: tuple[PlateReport, ...] = ()
+    if aligned.frame.metric and settings.method == "auto":
+        told, plates = _against_reference(reads, settings, progress)
+        notes += told
+    return world, Scale(
+        method="reference",
+        scale=1.0,
+        metric=aligned.frame.metric,
+        up_known=aligned.frame.up_known,
+        floor_known=aligned.frame.floor_known,
+        plates=tuple(replace(_plate_record(plate, world), used=False) for plate in plates),
+        notes=tuple(notes),
+    )
 
 
 def _against_reference(
-    scan: ScanFolder, views: Sequence[View], settings: ScaleSettings, progress: Progress
+    reads: Reads, settings: ScaleSettings, progress: Progress
 ) -> tuple[list[str], tuple[PlateReport, ...]]:
     """What plates in the new photos say about the reference's scale, where it differs; and the
     plates, which have no part in the frame."""
-    up = up_from_cameras(views)
+    up = up_from_cameras(reads.sparse_raw.views)
     try:
-        measure, plates, notes = _by_measure(scan, views, up, settings, progress)
+        measure, plates, notes = _by_measure(reads, up, settings, progress)
     except StageError as error:
         return [error.message], ()
     if measure is None:
@@ -151,27 +159,30 @@ def _against_reference(
 
 def _by_distance(
     views: Sequence[View], points: Floats, up: Floats, settings: ScaleSettings
-) -> tuple[Similarity, dict[str, Any]]:
+) -> tuple[Similarity, Scale]:
     marked = named_points(Path(settings.points), views) if settings.points else {}
     scale = scale_from_distance(settings.distance, views, marked)
-    record = _record("distance", scale, metric=True, up_known=False, floor_known=False)
-    record["notes"].append(
+    note = (
         f"scaled by {settings.distance} m; up is estimated from the cameras, and z = 0 is the "
         "lowest of the points, not a known floor"
     )
-    return upright_frame(views, points, scale, up), record
+    return upright_frame(views, points, scale, up), Scale(
+        method="distance",
+        scale=scale,
+        metric=True,
+        up_known=False,
+        floor_known=False,
+        notes=(note,),
+    )
 
 
 def _by_measure(
-    scan: ScanFolder,
-    views: Sequence[View],
-    up: Floats,
-    settings: ScaleSettings,
-    progress: Progress,
+    reads: Reads, up: Floats, settings: ScaleSettings, progress: Progress
 ) -> tuple[Measure | None, tuple[PlateReport, ...], list[str]]:
+    views = reads.sparse_raw.views
     plates = read_plates(Path(settings.plates)) if settings.plates else built_in_plates()
     plates = plates_without(plates, settings.ignore_plates)
-    detections = detect_in_photos(scan.photos, [view.name for view in views], plates, progress)
+    detections = detect_in_photos(reads.photos, [view.name for view in views], plates, progress)
     measure, reports, notes = measure_from_plates(
         views,
         detections,
@@ -186,23 +197,26 @@ def _by_measure(
 
 def _with_measure(
     measure: Measure, views: Sequence[View], points: Floats, up: Floats
-) -> tuple[Similarity, dict[str, Any]]:
+) -> tuple[Similarity, Scale]:
     scale = measure.world_from_model.scale
     world = measure.world_from_model
     if not measure.floor_known:
         world = upright_frame(views, points, scale, up)
-    record = _record(
-        "measure", scale, metric=True, up_known=measure.floor_known, floor_known=measure.floor_known
+    return world, Scale(
+        method="measure",
+        scale=scale,
+        metric=True,
+        up_known=measure.floor_known,
+        floor_known=measure.floor_known,
+        plates=tuple(_plate_record(plate, world) for plate in measure.plates),
+        notes=tuple(measure.notes),
     )
-    record["plates"] = [_plate_record(plate, world) for plate in measure.plates]
-    record["notes"] = list(measure.notes)
-    return world, record
 
 
 def detect_in_photos(
-    folder: Path, names: Sequence[str], plates: Sequence[Plate], progress: Progress
+    photos: PhotoSet, names: Sequence[str], plates: Sequence[Plate], progress: Progress
 ) -> list[Detection]:
-    """Markers of the plates in photos of a folder, in the order of the names."""
+    """Markers of the plates in photos, in the order of the names."""
     import cv2
 
     dictionaries = sorted({plate.dictionary for plate in plates})
@@ -210,9 +224,9 @@ def detect_in_photos(
 
     def look(name: str) -> list[Detection]:
         # Grey by OpenCV's own weights; a file it cannot read is a broken scan folder.
-        grey = cv2.imread(str(folder / name), cv2.IMREAD_GRAYSCALE)
+        grey = cv2.imread(str(photos.path(name)), cv2.IMREAD_GRAYSCALE)
         if grey is None:
-            raise InputError(f"{folder / name}: the photo cannot be read")
+            raise InputError(f"{photos.path(name)}: the photo cannot be read")
         return detect_markers(np.asarray(grey, dtype=np.uint8), name, dictionaries)
 
     found: list[Detection] = []
@@ -239,28 +253,25 @@ def plates_without(plates: Sequence[Plate], ignore: str) -> list[Plate]:
     return [plate for plate in plates if min(plate.ids) not in ignored]
 
 
-def _record(method: str, scale: float, **flags: bool) -> dict[str, Any]:
-    return {"version": 1, "method": method, "scale": scale, **flags, "plates": [], "notes": []}
-
-
-def _plate_record(plate: PlateReport, world: Similarity) -> dict[str, Any]:
+def _plate_record(plate: PlateReport, world: Similarity) -> PlateRecord:
     """A plate's entry in `scale.json`; its corners in the world frame."""
     outline = world.apply(np.array(plate.outline).reshape(-1, 3))
-    return {
-        "ids": list(plate.ids),
-        "label": plate.label,
-        "used": plate.used,
-        "way": plate.way,
-        "scale": plate.scale,
-        "residual_mm": round(plate.residual_mm, 3),
-        "error_px": round(plate.error_px, 3),
-        "photos": list(plate.photos),
-        "problem": plate.problem,
-        "corners": np.round(outline, 6).tolist(),
-    }
+    corners = ((x, y, z) for x, y, z in np.round(outline, 6).tolist())
+    return PlateRecord(
+        ids=plate.ids,
+        label=plate.label,
+        used=plate.used,
+        way=plate.way,
+        scale=plate.scale,
+        residual_mm=round(plate.residual_mm, 3),
+        error_px=round(plate.error_px, 3),
+        photos=plate.photos,
+        problem=plate.problem,
+        corners=tuple(corners),
+    )
 
 
-def _write(scan: ScanFolder, model: Any, world: Similarity, record: dict[str, Any]) -> None:
+def _in_world(model: Any, world: Similarity, folder: Path) -> SparseModel:
     """The model in the world frame; a frame that is kept is not touched by a single rounding."""
     import pycolmap
 
@@ -273,7 +284,6 @@ def _write(scan: ScanFolder, model: Any, world: Similarity, record: dict[str, An
         model.transform(
             pycolmap.Sim3d(world.scale, pycolmap.Rotation3d(world.rotation), world.translation)
         )
-    with atomic_path(scan.sparse) as folder:
-        folder.mkdir()
-        model.write(folder)
-    write_json(scan.scale, record)
+    folder.mkdir()
+    model.write(folder)
+    return SparseModel(folder)

@@ -10,19 +10,22 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Progress
-from walltopo.photos.contract import IngestSettings
+from walltopo.photos.contract import IngestSettings, Reads, Writes
 from walltopo.photos.image_file import decode_photo
 from walltopo.photos.quality import sharpness, thumbnail
 from walltopo.photos.sources import find_sources
 from walltopo.photos.video import VIDEO_SUFFIXES, pick_frames
-from walltopo.scans.folder import ScanFolder
-from walltopo.core.files import atomic_path, hash_path, write_json
+from walltopo.scans.context import Context
+from walltopo.scans.manifest import Metrics
+from walltopo.scans.photo_list import Photo, PhotoList, SkippedFile
+from walltopo.scans.photo_set import PhotoSet
+from walltopo.core.files import hash_path
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -45,67 +48,71 @@ class _Photo:
     sharpness: float
     thumbnail: NDArray[np.float32]
 
+    def listed(self) -> Photo:
+        """Its entry in `photos.json`."""
+        focal_px = None if self.focal_px is None else round(self.focal_px, 2)
+        return Photo(
+            self.name, self.width, self.height, focal_px, self.source, round(self.sharpness, 2)
+        )
 
-@dataclass(frozen=True)
-class _Skipped:
-    source: str
-    reason: str
 
-
-def run(
-    scan: ScanFolder, settings: IngestSettings, progress: Progress, sources: Sequence[Path]
-) -> dict[str, Any]:
-    """Decode, check and store the photos.
-
-    Writes `photos/` (upright 8-bit sRGB JPEG without EXIF) and `photos.json`.
+def run(reads: Reads, settings: IngestSettings, context: Context) -> Writes:
+    """Decode, check and store the photos: upright 8-bit sRGB JPEG without EXIF.
 
     Raises
     ------
     InputError : nothing to read, or fewer than 3 usable photos (with every reason).
     """
-    files, others = find_sources(sources)
-    skipped = [_Skipped(file.name, "neither a photo nor a video") for file in others]
-    with atomic_path(scan.photos) as folder:
-        folder.mkdir()
-        photos: list[_Photo] = []
-        for item in _decode_all(files, folder, settings, progress):
-            (photos if isinstance(item, _Photo) else skipped).append(item)  # type: ignore[arg-type]
-        photos, rejected = _select(photos, settings)
-        skipped += rejected
-        if len(photos) < _FEWEST:
-            raise InputError(_too_few(photos, skipped), "Add photos of the wall and run again.")
-        kept = {photo.name for photo in photos}
-        for file in folder.iterdir():
-            if file.name not in kept:
-                file.unlink()
-    _write_list(scan, photos, skipped)
+    files, others = find_sources(reads.sources)
+    skipped = [SkippedFile(file.name, "neither a photo nor a video") for file in others]
+    folder = context.scratch / "photos"
+    folder.mkdir()
+    photos: list[_Photo] = []
+    for item in _decode_all(files, folder, settings, context.progress):
+        if isinstance(item, _Photo):
+            photos.append(item)
+        else:
+            skipped.append(item)
+    photos, rejected = _select(photos, settings)
+    skipped += rejected
+    if len(photos) < _FEWEST:
+        raise InputError(_too_few(photos, skipped), "Add photos of the wall and run again.")
+    kept = {photo.name for photo in photos}
+    for file in folder.iterdir():
+        if file.name not in kept:
+            file.unlink()
     for item in skipped:
-        progress.note(f"skipped {item.source}: {item.reason}")
-    sizes = {(photo.width, photo.height) for photo in photos}
-    focal = sum(photo.focal_px is not None for photo in photos)
-    return {"photos": len(photos), "skipped": len(skipped), "sizes": len(sizes), "focal": focal}
+        context.progress.note(f"skipped {item.source}: {item.reason}")
+    metrics: Metrics = {
+        "photos": len(photos),
+        "skipped": len(skipped),
+        "sizes": len({(photo.width, photo.height) for photo in photos}),
+        "focal": sum(photo.focal_px is not None for photo in photos),
+    }
+    listed = PhotoList(photos=tuple(photo.listed() for photo in photos), skipped=tuple(skipped))
+    return Writes(PhotoSet(folder), listed, metrics)
 
 
 def _decode_all(
     files: Sequence[Path], folder: Path, settings: IngestSettings, progress: Progress
-) -> Iterator[_Photo | _Skipped]:
+) -> Iterator[_Photo | SkippedFile]:
     """Candidates in the order of the sources; decoding runs on several threads."""
     names = _Names()
     jobs = _with_twins(files)
     progress.step("read photos", len(files))
     with ThreadPoolExecutor(max_workers=4) as pool:
 
-        def decode(job: tuple[Path, str | None]) -> list[_Photo | _Skipped]:
+        def decode(job: tuple[Path, str | None]) -> list[_Photo | SkippedFile]:
             file, twin = job
             if twin is not None:
-                return [_Skipped(file.name, f"the same file as {twin}")]
+                return [SkippedFile(file.name, f"the same file as {twin}")]
             try:
                 if file.suffix.lower() in VIDEO_SUFFIXES:
                     return _from_video(file, folder, settings, names)
                 photo = decode_photo(file)
                 return [_store(photo.image, photo.focal_px, file, folder, settings, names)]
             except InputError as error:
-                return [_Skipped(file.name, error.message)]
+                return [SkippedFile(file.name, error.message)]
 
         # Names are given in advance so that the threads' order cannot change them.
         for file, twin in jobs:
@@ -131,7 +138,7 @@ def _with_twins(files: Sequence[Path]) -> list[tuple[Path, str | None]]:
 
 def _from_video(
     file: Path, folder: Path, settings: IngestSettings, names: _Names
-) -> list[_Photo | _Skipped]:
+) -> list[_Photo | SkippedFile]:
     from PIL import Image as Pil
 
     frames = pick_frames(file, settings)
@@ -148,15 +155,15 @@ def _store(
     folder: Path,
     settings: IngestSettings,
     names: _Names,
-) -> _Photo | _Skipped:
+) -> _Photo | SkippedFile:
     """Check size and shape, reduce, write the JPEG."""
     short, long = sorted(image.size)
     if short < settings.min_side:
-        return _Skipped(
+        return SkippedFile(
             file.name, f"{image.width}x{image.height} px, smaller than {settings.min_side} px"
         )
     if long / short > settings.max_aspect:
-        return _Skipped(
+        return SkippedFile(
             file.name, f"{image.width}x{image.height} px, a panorama; it has no single camera"
         )
     if long > settings.max_side:
@@ -179,19 +186,19 @@ def _store(
 
 def _select(
     photos: Sequence[_Photo], settings: IngestSettings
-) -> tuple[list[_Photo], list[_Skipped]]:
+) -> tuple[list[_Photo], list[SkippedFile]]:
     """Leave out the blurred and the repeated."""
     kept: list[_Photo] = []
-    rejected: list[_Skipped] = []
+    rejected: list[SkippedFile] = []
     median = float(np.median([photo.sharpness for photo in photos])) if photos else 0.0
     least = max(settings.min_sharpness, settings.relative_sharpness * median)
     for photo in photos:
         twin = next((k for k in kept if _same(k, photo, settings)), None)
         if photo.sharpness < least:
             reason = f"blurred (sharpness {photo.sharpness:.1f}, the set's median {median:.0f})"
-            rejected.append(_Skipped(photo.source, reason))
+            rejected.append(SkippedFile(photo.source, reason))
         elif twin is not None:
-            rejected.append(_Skipped(photo.source, f"shows the same as {twin.source}"))
+            rejected.append(SkippedFile(photo.source, f"shows the same as {twin.source}"))
         else:
             kept.append(photo)
     return kept, rejected
@@ -203,28 +210,7 @@ def _same(a: _Photo, b: _Photo, settings: IngestSettings) -> bool:
     return float(np.abs(a.thumbnail - b.thumbnail).mean()) < settings.duplicate_difference
 
 
-def _write_list(scan: ScanFolder, photos: Sequence[_Photo], skipped: Sequence[_Skipped]) -> None:
-    write_json(
-        scan.photo_list,
-        {
-            "version": 1,
-            "photos": [
-                {
-                    "name": photo.name,
-                    "width": photo.width,
-                    "height": photo.height,
-                    "focal_px": None if photo.focal_px is None else round(photo.focal_px, 2),
-                    "source": photo.source,
-                    "sharpness": round(photo.sharpness, 2),
-                }
-                for photo in photos
-            ],
-            "skipped": [{"source": s.source, "reason": s.reason} for s in skipped],
-        },
-    )
-
-
-def _too_few(photos: Sequence[_Photo], skipped: Sequence[_Skipped]) -> str:
+def _too_few(photos: Sequence[_Photo], skipped: Sequence[SkippedFile]) -> str:
     noun = "photo" if len(photos) == 1 else "photos"
     lines = [f"{len(photos)} usable {noun}, at least {_FEWEST} are needed"]
     lines += [f"  {item.source}: {item.reason}" for item in skipped[:20]]

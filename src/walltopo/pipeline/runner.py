@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import fcntl
 import hashlib
-import importlib
 import json
 import os
 import shutil
+import tempfile
 import time
 import traceback
 from collections.abc import Iterator, Sequence
@@ -31,97 +31,14 @@ from walltopo.core import (
 )
 from walltopo.pipeline.memory import peak_mb, reset_peak
 from walltopo.pipeline.settings import Settings
+from walltopo.pipeline.stages import SOURCES, STAGES, Stage, stage_index
+from walltopo.scans.artifacts import ARTIFACTS, load_artifact, store_artifact
+from walltopo.scans.context import Context
 from walltopo.scans.folder import ScanFolder
 from walltopo.core.files import hash_path
-from walltopo.scans.manifest import Manifest, StageRecord
+from walltopo.scans.manifest import Manifest, Metrics, StageRecord
 
-__all__ = ["STAGES", "Listener", "ScanResult", "Stage", "scan", "stage_names"]
-
-
-@dataclass(frozen=True)
-class Stage:
-    """One stage: where its code is, and the `ScanFolder` paths it reads and writes.
-
-    `version` is raised when the code changes so that old results must be recomputed.
-    """
-
-    name: str
-    module: str
-    reads: tuple[str, ...]
-    writes: tuple[str, ...]
-    version: int = 1
-
-
-STAGES = (
-    Stage("ingest", "walltopo.photos.stage", (), ("photos", "photo_list")),
-    Stage("sparse", "walltopo.sparse.stage", ("photos", "photo_list"), ("sparse_raw",)),
-    Stage(
-        "scale",
-        "walltopo.measure.stage",
-        ("photos", "photo_list", "sparse_raw", "aligned"),
-        ("sparse", "scale"),
-        version=2,
-    ),
-    Stage(
-        "dense",
-        "walltopo.dense.stage",
-        ("photos", "sparse", "scale"),
-        ("mesh",),
-        version=3,
-    ),
-    Stage(
-        "texture",
-        "walltopo.texture",
-        ("photos", "sparse", "mesh"),
-        ("texture", "texture_uv"),
-    ),
-    Stage("detect", "walltopo.detect.stage", ("photos", "photo_list"), ("detections",), version=2),
-    Stage(
-        "lift",
-        "walltopo.lifting.stage",
-        ("sparse", "scale", "mesh", "detections"),
-        ("instances", "instance_records"),
-    ),
-    Stage(
-        "classify",
-        "walltopo.holds.stage",
-        ("photos", "sparse", "scale", "mesh", "instances", "instance_records", "hold_edits"),
-        ("attributes", "cutouts"),
-        version=6,
-    ),
-    Stage(
-        "routes",
-        "walltopo.routes.stage",
-        ("mesh", "scale", "instances", "attributes", "route_edits"),
-        ("routes",),
-        version=3,
-    ),
-    Stage(
-        "export",
-        "walltopo.export.stage",
-        (
-            "photo_list",
-            "sparse",
-            "scale",
-            "mesh",
-            "texture",
-            "texture_uv",
-            "instances",
-            "instance_records",
-            "attributes",
-            "cutouts",
-            "routes",
-            "detections",
-            "hold_edits",
-        ),
-        ("holds", "glb", "report", "page", "page_assets"),
-        version=3,
-    ),
-)
-
-
-def stage_names() -> tuple[str, ...]:
-    return tuple(stage.name for stage in STAGES)
+__all__ = ["Listener", "ScanResult", "scan"]
 
 
 class Listener(Progress, Protocol):
@@ -150,7 +67,7 @@ class ScanResult:
     """
 
     folder: ScanFolder
-    metrics: dict[str, dict[str, Any]]
+    metrics: dict[str, Metrics]
     ran: tuple[str, ...] = field(default=())
 
 
@@ -191,13 +108,14 @@ def scan(
         _sweep(folder)
         from walltopo import __version__
 
-        manifest = Manifest.open(folder.manifest, __version__)
+        manifest = Manifest.load(folder.manifest)
+        manifest.walltopo = __version__
         sources = [Path(p).absolute() for p in given] or [Path(p) for p in manifest.sources]
         if not sources:
             raise InputError(f"{folder.root}: no photos given, and none were ingested before")
         runner = _Runner(folder, manifest, settings, sources, listener)
         for stage in chosen:
-            forced = force or (from_stage is not None and _index(stage.name) >= _index(from_stage))
+            forced = force or (from_stage is not None and stage_index(stage.name) >= stage_index(from_stage))
             runner.run(stage, forced)
         metrics = {name: record.metrics for name, record in manifest.stages.items()}
         return ScanResult(folder, metrics, tuple(runner.ran))
@@ -229,7 +147,7 @@ class _Runner:
         self.manifest.settings = self.settings.as_dict()
         self.manifest.sources = [str(path) for path in self.sources]
         record = StageRecord("running", input_hash=input_hash)
-        self.manifest.put(stage.name, record)
+        self._put(stage, record)
         self.listener.stage_begins(stage.name)
         started = time.monotonic()
         reset_peak()
@@ -253,18 +171,39 @@ class _Runner:
         self.ran.append(stage.name)
 
     def _record(self, stage: Stage, record: StageRecord) -> None:
-        self.manifest.put(stage.name, record)
+        self._put(stage, record)
         self.listener.stage_ends(stage.name, record)
 
-    def _call(self, stage: Stage) -> dict[str, Any]:
-        run = importlib.import_module(stage.module).run
-        section = getattr(self.settings, stage.name)
-        if stage.name == "ingest":
-            return run(self.folder, section, self.listener, self.sources)
-        return run(self.folder, section, self.listener)
+    def _put(self, stage: Stage, record: StageRecord) -> None:
+        self.manifest.stages[stage.name] = record
+        self.manifest.save(self.folder.manifest)
+
+    def _call(self, stage: Stage) -> Metrics:
+        """Load what the stage declares, run it, store what it returns."""
+        given: dict[str, Any] = {name: load_artifact(self.folder, name) for name in stage.reads}
+        if stage.name == STAGES[0].name:
+            given[SOURCES] = tuple(self.sources)
+        self.folder.work.mkdir(exist_ok=True)
+        # On the scan's own disk, so that what is made there moves into place by a rename.
+        with tempfile.TemporaryDirectory(prefix=".partial-", dir=self.folder.root) as scratch:
+            context = Context(
+                scratch=Path(scratch),
+                cache=self.folder.work,
+                progress=self.listener,
+                title=self.folder.root.resolve().name,
+                records=self.manifest.stages,
+            )
+            section = getattr(self.settings, stage.name)
+            made = stage.run(stage.contract.Reads(**given), section, context)
+            for name in stage.writes:
+                store_artifact(self.folder, name, getattr(made, name))
+        metrics: Metrics = made.metrics
+        return metrics
 
     def _is_fresh(self, stage: Stage, record: StageRecord, input_hash: str) -> bool:
-        written = all(getattr(self.folder, name).exists() for name in stage.writes)
+        written = all(
+            ARTIFACTS[name].optional or getattr(self.folder, name).exists() for name in stage.writes
+        )
         return record.state == "done" and record.input_hash == input_hash and written
 
     def _input_hash(self, stage: Stage) -> str:
@@ -305,17 +244,11 @@ def _named_paths(section: Any) -> Iterator[Path]:
 
 def _chosen(from_stage: str | None, to_stage: str | None) -> Sequence[Stage]:
     """All stages up to `to_stage`: those before `from_stage` run only if they must."""
-    first = _index(from_stage) if from_stage is not None else 0
-    last = _index(to_stage) if to_stage is not None else len(STAGES) - 1
+    first = stage_index(from_stage) if from_stage is not None else 0
+    last = stage_index(to_stage) if to_stage is not None else len(STAGES) - 1
     if first > last:
         raise InputError(f"--from {from_stage} comes after --to {to_stage}")
     return STAGES[: last + 1]
-
-
-def _index(name: str) -> int:
-    if name not in stage_names():
-        raise InputError(f"unknown stage {name!r}; the stages are {', '.join(stage_names())}")
-    return stage_names().index(name)
 
 
 def _prepare(folder: ScanFolder) -> None:

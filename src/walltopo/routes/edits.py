@@ -1,85 +1,25 @@
-"""A setter's corrections, put on what the program found; see `formats.edits` for the files.
+"""A setter's corrections of routes, put on what the program found.
 
-A hold of a correction is looked for at its place first: the nearest hold within `REACH`. Only
-if none is there, the id is used, and only while that hold is not farther than `FAR` from the
-place: after a reset the id may belong to a hold at the other end of the wall. Corrections that
-find nothing are left out and told, they never fail a run.
+Corrections that find nothing are left out and told, they never fail a run.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any
-
-import numpy as np
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
 
 from walltopo.scans.attributes import Hold
+from walltopo.scans.edits import (
+    Assign,
+    Merge,
+    Recolour,
+    Rename,
+    RouteEdits,
+    Split,
+    find_hold,
+)
 
-__all__ = ["RouteBook", "apply_hold_edits", "apply_route_edits", "find_hold"]
-
-REACH = 0.12  # metres: a hold this near to the place is the one that was meant
-FAR = 0.5  # metres: beyond it even the right id is another hold
-
-
-def find_hold(
-    holds: Sequence[Hold], place: Sequence[float], number: int | None, unit: float
-) -> Hold | None:
-    """The hold that a correction means, or None.
-
-    Parameters
-    ----------
-    place : (3,) metres, world frame; number : its id when the correction was made, if known.
-    unit : scan units a metre.
-    """
-    if not holds:
-        return None
-    distance = np.linalg.norm(np.array([hold.position for hold in holds]) - place, axis=1)
-    nearest = int(distance.argmin())
-    if distance[nearest] <= REACH * unit:
-        return holds[nearest]
-    for hold, far in zip(holds, distance.tolist(), strict=True):
-        if hold.id == number and far <= FAR * unit:
-            return hold
-    return None
-
-
-def _with_kind(hold: Hold, kind: str) -> Hold:
-    if kind == hold.kind:
-        return hold
-    if kind == "volume":
-        return replace(hold, kind=kind, role="volume", type="volume", type_confidence=1.0)
-    return replace(hold, kind=kind, role="hold", type="unknown", type_confidence=0.0)
-
-
-def apply_hold_edits(
-    holds: Sequence[Hold], edits: Sequence[Mapping[str, Any]], unit: float
-) -> tuple[list[Hold], list[str]]:
-    """Correct class, colour and type of holds, and take deleted ones out.
-
-    A corrected colour or type has confidence 1, and the hold needs no review any more.
-
-    Returns
-    -------
-    The holds, and one line per edit that found no hold.
-    """
-    current = {hold.id: hold for hold in holds}
-    lost: list[str] = []
-    for edit in edits:
-        hold = find_hold(holds, edit["at"], edit["id"], unit)
-        if hold is None or hold.id not in current:
-            lost.append(f"edit of hold {edit['id']}: no hold there any more")
-            continue
-        if edit.get("deleted", False):
-            del current[hold.id]
-            continue
-        changed = _with_kind(current[hold.id], edit.get("class", hold.kind))
-        if "colour" in edit:
-            changed = replace(changed, colour=edit["colour"], colour_confidence=1.0)
-        if "type" in edit:
-            changed = replace(changed, type=edit["type"], type_confidence=1.0)
-        current[hold.id] = replace(changed, review=False)
-    return list(current.values()), lost
+__all__ = ["RouteBook", "apply_route_edits"]
 
 
 @dataclass
@@ -125,18 +65,25 @@ class _Finder:
             return self.book.route_of[hold]
         return None if hold is not None or not self.book.members(number) else number
 
+    def named(self, edit: Rename | Recolour, what: str) -> int | None:
+        """The route whose name or colour an edit gives; told where it is not there."""
+        route = self.route(edit.at, edit.route)
+        if route is None:
+            self.missing(f"{what} of route {edit.route}")
+        return route
+
     def missing(self, what: str) -> None:
         self.lost.append(f"{what}: not on the wall any more")
 
 
-def _merge(find: _Finder, edit: Mapping[str, Any]) -> None:
+def _merge(find: _Finder, edit: Merge) -> None:
     routes = [
         route
-        for number, place in zip(edit["routes"], edit["at"], strict=False)
+        for number, place in zip(edit.routes, edit.at, strict=False)
         if (route := find.route(place, number)) is not None
     ]
     if len(routes) < 2:
-        find.missing(f"merge of routes {edit['routes']}")
+        find.missing(f"merge of routes {edit.routes}")
         return
     for hold, route in list(find.book.route_of.items()):
         if route in routes:
@@ -150,37 +97,37 @@ def _place(find: _Finder, holds: Iterable[int], route: int) -> None:
         find.book.decided.add(hold)
 
 
-def _split(find: _Finder, edit: Mapping[str, Any]) -> None:
-    pairs = zip(edit["holds"], edit["at"], strict=False)
+def _split(find: _Finder, edit: Split) -> None:
+    pairs = zip(edit.holds, edit.at, strict=False)
     found = [find.hold(place, number) for number, place in pairs]
     holds = [hold for hold in found if hold is not None]
     if not holds:
-        find.missing(f"split of route {edit['route']}")
+        find.missing(f"split of route {edit.route}")
         return
     rest = {find.book.route_of[hold] for hold in holds if hold in find.book.route_of}
     find.book.decided.update(hold for route in rest for hold in find.book.members(route))
     _place(find, holds, find.book.fresh())
 
 
-def _assign(find: _Finder, edit: Mapping[str, Any]) -> None:
-    hold = find.hold(edit["at"], edit["hold"])
+def _assign(find: _Finder, edit: Assign) -> None:
+    hold = find.hold(edit.at, edit.hold)
     if hold is None:
-        find.missing(f"hold {edit['hold']}")
+        find.missing(f"hold {edit.hold}")
         return
-    if edit["route"] == 0:
+    if edit.route == 0:
         find.book.route_of.pop(hold, None)
         find.book.decided.add(hold)
         return
-    place = edit.get("route_at")
-    route = edit["route"] if place is None else find.route(place, edit["route"])
+    place = edit.route_at
+    route = edit.route if place is None else find.route(place, edit.route)
     if route is None:
-        find.missing(f"route {edit['route']} of hold {edit['hold']}")
+        find.missing(f"route {edit.route} of hold {edit.hold}")
         return
     _place(find, [hold], route)
 
 
 def apply_route_edits(
-    book: RouteBook, holds: Sequence[Hold], edits: Mapping[str, Any], unit: float
+    book: RouteBook, holds: Sequence[Hold], edits: RouteEdits, unit: float
 ) -> list[str]:
     """Merge, split, assign, rename and recolour routes, in this order of kinds.
 
@@ -188,21 +135,22 @@ def apply_route_edits(
     ----------
     book : changed in place.
     holds : all holds of the scan (volumes are in no route and cannot be assigned).
-    edits : as `formats.edits.read_route_edits` gives them.
 
     Returns
     -------
     One line per edit that found nothing.
     """
     find = _Finder(book, [hold for hold in holds if hold.role != "volume"], unit)
-    for kind, action in (("merge", _merge), ("split", _split), ("assign", _assign)):
-        for edit in edits.get(kind, ()):
-            action(find, edit)
-    for kind, values in (("name", book.names), ("colour", book.colours)):
-        for edit in edits.get("rename" if kind == "name" else kind, ()):
-            route = find.route(edit["at"], edit["route"])
-            if route is None:
-                find.missing(f"{kind} of route {edit['route']}")
-            else:
-                values[route] = str(edit[kind])
+    for merge in edits.merge:
+        _merge(find, merge)
+    for split in edits.split:
+        _split(find, split)
+    for assign in edits.assign:
+        _assign(find, assign)
+    for rename in edits.rename:
+        if (route := find.named(rename, "name")) is not None:
+            book.names[route] = rename.name
+    for recolour in edits.colour:
+        if (route := find.named(recolour, "colour")) is not None:
+            book.colours[route] = recolour.colour
     return find.lost

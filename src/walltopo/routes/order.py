@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.scans.attributes import Hold, Route
+from walltopo.scans.attributes import Hold
+from walltopo.scans.routes import Ambiguous, Route
 
 __all__ = ["describe_route", "memberships", "route_facts"]
 
@@ -71,9 +72,9 @@ def route_facts(holds: Sequence[Hold], hands: Sequence[Hold]) -> dict[str, Any]:
     return {
         "length_m": round(float(steps.sum()), 3),
         "steepness_deg": round(float(np.mean([hold.steepness_deg for hold in holds])), 1),
-        "steepness_profile": [
-            [round(hold.position[2] - base, 3), round(hold.steepness_deg, 1)] for hold in hands
-        ],
+        "steepness_profile": tuple(
+            (round(hold.position[2] - base, 3), round(hold.steepness_deg, 1)) for hold in hands
+        ),
         "largest_move_m": round(max(reach, default=0.0), 3),
         "holds_by_type": dict(sorted(Counter(hold.type for hold in holds).items())),
     }
@@ -128,6 +129,9 @@ def describe_route(
         start=_start(hands),
         top=(hands[-1].id,),
         footholds=tuple(hold.id for hold in feet),
-        ambiguous=ambiguous,
-        facts=route_facts(ordered, hands),
+        ambiguous=tuple(
+            Ambiguous(hold, {str(route): round(p, 3) for route, p in shares.items()})
+            for hold, shares in ambiguous.items()
+        ),
+        **route_facts(ordered, hands),
     )

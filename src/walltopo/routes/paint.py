@@ -21,7 +21,6 @@ __all__ = [
     "FLATTEN",
     "REACH",
     "SHARPEN",
-    "TINT_RADIUS",
     "balanced_paint",
     "cues_of",
     "likeness",
@@ -32,7 +31,6 @@ Ints = NDArray[np.int64]
 
 REACH = 2.2  # metres: flattened paths from which on two holds are never linked
 FLATTEN = 0.2  # factor on the vertical part of a path; the fit knows no other
-TINT_RADIUS = 1.0  # metres: spread of the window over which the wall's tint is taken
 SHARPEN = 3  # power of the probability: Louvain wants few, sure links
 FAINT = 0.01  # links below are left out
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, Silent
 from walltopo.imaging.oklab import linear_from_srgb8
-from walltopo.routes.contract import RoutesSettings
+from walltopo.routes.contract import Reads, RoutesSettings, Writes
 from walltopo.routes.edits import RouteBook, apply_route_edits
 from walltopo.routes.geodesic import pair_lengths
 from walltopo.routes.grouping import Grouping, group_by_paint, group_holds
@@ -19,9 +18,11 @@ from walltopo.routes.makers import kinship
 from walltopo.routes.order import describe_route, memberships
 from walltopo.routes.paint import FLATTEN, balanced_paint
 from walltopo.routes.proxy import build_proxy
-from walltopo.scans.folder import ScanFolder, write_json
-from walltopo.scans.records import UNKNOWN, Hold, Route, read_holds
-from walltopo.scans.units import is_metric, unit_of
+from walltopo.scans.attributes import UNKNOWN, Hold
+from walltopo.scans.context import Context
+from walltopo.scans.edits import RouteEdits
+from walltopo.scans.routes import Route, Routes
+from walltopo.scans.units import unit_of
 
 __all__ = ["find_routes", "run"]
 
@@ -65,7 +66,7 @@ def find_routes(
     settings: RoutesSettings,
     *,
     metric: bool = True,
-    edits: Mapping[str, Any] | None = None,
+    edits: RouteEdits | None = None,
     progress: Progress | None = None,
 ) -> tuple[list[Route], list[int]]:
     """Group holds into routes.
@@ -76,7 +77,7 @@ def find_routes(
     Parameters
     ----------
     metric : the scan is in metres; else see `units.unit_of`.
-    edits : a setter's corrections (`formats.edits`), put on after the grouping.
+    edits : a setter's corrections , put on after the grouping.
 
     Returns
     -------
@@ -93,7 +94,7 @@ def find_routes(
         progress.advance(len(climbed))
         links = grouping.similarity
         book = RouteBook(_numbered(climbed, grouping.group, settings.min_holds))
-    for line in apply_route_edits(book, holds, edits or {}, unit):
+    for line in apply_route_edits(book, holds, edits or RouteEdits(), unit):
         progress.note(f"routes.edits.toml: {line}")
     routes = _describe(holds, climbed, links, book, settings)
     unrouted = [h.id for h in holds if h.role == "hold" and h.id not in book.route_of]
@@ -165,37 +166,28 @@ def _plausible(shares: Floats, own: int, above: float) -> dict[int, float]:
     return {k: p / total for k, p in sorted(found.items(), key=lambda item: -item[1])}
 
 
-def run(scan: ScanFolder, settings: RoutesSettings, progress: Progress) -> dict[str, Any]:
-    """Read `mesh.ply`, `attributes.json` and `routes.edits.toml`, write `routes.json`.
+def run(reads: Reads, settings: RoutesSettings, context: Context) -> Writes:
+    """Group the holds into routes and put a setter's corrections on.
 
-    Returns
-    -------
     Metrics: routes, holds in a route, holds without one, ambiguous holds, volumes.
     """
-    from walltopo.meshes.ply import read_mesh
-    from walltopo.scans.edits import read_route_edits
-
-    holds = read_holds(scan.attributes)
-    metric = is_metric(scan)
-    edits = read_route_edits(scan.route_edits)
-    mesh = read_mesh(scan.mesh)
+    holds = reads.attributes.instances
     routes, unrouted = find_routes(
-        mesh, holds, settings, metric=metric, edits=edits, progress=progress
+        reads.mesh,
+        holds,
+        settings,
+        metric=reads.scale.metric,
+        edits=reads.route_edits,
+        progress=context.progress,
     )
     volumes = sorted(hold.id for hold in holds if hold.role == "volume")
-    write_json(
-        scan.routes,
+    return Writes(
+        Routes(routes=tuple(routes), unrouted=tuple(unrouted), volumes=tuple(volumes)),
         {
-            "version": 1,
-            "routes": [route.to_json() for route in routes],
-            "unrouted": unrouted,
-            "volumes": volumes,
+            "routes": len(routes),
+            "holds_in_routes": sum(len(route.holds) for route in routes),
+            "unrouted": len(unrouted),
+            "ambiguous": sum(len(route.ambiguous) for route in routes),
+            "volumes": len(volumes),
         },
     )
-    return {
-        "routes": len(routes),
-        "holds_in_routes": sum(len(route.holds) for route in routes),
-        "unrouted": len(unrouted),
-        "ambiguous": sum(len(route.ambiguous) for route in routes),
-        "volumes": len(volumes),
-    }

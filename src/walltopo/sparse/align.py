@@ -21,18 +21,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import InputError, Progress, StageError
+from walltopo.core import InputError, StageError
 from walltopo.meshes.similarity import fit_similarity_robust
+from walltopo.scans.aligned import Aligned
+from walltopo.scans.context import Context
 from walltopo.scans.folder import ScanFolder
-from walltopo.core.files import atomic_path, read_json, write_json
-from walltopo.scans.model import open_model
+from walltopo.scans.photo_list import Photo
+from walltopo.scans.photo_set import PhotoSet
+from walltopo.scans.scale import Frame, Scale
+from walltopo.scans.model import SparseModel, open_model
 from walltopo.sparse.colmap_process import run_worker
-from walltopo.sparse.contract import SparseSettings
+from walltopo.sparse.contract import SparseSettings, Writes
 from walltopo.sparse.model_parts import KeptImage, match_keypoints, rebuild
 from walltopo.sparse.outcome import describe_model, why_unregistered
-from walltopo.sparse.stage import camera_entries, keep_database, known_features, mapping_job
+from walltopo.sparse.jobs import camera_entries, keep_database, known_features, mapping_job
 
-__all__ = ["run_update"]
+__all__ = ["align_to_reference"]
 
 Floats = NDArray[np.float64]
 
@@ -50,20 +54,15 @@ class _Reference:
     scan: ScanFolder
     model: Any
     images: tuple[Any, ...]  # registered, sorted by name
-    frame: dict[str, bool]
+    frame: Frame
 
 
-def run_update(
-    scan: ScanFolder,
-    photos: Sequence[dict[str, Any]],
-    settings: SparseSettings,
-    progress: Progress,
-) -> dict[str, Any]:
-    """The sparse stage with `settings.reference`: writes `work/sparse` and `work/aligned.json`.
+def align_to_reference(
+    folder: PhotoSet, photos: Sequence[Photo], settings: SparseSettings, context: Context
+) -> Writes:
+    """The sparse stage with `settings.reference`.
 
-    Returns
-    -------
-    The metrics of `sparse.run`, and: align, reference_moved (largest change of any number in the
+    Its metrics are those without, and: align, reference_moved (largest change of any number in the
     reference's poses and intrinsics), shared_points (points that tie the two together).
 
     Raises
@@ -71,44 +70,41 @@ def run_update(
     InputError : the reference is no finished scan, or is this very folder.
     StageError : the photos do not show the reference's wall.
     """
-    reference = _open_reference(scan, settings)
-    job = _update_job(scan, photos, reference, settings)
-    keep_database(job, scan)
-    run_worker({**job, "map": None}, progress)
+    reference = _open_reference(folder, settings)
+    job = _update_job(folder, photos, reference, settings, context.cache)
+    keep_database(job, folder.folder)
+    run_worker({**job, "map": None}, context.progress)
     align = _constrained if settings.align == "constrained" else _rigid
-    model, moved, shared = align(scan, photos, reference, job, progress)
-    reasons = _reasons(scan, photos, model, job)
+    model, moved, shared = align(photos, reference, job, context)
+    reasons = _reasons(photos, model, job)
     registered = model.num_reg_images()
     if registered < max(2, _LEAST_SHARE * len(photos)):
         raise StageError(_not_this_wall(registered, len(photos), reference))
-    with atomic_path(scan.sparse_raw) as folder:
-        folder.mkdir()
-        model.write(folder)
-    write_json(
-        scan.aligned,
-        {
-            "version": 1,
-            "reference": str(reference.scan.root),
-            "align": settings.align,
-            "reference_moved": moved,
-            "shared_points": shared,
-            "frame": reference.frame,
-        },
-    )
+    made = context.scratch / "sparse"
+    made.mkdir()
+    model.write(made)
     for name, reason in reasons.items():
-        progress.note(f"{name} not registered: {reason}")
-    return {
+        context.progress.note(f"{name} not registered: {reason}")
+    aligned = Aligned(
+        reference=str(reference.scan.root),
+        align=settings.align,
+        reference_moved=moved,
+        shared_points=shared,
+        frame=reference.frame,
+    )
+    figures = {
         **describe_model(model, len(photos)),
         "unregistered": reasons,
         "align": settings.align,
         "reference_moved": moved,
         "shared_points": shared,
     }
+    return Writes(SparseModel(made), aligned, figures)
 
 
-def _open_reference(scan: ScanFolder, settings: SparseSettings) -> _Reference:
+def _open_reference(photos: PhotoSet, settings: SparseSettings) -> _Reference:
     other = ScanFolder(settings.reference)
-    if other.root.resolve() == scan.root.resolve():
+    if other.photos.resolve() == photos.folder.resolve():
         raise InputError(f"{other.root}: a scan cannot be its own reference")
     if not other.root.is_dir():
         raise InputError(f"sparse.reference: {other.root}: no such folder")
@@ -128,27 +124,26 @@ def _open_reference(scan: ScanFolder, settings: SparseSettings) -> _Reference:
             f"sparse.reference: {other.photos / missing[0]} is missing: the reference's photos "
             "are needed to match against"
         )
-    told = read_json(other.scale) if other.scale.is_file() else {}
-    frame = {key: bool(told.get(key)) for key in ("metric", "up_known", "floor_known")}
-    return _Reference(other, model, tuple(images), frame)
+    return _Reference(other, model, tuple(images), Scale.load(other.scale).frame)
 
 
 def _update_job(
-    scan: ScanFolder,
-    photos: Sequence[dict[str, Any]],
+    folder: PhotoSet,
+    photos: Sequence[Photo],
     reference: _Reference,
     settings: SparseSettings,
+    cache: Path,
 ) -> dict[str, Any]:
     """New photos are images 1 to n, the reference's n + 1 on; likewise the cameras."""
-    root = scan.work / "both"
+    root = cache / "both"
     root.mkdir(parents=True, exist_ok=True)
-    for name, folder in ((_NEW, scan.photos), (_REFERENCE, reference.scan.photos)):
+    for name, target in ((_NEW, folder.folder), (_REFERENCE, reference.scan.photos)):
         link = root / name
         link.unlink(missing_ok=True)
-        os.symlink(folder.resolve(), link, target_is_directory=True)
+        os.symlink(target.resolve(), link, target_is_directory=True)
     cameras, indices = camera_entries(photos)
     images = [
-        {"name": f"{_NEW}/{photo['name']}", "camera": index}
+        {"name": f"{_NEW}/{photo.name}", "camera": index}
         for photo, index in zip(photos, indices, strict=True)
     ]
     places = {old: len(cameras) + k for k, old in enumerate(sorted(reference.model.cameras))}
@@ -167,12 +162,12 @@ def _update_job(
         {"name": f"{_REFERENCE}/{image.name}", "camera": places[image.camera_id]}
         for image in reference.images
     ]
-    job = mapping_job(scan.work / "aligned-features" / "features.db", root, settings)
+    job = mapping_job(cache / "aligned-features" / "features.db", root, settings)
     job["cameras"], job["images"] = cameras, images
-    if (known := known_features(job, reference.scan)) is not None:
+    if (known := known_features(job, reference.scan.work, reference.scan.photos)) is not None:
         names = {f"{_REFERENCE}/{image.name}": str(image.name) for image in reference.images}
         # A copy: to open a database is to write beside it, and the reference is only read.
-        copy = scan.work / "reference-features.db"
+        copy = cache / "reference-features.db"
         shutil.copyfile(known, copy)
         job["known_features"] = {"database": str(copy), "names": names}
     job["pairing"]["new"] = list(range(1, len(photos) + 1))
@@ -180,35 +175,31 @@ def _update_job(
     return job
 
 
-def _mapped(scan: ScanFolder, job: dict[str, Any], progress: Progress, **given: Any) -> Any | None:
+def _mapped(job: dict[str, Any], context: Context, **given: Any) -> Any | None:
     """The mapper's best model from the job's features and matches; None where it made none."""
     task = {
-        "output": str(scan.work / "mapping"),
+        "output": str(context.cache / "mapping"),
         "reference": "",
         "constant_cameras": [],
         "held_images": [],
         "only": [],
         **given,
     }
-    result = run_worker({**job, "pairing": None, "map": task}, progress)
+    result = run_worker({**job, "pairing": None, "map": task}, context.progress)
     return open_model(Path(result["best"])) if result["best"] else None
 
 
 def _constrained(
-    scan: ScanFolder,
-    photos: Sequence[dict[str, Any]],
-    reference: _Reference,
-    job: dict[str, Any],
-    progress: Progress,
+    photos: Sequence[Photo], reference: _Reference, job: dict[str, Any], context: Context
 ) -> tuple[Any, float, int]:
     """New cameras mapped into the fixed reference: the new part, how far the old moved, ties."""
     known = _reference_for_mapper(reference, job)
-    start = scan.work / "reference-model"
+    start = context.cache / "reference-model"
     shutil.rmtree(start, ignore_errors=True)
     start.mkdir(parents=True)
     known.write(start)
     held = {"constant_cameras": sorted(known.cameras), "held_images": sorted(known.images)}
-    model = _mapped(scan, job, progress, reference=str(start), expected=len(photos), **held)
+    model = _mapped(job, context, reference=str(start), expected=len(photos), **held)
     if model is None:
         raise StageError(_not_this_wall(0, len(photos), reference))
     moved = _moved(known, model)
@@ -245,18 +236,14 @@ def _reference_for_mapper(reference: _Reference, job: dict[str, Any]) -> Any:
 
 
 def _rigid(
-    scan: ScanFolder,
-    photos: Sequence[dict[str, Any]],
-    reference: _Reference,
-    job: dict[str, Any],
-    progress: Progress,
+    photos: Sequence[Photo], reference: _Reference, job: dict[str, Any], context: Context
 ) -> tuple[Any, float, int]:
     """The new photos mapped alone, then one similarity through the shared points."""
     import pycolmap
 
     count = len(photos)
     names = [entry["name"] for entry in job["images"][:count]]
-    alone = _mapped(scan, job, progress, only=names, expected=count)
+    alone = _mapped(job, context, only=names, expected=count)
     if alone is None:
         raise StageError(f"none of the {count} new photos could be put together")
     known = _reference_for_mapper(reference, job)
@@ -321,11 +308,9 @@ def _moved(before: Any, after: Any) -> float:
     return worst
 
 
-def _reasons(
-    scan: ScanFolder, photos: Sequence[dict[str, Any]], model: Any, job: dict[str, Any]
-) -> dict[str, str]:
+def _reasons(photos: Sequence[Photo], model: Any, job: dict[str, Any]) -> dict[str, str]:
     registered = {str(image.name) for image in model.images.values() if image.has_pose}
-    named = {photo["name"]: f"{_NEW}/{photo['name']}" for photo in photos}
+    named = {photo.name: f"{_NEW}/{photo.name}" for photo in photos}
     missing = {name: named[name] for name in named if name not in registered}
     return why_unregistered(Path(job["database"]), missing, {})
 

@@ -1,55 +1,48 @@
-"""The texture stage: read the scan, paint, write the atlas."""
+"""The texture stage: photos onto the mesh, as one atlas."""
 
 from __future__ import annotations
-
-from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import InputError, Progress
-from walltopo.meshes.ply import read_mesh
-from walltopo.scans.folder import ScanFolder
-from walltopo.core.files import atomic_path
-from walltopo.scans.model import read_views
-from walltopo.texture.atlas import Texture, make_texture
-from walltopo.texture.contract import TextureSettings
+from walltopo.core import InputError
+from walltopo.scans.context import Context
+from walltopo.scans.texture import TextureImage, TextureUv
+from walltopo.texture.atlas import make_texture
+from walltopo.texture.contract import Reads, TextureSettings, Writes
 
-__all__ = ["run", "write_texture"]
+__all__ = ["run"]
 
 
-def run(scan: ScanFolder, settings: TextureSettings, progress: Progress) -> dict[str, Any]:
-    """Write `texture.png` and `texture.npz` from the mesh and the photos."""
-    mesh = read_mesh(scan.mesh)
-    views = read_views(scan.sparse)
+def run(reads: Reads, settings: TextureSettings, context: Context) -> Writes:
+    """Paint the mesh with its photos."""
+    mesh = reads.mesh
 
     def load(name: str) -> NDArray[np.uint8]:
-        image = cv2.imread(str(scan.photos / name), cv2.IMREAD_COLOR)
+        image = cv2.imread(str(reads.photos.path(name)), cv2.IMREAD_COLOR)
         if image is None:
             raise InputError(
-                f"{scan.photos / name}: the photo cannot be read",
+                f"{reads.photos.path(name)}: the photo cannot be read",
                 "Run the scan again from ingest: walltopo scan --from ingest.",
             )
         return np.ascontiguousarray(image[..., ::-1], dtype=np.uint8)
 
-    texture = make_texture(mesh, views, load, settings, progress)
-    write_texture(scan, texture)
-    return {
-        "size": settings.size,
-        "charts": texture.charts,
-        "photos_used": len(np.unique(texture.label[texture.label >= 0])),
-        "texels_per_photo_pixel": round(texture.scale, 3),
-        "unseen_faces": int((texture.label < 0).sum()),
-        "unseen_area_share": round(
-            float(mesh.areas[texture.label < 0].sum() / max(mesh.areas.sum(), 1e-12)), 4
-        ),
-    }
-
-
-def write_texture(scan: ScanFolder, texture: Texture) -> None:
-    """Write the atlas and its coordinates, each atomically."""
-    with atomic_path(scan.texture) as temporary:
-        cv2.imwrite(str(temporary), texture.image[..., ::-1], [cv2.IMWRITE_PNG_COMPRESSION, 3])
-    with atomic_path(scan.texture_uv) as temporary, temporary.open("wb") as stream:
-        np.savez_compressed(stream, uv=texture.uv)
+    texture = make_texture(mesh, reads.sparse.views, load, settings, context.progress)
+    picture = context.scratch / "texture.png"
+    cv2.imwrite(str(picture), texture.image[..., ::-1], [cv2.IMWRITE_PNG_COMPRESSION, 3])
+    unseen = texture.label < 0
+    return Writes(
+        TextureImage(picture),
+        TextureUv(texture.uv),
+        {
+            "size": settings.size,
+            "charts": texture.charts,
+            "photos_used": len(np.unique(texture.label[~unseen])),
+            "texels_per_photo_pixel": round(texture.scale, 3),
+            "unseen_faces": int(unseen.sum()),
+            "unseen_area_share": round(
+                float(mesh.areas[unseen].sum() / max(mesh.areas.sum(), 1e-12)), 4
+            ),
+        },
+    )
