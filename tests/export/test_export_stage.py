@@ -6,14 +6,19 @@ import base64
 import json
 import re
 from collections.abc import Callable
+from html.parser import HTMLParser
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from jinja2 import UndefinedError
+from made_scan import MARKUP  # type: ignore[import-not-found]
 
 from walltopo.core import InputError, Silent
 from walltopo.export.contract import ExportSettings
 from walltopo.export.stage import run
+from walltopo.export.templating import render
 from walltopo.scans.folder import ScanFolder
 
 MakeScan = Callable[..., ScanFolder]
@@ -36,15 +41,56 @@ def test_writes_everything(make_scan: MakeScan) -> None:
     assert not list(scan.root.rglob(".partial-*"))
 
 
+class Opened(HTMLParser):
+    """What a browser would make of a page: its tags, attributes and text."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__()
+        self.tags: list[str] = []
+        self.attributes: list[tuple[str, str | None]] = []
+        self.text = ""
+        self.feed(path.read_text())
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        self.attributes += attrs
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
 def test_page_and_report_name_no_other_host(make_scan: MakeScan) -> None:
     scan = make_scan()
-    run(scan, ExportSettings(title="<script>window.hacked=1</script>"), Silent())
+    run(scan, ExportSettings(), Silent())
     for path in (scan.page, scan.report):
-        text = path.read_text()
-        assert not re.search(r'(src|href)="(https?:)?//', text)
-        assert "<script>window.hacked" not in text
-        assert "&lt;script&gt;window.hacked=1" in text
-    assert "too few &lt;b&gt;matches" in scan.report.read_text()
+        assert not re.search(r'(src|href)="(https?:)?//', path.read_text())
+
+
+def test_names_stay_text(make_scan: MakeScan) -> None:
+    hostile = "\"'><script>window.hacked=1</script>"
+    scan = make_scan()
+    attributes = json.loads(scan.attributes.read_text())
+    attributes["instances"][1] |= {"type": hostile, "review": True}
+    attributes["left_out"] = [
+        {"id": 99, "class": "hold", "score": 0.1, "reason": hostile, "position": [0, 1.0, 2.5]}
+    ]
+    scan.attributes.write_text(json.dumps(attributes))
+    run(scan, ExportSettings(title=hostile), Silent())
+    page, report = Opened(scan.page), Opened(scan.report)
+    assert ("heading", hostile) in page.attributes
+    assert page.tags.count("script") == 2
+    assert "script" not in report.tags
+    assert not [name for name, _ in report.attributes if name.startswith("on")]
+    # Title and heading, the hold, what was left out; a route, a photo and a skipped file.
+    assert report.text.count(hostile) == 4
+    assert MARKUP in report.text
+    assert "too few <b>matches</b>" in report.text
+    assert "<script>window.hacked=1</script>.txt" in report.text
+
+
+def test_a_name_that_a_template_lacks_is_an_error() -> None:
+    with pytest.raises(UndefinedError, match="title"):
+        render("page", "index.html.jinja", assets="page")
 
 
 @pytest.mark.parametrize("options", [{"holds": 0}, {"textured": False}, {"cameras": False}])

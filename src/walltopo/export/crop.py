@@ -8,7 +8,7 @@ import numpy as np
 
 from walltopo.core import InputError
 from walltopo.export.keep import keep_faces
-from walltopo.export.report.canvas import front_direction
+from walltopo.export.parallel import front_direction
 from walltopo.export.wall import Wall
 
 __all__ = ["crop_route", "crop_section"]
@@ -51,7 +51,7 @@ def crop_section(wall: Wall, left: float, right: float) -> Wall:
     """
     if not left < right:
         raise InputError(f"a section runs from left to right, got {left} to {right}")
-    front = front_direction(wall.mesh.vertices, wall.mesh.faces.astype(np.int64))
+    front = front_direction(wall.mesh)
     along = wall.mesh.centroids @ np.cross(-front, np.array([0.0, 0.0, 1.0]))
     along -= along.min()
     keep = (along >= left) & (along <= right)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import Camera
+from walltopo.core import Camera, Mesh
 
-__all__ = ["Axes", "axes_towards", "render_parallel"]
+__all__ = ["Axes", "axes_towards", "front_direction", "render_parallel"]
 
 Floats = NDArray[np.float64]
 FAR = 2000.0  # distance of the drawing camera in wall sizes: as good as parallel rays
@@ -32,6 +32,16 @@ class Axes:
     def flat(self, points: Floats) -> Floats:
         """(..., 2) plane coordinates, world units, of (..., 3) points."""
         return np.stack([points @ self.right, points @ self.down], axis=-1)
+
+
+def front_direction(mesh: Mesh) -> Floats:
+    """(3,) horizontal unit vector that the steep parts of the wall face on average."""
+    steep = mesh.normals[:, 2] < 0.8
+    total = (mesh.normals * mesh.areas[:, None])[steep, :2].sum(axis=0)
+    length = float(np.hypot(*total))
+    if length < 1e-9:
+        return np.array([0.0, -1.0, 0.0])
+    return np.array([*total / length, 0.0])
 
 
 def axes_towards(towards: Floats, up: Floats) -> Axes:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from walltopo.export.report.canvas import front_direction
+from walltopo.export.parallel import front_direction
 from walltopo.export.wall import Wall
 from walltopo.core.files import atomic_path, write_json
 
@@ -40,7 +40,7 @@ def write_geojson(path: Path, wall: Wall) -> None:
     The coordinates are metres along the wall (as seen from the front) and height, not degrees:
     the collection says so in `walltopo`. The place in space is each feature's `position`.
     """
-    front = front_direction(wall.mesh.vertices, wall.mesh.faces.astype(np.int64))
+    front = front_direction(wall.mesh)
     right = np.cross(-front, np.array([0.0, 0.0, 1.0]))
 
     def flat(position: list[float]) -> list[float]:

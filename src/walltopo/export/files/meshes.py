@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
-from walltopo.export.picture import encode_texture
+from walltopo.export.picture import encode_picture, read_picture, texels
 from walltopo.export.surface import Surface, split_at_borders
 from walltopo.export.wall import Wall
 from walltopo.meshes.ply import write_ply
@@ -59,16 +59,8 @@ def _colours(wall: Wall) -> NDArray[np.uint8] | None:
     """(V, 3) colours of the vertices, from the texture where there is one."""
     if wall.texture is None or wall.uv is None:
         return wall.mesh.vertex_colours
-    from PIL import Image
-
-    with Image.open(wall.texture) as opened:
-        picture = np.asarray(opened.convert("RGB"))
-    height, width = picture.shape[:2]
-    flat = wall.uv.reshape(-1, 2)
-    column = np.clip((flat[:, 0] * width).astype(int), 0, width - 1)
-    row = np.clip((flat[:, 1] * height).astype(int), 0, height - 1)
     result = np.full(wall.mesh.vertices.shape, 128, dtype=np.uint8)
-    result[wall.mesh.faces.ravel()] = picture[row, column]
+    result[wall.mesh.faces.ravel()] = texels(read_picture(wall.texture), wall.uv.reshape(-1, 2))
     return result
 
 
@@ -115,7 +107,7 @@ def write_obj(path: Path, wall: Wall, quality: int = 90) -> None:
     label = surface.feature[surface.triangles[:, 0]]
     lines: list[str] = ["# walltopo, metres, z up\n"]
     if wall.texture is not None:
-        data, _ = encode_texture(wall.texture, 8192, "JPEG", quality)
+        data, _ = encode_picture(read_picture(wall.texture), 8192, "JPEG", quality)
         with atomic_path(path.with_suffix(".jpg")) as temporary:
             temporary.write_bytes(data)
         material = f"newmtl wall\nKd 1 1 1\nmap_Kd {path.stem}.jpg\n"

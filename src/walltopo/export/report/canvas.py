@@ -2,33 +2,19 @@
 
 from __future__ import annotations
 
-import base64
 from dataclasses import dataclass
-from io import BytesIO
 
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.export.parallel import Axes, axes_towards, render_parallel
+from walltopo.export.picture import texels
 from walltopo.export.surface import Surface
 
-__all__ = ["Canvas", "base_colours", "data_url", "front_direction", "paper_view"]
+__all__ = ["Canvas", "base_colours", "paper_view"]
 
 Floats = NDArray[np.float64]
 PAPER = (245, 246, 248)
-
-
-def front_direction(positions: Floats, triangles: NDArray[np.int64]) -> Floats:
-    """(3,) horizontal unit vector that the steep parts of the wall face on average."""
-    a, b, c = (positions[triangles[:, k]] for k in range(3))
-    crosses = np.cross(b - a, c - a)
-    areas = np.linalg.norm(crosses, axis=1)
-    steep = crosses[crosses[:, 2] < 0.8 * areas]
-    total = steep[:, :2].sum(axis=0)
-    length = float(np.hypot(*total))
-    if length < 1e-9:
-        return np.array([0.0, -1.0, 0.0])
-    return np.array([total[0] / length, total[1] / length, 0.0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +35,7 @@ class Canvas:
     face: NDArray[np.int32]
 
     def place(self, points: Floats) -> Floats:
-        """(n, 2) pixels of (n, 3) world points."""
+        """(..., 2) pixels of (..., 3) world points."""
         return (self.axes.flat(points) - self.origin) * self.scale
 
     def picture(self, face_colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -59,7 +45,7 @@ class Canvas:
 
 
 def paper_view(
-    positions: Floats, triangles: NDArray[np.int64], towards: Floats, up: Floats, width: int
+    positions: Floats, triangles: NDArray[np.int32], towards: Floats, up: Floats, width: int
 ) -> Canvas:
     """Draw without perspective.
 
@@ -78,9 +64,7 @@ def paper_view(
     extent = size + 0.08 * size.max()
     scale = width / float(extent[0])
     height = int(np.clip(round(extent[1] * scale), 16, 2 * width))
-    face, _ = render_parallel(
-        positions, triangles.astype(np.int32), axes, origin, scale, (width, height)
-    )
+    face, _ = render_parallel(positions, triangles, axes, origin, scale, (width, height))
     return Canvas(axes, origin, scale, face)
 
 
@@ -88,21 +72,8 @@ def base_colours(surface: Surface, texture: NDArray[np.uint8] | None) -> NDArray
     """(T, 3) one colour a triangle: of the texture, of the vertices, or shaded grey."""
     corners = surface.triangles.astype(np.int64)
     if surface.uv is not None and texture is not None:
-        height, width = texture.shape[:2]
-        middle = surface.uv[corners].mean(axis=1)
-        column = np.clip((middle[:, 0] * width).astype(int), 0, width - 1)
-        row = np.clip((middle[:, 1] * height).astype(int), 0, height - 1)
-        return np.ascontiguousarray(texture[row, column, :3])
+        return texels(texture, surface.uv[corners].mean(axis=1))
     if surface.colours is not None:
         return surface.colours[corners].mean(axis=1).astype(np.uint8)
     shade = 130 + 90 * np.abs(surface.normals[corners].mean(axis=1) @ np.array([0.5, 0.4, 0.76]))
     return np.repeat(shade[:, None], 3, axis=1).astype(np.uint8)
-
-
-def data_url(picture: NDArray[np.uint8], quality: int = 82) -> str:
-    """A picture as a `data:` address."""
-    from PIL import Image
-
-    stream = BytesIO()
-    Image.fromarray(picture).save(stream, "WEBP", quality=quality, method=4)
-    return "data:image/webp;base64," + base64.b64encode(stream.getvalue()).decode("ascii")

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import View
+from walltopo.core import Mesh, View
 
 __all__ = ["THIN", "Spot", "count_views", "thin_spots"]
 
@@ -19,24 +19,21 @@ LONGEST = 320  # pixels of the depth picture that decides what hides what
 SLACK = 0.015  # share of the depth by which a spot may lie behind what is drawn
 
 
-def count_views(
-    positions: Floats, triangles: NDArray[np.int64], views: Sequence[View]
-) -> NDArray[np.int32]:
-    """(T,) int32: photos in which a triangle's centre is in the picture, unhidden, and faces us."""
+def count_views(mesh: Mesh, views: Sequence[View]) -> NDArray[np.int32]:
+    """(F,) int32: photos in which a face's centre is in the picture, unhidden, and faces us."""
     from walltopo.raycast import render_ids
 
-    corners = positions[triangles]
-    centres = corners.mean(axis=1)
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    counts = np.zeros(len(triangles), dtype=np.int32)
+    centres = mesh.centroids
+    counts = np.zeros(len(mesh.faces), dtype=np.int32)
     for view in views:
         camera = view.camera.scaled(LONGEST / max(view.camera.width, view.camera.height))
-        _, depth = render_ids(positions, triangles.astype(np.int32), camera, view.cam_from_world)
+        _, depth = render_ids(mesh.vertices, mesh.faces, camera, view.cam_from_world)
         local = view.to_camera(centres)
         pixel = camera.project(local)
         with np.errstate(invalid="ignore"):
             inside = (pixel >= 0).all(axis=1) & (pixel < [camera.width, camera.height]).all(axis=1)
-        index = np.flatnonzero(inside & (((view.centre - centres) * normals).sum(axis=1) > 0))
+        faces_us = ((view.centre - centres) * mesh.normals).sum(axis=1) > 0
+        index = np.flatnonzero(inside & faces_us)
         column, row = pixel[index].astype(int).T
         shown = local[index, 2] <= depth[row, column] * (1 + SLACK)
         counts[index[shown]] += 1

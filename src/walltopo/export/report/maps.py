@@ -1,27 +1,25 @@
-"""The report's pictures: the camera path over the wall, and what the photos cover."""
+"""The report's drawings: the camera path over the wall, and what the photos cover."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import View
-from walltopo.export.report.canvas import (
-    Canvas,
-    base_colours,
-    data_url,
-    front_direction,
-    paper_view,
-)
-from walltopo.export.report.coverage import THIN, Spot, count_views, thin_spots
-from walltopo.export.report.markup import figure, number, text
+from walltopo.core import Mesh, View
+from walltopo.export.parallel import front_direction
+from walltopo.export.report.canvas import Canvas, base_colours, paper_view
+from walltopo.export.report.coverage import THIN, count_views, thin_spots
+from walltopo.export.report.pictures import data_url
 from walltopo.export.tiers import Look
 
-__all__ = ["Maps", "draw_maps"]
+__all__ = ["CameraMark", "Drawing", "Maps", "SpotMark", "draw_maps"]
 
 Floats = NDArray[np.float64]
+UP = np.array([0.0, 0.0, 1.0])
 WIDTH = 1000
 
 # Photos that see a spot, and its colour: dark is little, in steps that greyscale keeps apart.
@@ -35,127 +33,103 @@ STEPS: tuple[tuple[int, str, tuple[int, int, int]], ...] = (
 
 
 @dataclass(frozen=True)
-class Maps:
-    """HTML of the figures, and the figures of the coverage.
+class CameraMark:
+    """A photo on a drawing: where it was taken, and a place ahead of it; pixels."""
+
+    name: str
+    x: float
+    y: float
+    ahead_x: float
+    ahead_y: float
+
+
+@dataclass(frozen=True)
+class SpotMark:
+    """A place that too few photos see, on a drawing and on the wall.
 
     Parameters
     ----------
-    path, coverage : HTML.
-    covered : share of the climbing surface that at least `THIN` photos see.
-    spots : where more photos would help.
+    x, y : pixels.
+    along, height : from the wall's left end and its lowest point, world units.
+    area : square world units that fewer than `THIN` photos see.
+    views : mean number of photos over that area.
     """
 
-    path: str
-    coverage: str
+    x: float
+    y: float
+    along: float
+    height: float
+    area: float
+    views: float
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A picture of the wall (a `data:` address, its pixels) and what is marked on it."""
+
+    picture: str
+    width: int
+    height: int
+    marks: Sequence[CameraMark | SpotMark]
+
+
+@dataclass(frozen=True)
+class Maps:
+    """All drawings, and what they tell.
+
+    Parameters
+    ----------
+    above, front : the camera path.
+    coverage : how many photos see each spot; its marks are where more photos would help.
+    covered : share of the climbing surface that at least `THIN` photos see.
+    """
+
+    above: Drawing
+    front: Drawing
+    coverage: Drawing
     covered: float
-    spots: list[Spot]
+
+    legend: ClassVar = [(label, colour) for _, label, colour in STEPS]
 
 
-def _camera_marks(canvas: Canvas, views: list[View], size: float) -> str:
-    """The path from photo to photo, and at each a dot with its viewing direction."""
-    centres = canvas.place(np.array([view.centre for view in views]))
-    ahead = canvas.place(np.array([v.centre + v.direction * 0.05 * size for v in views]))
-    line = " ".join(f"{x:.1f},{y:.1f}" for x, y in centres)
-    marks = [f'<polyline class="path" points="{line}"/>']
-    for view, (x, y), (u, v) in zip(views, centres, ahead, strict=True):
-        marks.append(
-            f'<line class="look" x1="{x:.1f}" y1="{y:.1f}" x2="{u:.1f}" y2="{v:.1f}"/>'
-            f'<circle class="eye" cx="{x:.1f}" cy="{y:.1f}" r="4.5">'
-            f"<title>{text(view.name)}</title></circle>"
-        )
-    return "".join(marks)
+def _drawing(
+    canvas: Canvas, colours: NDArray[np.uint8], marks: Sequence[CameraMark | SpotMark]
+) -> Drawing:
+    from PIL import Image
 
-
-def _framed(positions: Floats, views: list[View]) -> Floats:
-    """Positions whose picture also has room for the cameras (as triangles of no area)."""
-    return np.vstack([positions, *[view.centre[None] for view in views]])
-
-
-def _path_figures(
-    positions: Floats,
-    triangles: NDArray[np.int64],
-    colours: NDArray[np.uint8],
-    front: Floats,
-    views: list[View],
-) -> str:
-    up = np.array([0.0, 0.0, 1.0])
-    space = _framed(positions, views)
-    size = float(np.ptp(positions, axis=0).max())
-    looks = (
-        ("From above. The dots are the photos in the order of their names.", -up, -front),
-        ("From the front.", -front, up),
-    )
-    parts = []
-    for caption, towards, top in looks:
-        canvas = paper_view(space, triangles, towards, top, WIDTH)
-        height, width = canvas.face.shape
-        faded = (colours.astype(np.uint16) // 2 + 122).astype(np.uint8)
-        picture = canvas.picture(faded)
-        marks = _camera_marks(canvas, views, size)
-        parts.append(figure(data_url(picture), caption, marks, (width, height)))
-    return "".join(parts)
-
-
-def _legend() -> str:
-    items = "".join(
-        f'<span><i style="background:rgb{colour}"></i>{label}</span>' for _, label, colour in STEPS
-    )
-    return f'<span class="legend">Photos that see a spot: {items}</span>'
-
-
-def _coverage_figure(canvas: Canvas, counts: NDArray[np.int32], spots: list[Spot]) -> str:
-    starts = [start for start, _, _ in STEPS]
-    palette = np.array([colour for _, _, colour in STEPS], dtype=np.uint8)
-    colours = palette[np.searchsorted(starts, counts, side="right") - 1]
-    marks = []
-    for rank, spot in enumerate(spots, start=1):
-        x, y = canvas.place(spot.centre[None])[0]
-        marks.append(
-            f'<circle class="spot" cx="{x:.1f}" cy="{y:.1f}" r="17"/>'
-            f'<text class="spot" x="{x:.1f}" y="{y + 6:.1f}">{rank}</text>'
-        )
     height, width = canvas.face.shape
-    picture = canvas.picture(colours)
-    return figure(data_url(picture), _legend(), "".join(marks), (width, height))
+    return Drawing(data_url(Image.fromarray(canvas.picture(colours)), 82), width, height, marks)
 
 
-def _advice(spots: list[Spot], low: Floats, right: Floats, metric: bool) -> str:
-    if not spots:
-        return "<p>Every part of the climbing surface is seen by at least 3 photos.</p>"
-    unit = "m" if metric else "units"
-    items = []
-    for spot in spots:
-        along = float(spot.centre @ right - low[0])
-        height = float(spot.centre[2] - low[1])
-        items.append(
-            f"<li>{number(along, 1, unit)} from the left end, {number(height, 1, unit)} up: "
-            f"{number(spot.area, 2, unit + '²')} seen by {number(spot.views, 1)} photos on "
-            "average. <b>Take 3 more photos here</b>, each from another place.</li>"
-        )
-    return f"<ol>{''.join(items)}</ol>"
+def _camera_path(
+    mesh: Mesh, colours: NDArray[np.uint8], views: list[View], towards: Floats, up: Floats
+) -> Drawing:
+    """The wall, faded, and over it each photo with its viewing direction."""
+    centres = np.array([view.centre for view in views])
+    reach = 0.05 * float(np.ptp(mesh.vertices, axis=0).max())
+    # The picture must have room for the cameras too.
+    space = np.vstack([mesh.vertices, centres])
+    canvas = paper_view(space, mesh.faces, towards, up, WIDTH)
+    ahead = centres + reach * np.array([view.direction for view in views])
+    ends = np.hstack([canvas.place(centres), canvas.place(ahead)]).round(1).tolist()
+    marks = [CameraMark(view.name, *places) for view, places in zip(views, ends, strict=True)]
+    return _drawing(canvas, (colours.astype(np.uint16) // 2 + 122).astype(np.uint8), marks)
 
 
-def _climbing(
-    centres: Floats, normals: Floats, holds: list[dict[str, object]]
-) -> NDArray[np.bool_]:
-    """Which triangles are climbing surface: not mat, and near the holds where there are any."""
-    surface = normals[:, 2] < 0.8
+def _climbing(mesh: Mesh, holds: list[dict[str, Any]]) -> NDArray[np.bool_]:
+    """(F,) which faces are climbing surface: not mat, and near the holds where there are any."""
+    surface = mesh.normals[:, 2] < 0.8
     if len(holds) < 4:
         return surface
     places = np.array([hold["position"] for hold in holds], dtype=np.float64)
     room = 0.06 * float(np.ptp(places, axis=0).max()) + 1e-6
-    inside = (centres > places.min(axis=0) - room) & (centres < places.max(axis=0) + room)
-    near = surface & inside.all(axis=1)
+    low, high = places.min(axis=0) - room, places.max(axis=0) + room
+    near = surface & ((mesh.centroids > low) & (mesh.centroids < high)).all(axis=1)
     return near if near.any() else surface
 
 
-def draw_maps(
-    first: Look,
-    views: list[View],
-    holds: list[dict[str, object]],
-    metric: bool,
-) -> Maps:
-    """All figures that need the wall and the cameras.
+def draw_maps(first: Look, views: list[View], holds: list[dict[str, Any]], metric: bool) -> Maps:
+    """All drawings that need the wall and the cameras.
 
     Parameters
     ----------
@@ -163,30 +137,28 @@ def draw_maps(
     views : registered photos, at least one.
     holds : rows of `holds.json`; they say where the climbing surface is.
     """
-    coarse = first.surface
-    positions = coarse.positions.astype(np.float64)
-    triangles = coarse.triangles.astype(np.int64)
-    front = front_direction(positions, triangles)
-    up = np.array([0.0, 0.0, 1.0])
-    path = _path_figures(positions, triangles, base_colours(coarse, first.picture), front, views)
+    surface = first.surface
+    mesh = Mesh(surface.positions.astype(np.float64), surface.triangles.astype(np.int32))
+    front = front_direction(mesh)
+    colours = base_colours(surface, first.picture)
 
-    counts = count_views(positions, triangles, views)
-    canvas = paper_view(positions, triangles, -front, up, WIDTH)
-    corners = positions[triangles]
-    centres = corners.mean(axis=1)
-    crosses = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    lengths = np.linalg.norm(crosses, axis=1)
-    normals = crosses / np.maximum(lengths, 1e-12)[:, None]
-    climbing = _climbing(centres, normals, holds)
-    areas = lengths[climbing] / 2
-    seen = counts[climbing] >= THIN
-    cell = 0.7 if metric else float(np.ptp(positions, axis=0).max()) / 16
-    spots = thin_spots(centres[climbing], areas, counts[climbing], canvas.axes.right, cell)
-    low = np.array([(positions @ canvas.axes.right).min(), positions[:, 2].min()])
+    counts = count_views(mesh, views)
+    canvas = paper_view(mesh.vertices, mesh.faces, -front, UP, WIDTH)
+    climbing = _climbing(mesh, holds)
+    areas, seen = mesh.areas[climbing], counts[climbing]
+    right = canvas.axes.right
+    cell = 0.7 if metric else float(np.ptp(mesh.vertices, axis=0).max()) / 16
+    left, bottom = float((mesh.vertices @ right).min()), float(mesh.vertices[:, 2].min())
+    marks = []
+    for spot in thin_spots(mesh.centroids[climbing], areas, seen, right, cell):
+        x, y = canvas.place(spot.centre).round(1).tolist()
+        along, height = float(spot.centre @ right) - left, float(spot.centre[2]) - bottom
+        marks.append(SpotMark(x, y, along, height, spot.area, spot.views))
+    palette = np.array([colour for _, _, colour in STEPS], dtype=np.uint8)
+    step = np.searchsorted([start for start, _, _ in STEPS], counts, side="right") - 1
     return Maps(
-        path=path,
-        coverage=_coverage_figure(canvas, counts, spots)
-        + _advice(spots, low, canvas.axes.right, metric),
-        covered=float((areas * seen).sum() / max(areas.sum(), 1e-12)),
-        spots=spots,
+        above=_camera_path(mesh, colours, views, -UP, -front),
+        front=_camera_path(mesh, colours, views, -front, UP),
+        coverage=_drawing(canvas, palette[step], marks),
+        covered=float((areas * (seen >= THIN)).sum() / max(areas.sum(), 1e-12)),
     )
