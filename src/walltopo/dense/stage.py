@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from walltopo.core import EnvironmentLacksError, InputError, Mesh, Progress
+from walltopo.core import EnvironmentLacksError, Mesh, Progress
 from walltopo.dense.colmap import colmap_mesh, has_cuda
 from walltopo.dense.contract import DenseSettings
 from walltopo.dense.openmvs import find_programs, openmvs_mesh
 from walltopo.dense.preview import preview_mesh
 from walltopo.dense.scene import Scene, ground_sampling, read_scene, surroundings
 from walltopo.dense.sgm import sgm_mesh
+from walltopo.imaging.photo_file import read_grey
 from walltopo.meshes.ply import write_ply
 from walltopo.scans.folder import ScanFolder, read_json
 
@@ -76,7 +74,9 @@ def _mesh(
 ) -> Mesh:
     """Run one backend."""
     if backend == "sgm":
-        return sgm_mesh(scene, _reader(scan), settings, edge, unit, progress)
+        return sgm_mesh(
+            scene, lambda name: read_grey(scan.photos / name), settings, edge, unit, progress
+        )
     if backend == "sparse":
         return preview_mesh(scene, settings, edge, unit, progress)
     other = colmap_mesh if backend == "colmap" else openmvs_mesh
@@ -86,21 +86,6 @@ def _mesh(
     # Kept after an error, for its logs.
     shutil.rmtree(work)
     return mesh
-
-
-def _reader(scan: ScanFolder) -> Callable[[str], NDArray[np.uint8]]:
-    """Loads a photo of the scan by name, grey."""
-
-    def load(name: str) -> NDArray[np.uint8]:
-        grey = cv2.imread(str(scan.photos / name), cv2.IMREAD_GRAYSCALE)
-        if grey is None:
-            raise InputError(
-                f"{scan.photos / name}: the photo cannot be read",
-                "Run the scan again from ingest: walltopo scan --from ingest.",
-            )
-        return np.asarray(grey, dtype=np.uint8)
-
-    return load
 
 
 def run(scan: ScanFolder, settings: DenseSettings, progress: Progress) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from walltopo.export.glb import GlbWriter
 from walltopo.export.surface import Surface
 from walltopo.export.tables import SCHEMA, hold_columns, route_columns
+from walltopo.imaging.srgb import linear_from_srgb8
 
 __all__ = ["Packing", "write_glb"]
 
@@ -74,9 +75,7 @@ def _ids(feature: NDArray[np.int32]) -> NDArray[Any]:
 
 def _linear(colours: NDArray[np.uint8]) -> NDArray[np.uint16]:
     """sRGB bytes as linear 16-bit values: glTF's vertex colours are linear."""
-    value = colours.astype(np.float64) / 255.0
-    linear = np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
-    return np.rint(linear * 65535.0).astype(np.uint16)
+    return np.rint(linear_from_srgb8(colours) * 65535.0).astype(np.uint16)
 
 
 def _material(writer: GlbWriter, surface: Surface, picture: tuple[bytes, str] | None) -> Any:

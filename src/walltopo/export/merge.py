@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from walltopo.core import InputError, Mesh
 from walltopo.export.keep import keep_faces
 from walltopo.export.wall import Wall
+from walltopo.imaging.photo_file import read_rgb
 from walltopo.scans.folder import atomic_path
 
 __all__ = ["join_textures", "merge_walls"]
@@ -66,11 +67,7 @@ def join_textures(walls: Sequence[Wall], path: Path) -> list[Wall]:
 
     if any(wall.texture is None or wall.uv is None for wall in walls):
         return [replace(wall, texture=None, uv=None) for wall in walls]
-    guard, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, None
-    try:
-        pictures = [Image.open(wall.texture).convert("RGB") for wall in walls if wall.texture]
-    finally:
-        Image.MAX_IMAGE_PIXELS = guard
+    pictures = [Image.fromarray(read_rgb(wall.texture)) for wall in walls if wall.texture]
     columns = math.ceil(math.sqrt(len(walls)))
     rows = math.ceil(len(walls) / columns)
     cell = np.array([max(p.width for p in pictures), max(p.height for p in pictures)])

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError
-from walltopo.imaging.oklab import features, linear_from_srgb8
+from walltopo.imaging.oklab import features
+from walltopo.imaging.srgb import linear_from_srgb8
 from walltopo.scans.folder import atomic_path
 from walltopo.scans.records import HAND_ROLES, Hold
 

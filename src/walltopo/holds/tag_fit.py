@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.imaging.oklab import linear_from_srgb8, oklab_from_linear
+from walltopo.imaging.oklab import oklab_from_linear
+from walltopo.imaging.srgb import linear_from_srgb8
 
 __all__ = ["CORNERS", "EVIDENCE", "GRID", "PRINT", "CardFit", "fit_card"]
 

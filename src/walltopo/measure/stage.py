@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Progress, StageError, View
+from walltopo.imaging.photo_file import read_grey
 from walltopo.measure.contract import ScaleSettings
 from walltopo.measure.from_plates import Measure, PlateReport, measure_from_plates
 from walltopo.measure.known_distance import named_points, scale_from_distance
@@ -202,17 +203,11 @@ def detect_in_photos(
     folder: Path, names: Sequence[str], plates: Sequence[Plate], progress: Progress
 ) -> list[Detection]:
     """Markers of the plates in photos of a folder, in the order of the names."""
-    import cv2
-
     dictionaries = sorted({plate.dictionary for plate in plates})
     progress.step("look for the measure", len(names))
 
     def look(name: str) -> list[Detection]:
-        # Grey by OpenCV's own weights; a file it cannot read is a broken scan folder.
-        grey = cv2.imread(str(folder / name), cv2.IMREAD_GRAYSCALE)
-        if grey is None:
-            raise InputError(f"{folder / name}: the photo cannot be read")
-        return detect_markers(np.asarray(grey, dtype=np.uint8), name, dictionaries)
+        return detect_markers(read_grey(folder / name), name, dictionaries)
 
     found: list[Detection] = []
     with ThreadPoolExecutor(max_workers=2) as pool:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, Silent
-from walltopo.imaging.oklab import linear_from_srgb8
+from walltopo.imaging.srgb import linear_from_srgb8
 from walltopo.routes.contract import RoutesSettings
 from walltopo.routes.edits import RouteBook, apply_route_edits
 from walltopo.routes.geodesic import pair_lengths

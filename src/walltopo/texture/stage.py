@@ -6,9 +6,9 @@ from typing import Any
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from walltopo.core import InputError, Progress
+from walltopo.core import Progress
+from walltopo.imaging.photo_file import read_rgb
 from walltopo.meshes.ply import read_mesh
 from walltopo.scans.folder import ScanFolder, atomic_path
 from walltopo.scans.model import read_views
@@ -22,17 +22,9 @@ def run(scan: ScanFolder, settings: TextureSettings, progress: Progress) -> dict
     """Write `texture.png` and `texture.npz` from the mesh and the photos."""
     mesh = read_mesh(scan.mesh)
     views = read_views(scan.sparse)
-
-    def load(name: str) -> NDArray[np.uint8]:
-        image = cv2.imread(str(scan.photos / name), cv2.IMREAD_COLOR)
-        if image is None:
-            raise InputError(
-                f"{scan.photos / name}: the photo cannot be read",
-                "Run the scan again from ingest: walltopo scan --from ingest.",
-            )
-        return np.ascontiguousarray(image[..., ::-1], dtype=np.uint8)
-
-    texture = make_texture(mesh, views, load, settings, progress)
+    texture = make_texture(
+        mesh, views, lambda name: read_rgb(scan.photos / name), settings, progress
+    )
     write_texture(scan, texture)
     return {
         "size": settings.size,

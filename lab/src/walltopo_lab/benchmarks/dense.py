@@ -36,6 +36,7 @@ from walltopo.dense.scene import read_scene
 from walltopo.dense.sgm import sgm_mesh
 from walltopo.dense.stage import edge_and_unit
 from walltopo.dense.stage import run as run_dense
+from walltopo.imaging.photo_file import read_grey, read_rgb
 from walltopo.meshes.check import check_mesh
 from walltopo.meshes.ply import read_mesh
 from walltopo.meshes.topology import edges_of
@@ -269,8 +270,13 @@ def held_out(scan: ScanFolder, every: int, within: float, folder: Path | None) -
     rest = scene.subset([k for k in range(len(scene.views)) if k not in out])
     settings = DenseSettings()
     edge, unit = edge_and_unit(rest, settings, bool(read_json(scan.scale).get("metric")))
-    mesh = sgm_mesh(rest, reader(scan, cv2.IMREAD_GRAYSCALE), settings, edge, unit, Silent())
-    colour = reader(scan, cv2.IMREAD_COLOR_RGB)
+    mesh = sgm_mesh(
+        rest, lambda name: read_grey(scan.photos / name), settings, edge, unit, Silent()
+    )
+
+    def colour(name: str) -> Image:
+        return read_rgb(scan.photos / name)
+
     texture = make_texture(mesh, rest.views, colour, TextureSettings(), Silent())
     rows: list[tuple[float, float]] = []
     for k in out:
@@ -295,11 +301,6 @@ def held_out(scan: ScanFolder, every: int, within: float, folder: Path | None) -
         f"held-out views, {len(out)} of {len(scene.views)}: mean PSNR {mean[0]:.2f} dB, "
         f"mean SSIM {mean[1]:.3f} where covered"
     )
-
-
-def reader(scan: ScanFolder, mode: int) -> Callable[[str], Image]:
-    """Load a photo by name."""
-    return lambda name: np.asarray(cv2.imread(str(scan.photos / name), mode), dtype=np.uint8)
 
 
 def main() -> None:

@@ -25,7 +25,7 @@ from walltopo.holds.colour import HoldPaint, assign_colours, find_palette
 from walltopo.holds.contract import ClassifySettings
 from walltopo.holds.light import SceneLight
 from walltopo.holds.observations import paint_of
-from walltopo.imaging.oklab import linear_from_srgb8
+from walltopo.imaging.srgb import linear_from_srgb8
 from walltopo.routes import paint as likeness
 from walltopo.routes.contract import RoutesSettings
 from walltopo.routes.grouping import best_louvain, candidate_pairs, group_by_paint, group_holds

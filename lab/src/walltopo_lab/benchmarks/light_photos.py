@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.imaging.oklab import linear_from_srgb8, srgb8_from_linear
+from walltopo.imaging.srgb import linear_from_srgb8, srgb8_from_linear
 from walltopo.scans.folder import atomic_path
 from walltopo_lab.benchmarks.colours_choose import PAINTS
 from walltopo_lab.synth.bodies import GymInstance

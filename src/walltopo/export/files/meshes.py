@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
-from walltopo.export.picture import encode_texture
+from walltopo.export.picture import encode_picture
 from walltopo.export.surface import Surface, split_at_borders
 from walltopo.export.wall import Wall
+from walltopo.imaging.photo_file import read_rgb
 from walltopo.meshes.ply import write_ply
 from walltopo.scans.folder import atomic_path, write_json
 
@@ -59,10 +60,7 @@ def _colours(wall: Wall) -> NDArray[np.uint8] | None:
     """(V, 3) colours of the vertices, from the texture where there is one."""
     if wall.texture is None or wall.uv is None:
         return wall.mesh.vertex_colours
-    from PIL import Image
-
-    with Image.open(wall.texture) as opened:
-        picture = np.asarray(opened.convert("RGB"))
+    picture = read_rgb(wall.texture)
     height, width = picture.shape[:2]
     flat = wall.uv.reshape(-1, 2)
     column = np.clip((flat[:, 0] * width).astype(int), 0, width - 1)
@@ -115,7 +113,7 @@ def write_obj(path: Path, wall: Wall, quality: int = 90) -> None:
     label = surface.feature[surface.triangles[:, 0]]
     lines: list[str] = ["# walltopo, metres, z up\n"]
     if wall.texture is not None:
-        data, _ = encode_texture(wall.texture, 8192, "JPEG", quality)
+        data, _ = encode_picture(read_rgb(wall.texture), 8192, "JPEG", quality)
         with atomic_path(path.with_suffix(".jpg")) as temporary:
             temporary.write_bytes(data)
         material = f"newmtl wall\nKd 1 1 1\nmap_Kd {path.stem}.jpg\n"
