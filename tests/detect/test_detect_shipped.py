@@ -17,7 +17,6 @@ from walltopo.detect.found import box_iou
 from walltopo.detect.onnx_detector import OnnxDetector, prepare
 from walltopo.detect.stage import detect_photos, run
 from walltopo.imaging.photo_file import read_rgb
-from walltopo.inference.session import parse_classes
 from walltopo.scans.detections import read_coco_masks
 from walltopo.scans.folder import ScanFolder
 
@@ -139,23 +138,6 @@ def test_cuda_is_not_silently_replaced() -> None:
         pytest.skip("this machine has CUDA")
     with pytest.raises(EnvironmentLacksError, match="no CUDA provider"):
         open_detector(DetectSettings(device="cuda"))
-
-
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("{0: 'hold', 1: 'volume'}", {1: "hold", 2: "volume"}),
-        ('["hold", "volume"]', {1: "hold", 2: "volume"}),
-    ],
-)
-def test_class_names(text: str, expected: dict[int, str]) -> None:
-    assert parse_classes(text, Path("m.onnx")) == expected
-
-
-@pytest.mark.parametrize("text", ["{1: 'hold'}", "hold", "{}", "[1"])
-def test_unreadable_class_names(text: str) -> None:
-    with pytest.raises(InputError, match=r"m\.onnx"):
-        parse_classes(text, Path("m.onnx"))
 
 
 @pytest.mark.data

@@ -28,7 +28,6 @@ from walltopo.holds.classifier_model import CutoutClassifier, Verdict, judge, op
 from walltopo.holds.contract import ClassifySettings
 from walltopo.holds.observe import gather
 from walltopo.holds.verdicts import verdicts
-from walltopo.inference.onnx_file import set_metadata
 from walltopo.meshes.ply import read_mesh
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.records import UNKNOWN
@@ -40,6 +39,7 @@ from walltopo_lab.evaluate.carry import carry_truth, overlap_with_missing
 from walltopo_lab.evaluate.routes import match_pairs, type_of_kind
 from walltopo_lab.evaluate.scan import read_labelled, scan_views
 from walltopo_lab.evaluate.truth import read_truth
+from walltopo_lab.onnx_file import set_metadata
 
 Key = tuple[str, int]  # gym and hold
 Said = dict[Key, str]
