@@ -15,8 +15,8 @@ from walltopo.detect.contract import DetectSettings
 from walltopo.detect.detector import open_detector, shipped_model
 from walltopo.detect.found import box_iou
 from walltopo.detect.onnx_detector import OnnxDetector, prepare
-from walltopo.detect.stage import detect_photos, read_photo, run
-from walltopo.inference.session import parse_classes
+from walltopo.detect.stage import detect_photos, run
+from walltopo.imaging.photo_file import read_rgb
 from walltopo.scans.detections import read_coco_masks
 from walltopo.scans.folder import ScanFolder
 
@@ -104,9 +104,9 @@ def test_drawings(tmp_path: Path, detector: OnnxDetector) -> None:
     photo = tmp_path / "wall.png"
     cv2.imwrite(str(photo), painted_wall()[..., ::-1])
     detect_photos([photo], detector, tmp_path / "d.json", Silent(), tmp_path / "pictures")
-    drawn = read_photo(tmp_path / "pictures" / "wall.png")
+    drawn = read_rgb(tmp_path / "pictures" / "wall.png")
     assert drawn.shape == (480, 640, 3)
-    assert (drawn != read_photo(photo)).any()
+    assert (drawn != read_rgb(photo)).any()
 
 
 def test_photo_is_padded_not_stretched() -> None:
@@ -140,26 +140,9 @@ def test_cuda_is_not_silently_replaced() -> None:
         open_detector(DetectSettings(device="cuda"))
 
 
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("{0: 'hold', 1: 'volume'}", {1: "hold", 2: "volume"}),
-        ('["hold", "volume"]', {1: "hold", 2: "volume"}),
-    ],
-)
-def test_class_names(text: str, expected: dict[int, str]) -> None:
-    assert parse_classes(text, Path("m.onnx")) == expected
-
-
-@pytest.mark.parametrize("text", ["{1: 'hold'}", "hold", "{}", "[1"])
-def test_unreadable_class_names(text: str) -> None:
-    with pytest.raises(InputError, match=r"m\.onnx"):
-        parse_classes(text, Path("m.onnx"))
-
-
 @pytest.mark.data
 def test_real_photo_of_a_dense_wall(data_root: Path) -> None:
-    photo = read_photo(data_root / "spraywall" / "photos" / "IMG_8992.jpg")
+    photo = read_rgb(data_root / "spraywall" / "photos" / "IMG_8992.jpg")
     height, width = photo.shape[:2]
     rows = np.loadtxt(data_root / "spraywall" / "labels" / "IMG_8992.txt")
     middle, size = rows[:, 1:3] * [width, height], rows[:, 3:5] * [width, height]

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from walltopo.core import Mesh
+from walltopo.core.files import write_json
 from walltopo.meshes.ply import write_ply
 from walltopo.scans.folder import ScanFolder
-from walltopo.core.files import write_json
 
 WIDTH, HEIGHT = 6.0, 4.0  # metres
 COLOURS = {"red": (200, 40, 40), "blue": (40, 80, 200), "green": (40, 150, 60)}

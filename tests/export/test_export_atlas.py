@@ -1,16 +1,13 @@
-"""The atlas of simplified tiers: packing, and colours that stay where they were."""
+"""The atlas of simplified tiers: colours that stay where they were."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
 import numpy as np
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from walltopo.core import Mesh
 from walltopo.export.atlas import Detailed, retexture
-from walltopo.export.atlas.packing import fit_scale
 from walltopo.export.contract import ExportSettings
 from walltopo.export.surface import split_at_borders
 from walltopo.export.tiers import TierBuilder
@@ -18,22 +15,6 @@ from walltopo.export.wall import read_wall
 from walltopo.scans.folder import ScanFolder
 
 MakeScan = Callable[..., ScanFolder]
-
-
-@settings(max_examples=30, deadline=None)
-@given(
-    sizes=st.lists(st.tuples(st.floats(0.001, 10), st.floats(0.001, 10)), min_size=1, max_size=60),
-    pad=st.integers(0, 3),
-)
-def test_packed_rectangles_do_not_overlap(sizes: list[tuple[float, float]], pad: int) -> None:
-    scale, pixels, places = fit_scale(np.array(sizes), 512, pad, 1000.0)
-    assert scale > 0
-    assert (places >= 0).all()
-    assert (places + pixels <= 512).all()
-    taken = np.zeros((512, 512), np.int32)
-    for (w, h), (x, y) in zip(pixels.tolist(), places.tolist(), strict=True):
-        taken[y : y + h, x : x + w] += 1
-    assert taken.max() <= 1
 
 
 def test_a_mat_does_not_hide_the_foot_of_an_overhang() -> None:

@@ -12,15 +12,15 @@ from colmap_text import write_model  # type: ignore[import-not-found]
 from PIL import Image
 
 from walltopo.core import Camera, InputError, Mesh, Silent, View
+from walltopo.core.files import read_json, write_json
 from walltopo.holds.contract import ClassifySettings
 from walltopo.holds.geometry import measure_shapes
 from walltopo.holds.palette import REFERENCE
 from walltopo.holds.stage import run
 from walltopo.meshes.ply import write_ply
 from walltopo.raycast import render_ids
-from walltopo.scans.folder import ScanFolder
-from walltopo.core.files import read_json, write_json
 from walltopo.scans.attributes import read_holds
+from walltopo.scans.folder import ScanFolder
 
 COLOURS = {1: "red", 2: "blue", 3: "yellow", 4: "red", 5: "wood", 6: "green"}
 PLACES = {1: (0.6, 0.6), 2: (1.2, 0.7), 3: (0.7, 1.4), 4: (1.5, 1.5), 5: (1.1, 1.1), 6: (0.2, 2.9)}

@@ -5,16 +5,38 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import networkx
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from walltopo.core import Instances, Mesh, View
+from walltopo.graphs.components import renumber
 from walltopo.lifting.contract import LiftParams
 from walltopo.lifting.easing import ease
 from walltopo.lifting.fast import lift_literal
-from walltopo.lifting.literal import lift_reference, louvain_networkx
+from walltopo.lifting.literal import lift_reference
+
+Ints = NDArray[np.integer]
+Floats = NDArray[np.float64]
+
+
+def louvain_networkx(
+    count: int, first: Ints, second: Ints, weight: Floats, resolution: float, seed: int
+) -> NDArray[np.int32]:
+    """`louvain.Partition` by networkx, which shares nothing with the one that the lift uses."""
+    graph = networkx.Graph()
+    graph.add_nodes_from(range(count))
+    graph.add_weighted_edges_from(
+        zip(first.tolist(), second.tolist(), weight.tolist(), strict=True)
+    )
+    groups = networkx.community.louvain_communities(graph, resolution=resolution, seed=seed)
+    clusters = np.zeros(count, dtype=np.int64)
+    for number, group in enumerate(groups):
+        clusters[list(group)] = number
+    return renumber(clusters)
 
 
 def assert_equal(fast: Instances, slow: Instances) -> None:
@@ -49,7 +71,7 @@ def test_same_as_the_reference_on_random_scenes(
         method="literal", visibility_distance=3.0, easing_power=power, threshold=threshold,
         resolution=resolution, mask_resolution=pixels,
     )  # fmt: skip
-    slow = lift_reference(mesh, views, params)
+    slow = lift_reference(mesh, views, params, louvain_networkx)
     assert_equal(lift_literal(mesh, views, params, partition=louvain_networkx), slow)
 
 
@@ -68,7 +90,7 @@ def test_same_as_the_reference_on_a_decimated_gym(gym_a: Path) -> None:
     masks, _ = read_coco_masks(gym_a / "lift" / "noisy.json")
     views = [v.with_masks(masks[v.name]) for v in read_views(gym_a / "lift" / "cameras")[::10]]
     params = LiftParams(method="literal", resolution=3.0)
-    slow = lift_reference(mesh, views, params)
+    slow = lift_reference(mesh, views, params, louvain_networkx)
     fast = lift_literal(mesh, views, params, partition=louvain_networkx)
     # The reference's rays are float32: a centroid within rounding of a silhouette may differ.
     assert (fast.face_instance != slow.face_instance).sum() <= 2

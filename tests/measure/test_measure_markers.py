@@ -8,6 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from walltopo.core import InputError
+from walltopo.imaging.srgb import srgb_from_linear
 from walltopo.measure.markers import detect_markers
 
 SIDE = 60  # px of the marker in the flat picture, per cell 10
@@ -35,7 +36,7 @@ def picture(
     big = cv2.warpPerspective(flat, warp, (320 * over, 240 * over), borderValue=0.3)
     big = cv2.GaussianBlur(big, (0, 0), blur * over)
     light = np.minimum(exposure * big.reshape(240, over, 320, over).mean(axis=(1, 3)), 1.0)
-    grey = 255 * np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+    grey = 255 * srgb_from_linear(light)
     grey += np.random.default_rng(0).normal(0, noise, grey.shape)
     return np.clip(np.round(grey), 0, 255).astype(np.uint8)
 

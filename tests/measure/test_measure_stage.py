@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from walltopo.core import Camera, InputError, Silent, StageError, View
+from walltopo.core.files import hash_path, read_json, write_json
 from walltopo.measure.contract import ScaleSettings
 from walltopo.measure.stage import run
 from walltopo.measure.upright import TYPICAL_DISTANCE, turned_photos, up_from_cameras
 from walltopo.meshes.similarity import rotation_with_z
 from walltopo.scans.folder import ScanFolder
-from walltopo.core.files import hash_path, read_json, write_json
 from walltopo.scans.model import read_views
 
 CAMERA = Camera("SIMPLE_RADIAL", 320, 240, (250.0, 160.0, 120.0, 0.02))

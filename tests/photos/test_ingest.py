@@ -10,12 +10,12 @@ import pytest
 from PIL import Image
 
 from walltopo.core import InputError, Silent
+from walltopo.core.files import read_json
 from walltopo.photos import stage as ingest
 from walltopo.photos.contract import IngestSettings
 from walltopo.photos.image_file import decode_photo
 from walltopo.photos.sources import find_sources
 from walltopo.scans.folder import ScanFolder
-from walltopo.core.files import read_json
 
 GPS_IFD, ORIENTATION, EXIF_IFD, FOCAL_35MM = 0x8825, 0x0112, 0x8769, 0xA405
 

@@ -12,10 +12,10 @@ from typing import Any
 import pytest
 
 from walltopo.core import EnvironmentLacksError, InputError, Progress, StageError
+from walltopo.core.files import atomic_path, read_json, write_json
 from walltopo.pipeline.runner import Stage, scan
 from walltopo.pipeline.settings import Settings
 from walltopo.scans.folder import ScanFolder
-from walltopo.core.files import atomic_path, read_json, write_json
 
 
 class Pipeline:

@@ -12,9 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from walltopo.cli import main
+from walltopo.core.files import write_json
 from walltopo.resets.inventory import changes, count_holds, size_class, to_csv
 from walltopo.resets.matching import match_holds
-from walltopo.core.files import write_json
 from walltopo.scans.attributes import Hold
 
 

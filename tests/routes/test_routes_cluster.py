@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import networkx
 import numpy as np
 import pytest
 from flat_wall import wall  # type: ignore[import-not-found]
@@ -12,13 +13,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from walltopo.core import InputError, Mesh, SettingsError, Silent
+from walltopo.core.files import read_json, write_json
 from walltopo.meshes.ply import write_ply
 from walltopo.routes.contract import RoutesSettings
-from walltopo.routes.grouping import candidate_pairs, group_holds, louvain, modularity, similarity
+from walltopo.routes.grouping import (
+    best_louvain,
+    candidate_pairs,
+    group_holds,
+    modularity,
+    similarity,
+)
 from walltopo.routes.stage import find_routes, run
-from walltopo.scans.folder import ScanFolder
-from walltopo.core.files import read_json, write_json
 from walltopo.scans.attributes import Hold
+from walltopo.scans.folder import ScanFolder
 
 
 def column(x: float, colour: str, first: int, count: int = 8) -> list[Hold]:
@@ -154,8 +161,8 @@ def test_louvain_depends_neither_on_the_run_nor_loses_nodes(seed: int, resolutio
     n = int(rng.integers(1, 30))
     weights = np.triu(rng.random((n, n)) * (rng.random((n, n)) < 0.3), 1)
     weights = weights + weights.T
-    groups = louvain(weights, resolution, 0)
-    np.testing.assert_array_equal(groups, louvain(weights, resolution, 0))
+    groups = best_louvain(weights, resolution, 0)
+    np.testing.assert_array_equal(groups, best_louvain(weights, resolution, 0))
     assert sorted(np.unique(groups)) == list(range(groups.max() + 1))
     if weights.any():
         alone = np.arange(n)
@@ -163,10 +170,9 @@ def test_louvain_depends_neither_on_the_run_nor_loses_nodes(seed: int, resolutio
 
 
 def test_louvain_matches_networkx_modularity() -> None:
-    networkx = pytest.importorskip("networkx")
     graph = networkx.karate_club_graph()
     weights = networkx.to_numpy_array(graph, weight=None)
-    groups = louvain(weights, 1.0, 0)
+    groups = best_louvain(weights, 1.0, 0)
     sets = [set(np.flatnonzero(groups == k).tolist()) for k in range(groups.max() + 1)]
     theirs = networkx.community.modularity(graph, sets, weight=None)
     assert modularity(weights, groups, 1.0) == pytest.approx(theirs)

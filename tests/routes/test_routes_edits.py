@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from walltopo.core import Mesh, Silent
+from walltopo.core.files import read_json, write_json
 from walltopo.meshes.ply import write_ply
 from walltopo.routes.contract import RoutesSettings
 from walltopo.routes.edits import apply_hold_edits, find_hold
 from walltopo.routes.stage import find_routes, run
+from walltopo.scans.attributes import Hold
 from walltopo.scans.edits import write_route_edits
 from walltopo.scans.folder import ScanFolder
-from walltopo.core.files import read_json, write_json
-from walltopo.scans.attributes import Hold
 
 
 def wall() -> Mesh:

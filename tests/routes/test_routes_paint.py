@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from walltopo.holds.light import SceneLight
-from walltopo.imaging.oklab import linear_from_srgb8
+from walltopo.imaging.srgb import linear_from_srgb8
 from walltopo.routes.grouping import group_by_paint
 from walltopo.routes.paint import (
     FLATTEN,

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from walltopo.core import InputError, Silent, StageError
+from walltopo.core.files import hash_path, read_json, write_json
 from walltopo.measure.contract import ScaleSettings
 from walltopo.measure.stage import run as scale
 from walltopo.scans.folder import ScanFolder
-from walltopo.core.files import hash_path, read_json, write_json
 from walltopo.scans.model import read_views
 from walltopo.sparse.contract import SparseSettings
 from walltopo.sparse.stage import run as sparse

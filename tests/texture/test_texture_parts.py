@@ -1,44 +1,15 @@
-"""The texture's parts: packing, gains, seams, filling."""
+"""The texture's parts: gains, seams, filling."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
-from walltopo.core import StageError
 from walltopo.texture.candidates import Candidates
 from walltopo.texture.colour import level_seams, photo_gains
 from walltopo.texture.labels import charts_of, choose_labels, neighbours_of
-from walltopo.texture.packing import pack
 from walltopo.texture.paint import fill_gaps
 from walltopo.texture.unseen import spread_colours, unseen_cells
-
-
-@settings(max_examples=30, deadline=None)
-@given(
-    sizes=st.lists(st.tuples(st.floats(1, 200), st.floats(1, 200)), min_size=1, max_size=40),
-    fixed=st.integers(0, 60),
-)
-def test_packed_rectangles_do_not_overlap(sizes: list[tuple[float, float]], fixed: int) -> None:
-    wanted = np.array(sizes)
-    place, scale = pack(wanted, 2, 512, fixed)
-    whole = np.ceil(wanted * scale).astype(int) + 1
-    if fixed:
-        whole = np.concatenate([whole, [[fixed, fixed]]])
-    used = np.zeros((512, 512), dtype=int)
-    for (x, y), (w, h) in zip(place.tolist(), whole.tolist(), strict=True):
-        assert x >= 2
-        assert y >= 2
-        used[y - 2 : y + h + 2, x - 2 : x + w + 2] += 1
-    assert used.max() == 1
-    assert 0 < scale <= 1
-
-
-def test_too_many_charts_are_an_error() -> None:
-    with pytest.raises(StageError, match="do not fit a texture of 64 pixels"):
-        pack(np.ones((1000, 2)), 3, 64)
 
 
 def test_gains_undo_exposures() -> None:

@@ -12,9 +12,9 @@ from PIL import Image
 
 from walltopo.cli import main
 from walltopo.core import EnvironmentLacksError, InputError, Silent
+from walltopo.core.files import write_json
 from walltopo.holds.classifier_meaning import Meaning
 from walltopo.scans.folder import ScanFolder
-from walltopo.core.files import write_json
 from walltopo_lab.classifier.params import ClassifierSettings
 from walltopo_lab.classifier.samples import Cutouts, read_cutouts
 from walltopo_lab.classifier.split import hold_split

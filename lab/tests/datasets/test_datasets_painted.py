@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from walltopo.core import Camera, InputError, Mesh, View
+from walltopo.core.files import write_json
 from walltopo.meshes.ply import write_ply
 from walltopo.scans.folder import ScanFolder
-from walltopo.core.files import write_json
 from walltopo_lab.cli import dataset as commands
 from walltopo_lab.datasets.legend import Legend, object_colours, read_legend, write_legend
 from walltopo_lab.datasets.painted import paint_instances, read_painted, write_painted

@@ -194,9 +194,9 @@ def test_truth_is_read_back_and_faults_are_named(tmp_path: Path, truth: Truth) -
 
 def write_scan(folder: Path, mesh: Mesh, angle: float) -> None:
     """A scan of the wall turned about z and shifted on the floor, with perfect instances."""
+    from walltopo.core.files import write_json
     from walltopo.meshes.ply import write_ply
     from walltopo.scans.folder import ScanFolder
-    from walltopo.core.files import write_json
 
     scan = ScanFolder(folder)
     c, s = np.cos(angle), np.sin(angle)
@@ -257,8 +257,8 @@ def test_scan_command_end_to_end(tmp_path: Path, truth: Truth) -> None:
 
 
 def test_a_doubtful_instance_is_ranked_but_not_shown(tmp_path: Path) -> None:
-    from walltopo.scans.folder import ScanFolder
     from walltopo.core.files import read_json, write_json
+    from walltopo.scans.folder import ScanFolder
 
     mesh, scan = grid(60), ScanFolder(tmp_path / "scan")
     write_scan(scan.root, mesh, angle=0.0)

@@ -15,7 +15,7 @@ from walltopo.core import InputError, Silent  # noqa: E402
 from walltopo.detect.contract import DetectSettings  # noqa: E402
 from walltopo.detect.found import Found  # noqa: E402
 from walltopo.detect.onnx_detector import OnnxDetector  # noqa: E402
-from walltopo.detect.stage import read_photo  # noqa: E402
+from walltopo.imaging.photo_file import read_rgb  # noqa: E402
 from walltopo_lab.train.choose import Truth, ap_of, average_precision  # noqa: E402
 from walltopo_lab.train.detector import Job, train_detector  # noqa: E402
 from walltopo_lab.train.export import export_onnx, fuse  # noqa: E402
@@ -125,7 +125,7 @@ def test_learns_resumes_and_exports(
     assert (job.out / "history.svg").read_text().startswith("<svg")
     detector = OnnxDetector(job.out / "holds.onnx", DetectSettings(size=256, score=0.05))
     assert detector.model.many, "tiles may go together"
-    found = detector.detect(read_photo(data / "images" / "wall0.png"))
+    found = detector.detect(read_rgb(data / "images" / "wall0.png"))
     assert found.width == 240
 
 

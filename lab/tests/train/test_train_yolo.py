@@ -17,7 +17,7 @@ torch = pytest.importorskip("torch")
 onnx = pytest.importorskip("onnx")
 
 from walltopo.core import EnvironmentLacksError, InputError, SettingsError, Silent  # noqa: E402
-from walltopo.inference.session import open_onnx  # noqa: E402
+from walltopo.detect.onnx_model import open_onnx  # noqa: E402
 from walltopo_lab.train.detector import Job  # noqa: E402
 from walltopo_lab.train.params import AUGMENTS, YoloSettings, is_yolo  # noqa: E402
 from walltopo_lab.train.sets import open_sets  # noqa: E402

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import tempfile
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from walltopo.core import InputError
+
+if TYPE_CHECKING:
+    from walltopo.scans.folder import ScanFolder
 
 __all__ = ["register"]
 
@@ -106,11 +110,11 @@ def _export(args: argparse.Namespace) -> int:
     return 0
 
 
-def _check_frames(scans: list[Any]) -> None:
+def _check_frames(scans: list[ScanFolder]) -> None:
     """All but one must have been aligned to a reference, or their frames are unrelated."""
-    from walltopo.core.files import read_json
+    from walltopo.scans.scale import Scale
 
-    own = [s.root for s in scans if read_json(s.scale).get("method") != "reference"]
+    own = [s.root for s in scans if Scale.load(s.scale).method != "reference"]
     if len(own) > 1:
         raise InputError(
             f"{', '.join(str(root) for root in own)}: each has a frame of its own",
@@ -123,10 +127,11 @@ def _merge(args: argparse.Namespace) -> int:
     from walltopo.core import Silent
     from walltopo.export.contract import ExportSettings
     from walltopo.export.merge import join_textures, merge_walls
-    from walltopo.export.stage import write_wall
+    from walltopo.export.stage import export_wall
     from walltopo.export.wall import read_wall
+    from walltopo.scans.artifacts import store_artifact
     from walltopo.scans.folder import ScanFolder
-    from walltopo.core.files import write_json
+    from walltopo.scans.routes import Routes
 
     scans = [ScanFolder(path) for path in args.scans]
     if args.output.resolve() in {path.resolve() for path in args.scans}:
@@ -134,13 +139,17 @@ def _merge(args: argparse.Namespace) -> int:
     if not args.same_frame:
         _check_frames(scans)
     out = ScanFolder(args.output)
+    out.root.mkdir(parents=True, exist_ok=True)
     walls = join_textures([read_wall(scan) for scan in scans], out.texture)
     wall = merge_walls(walls, args.near, args.output.resolve().name)
-    _, metrics = write_wall(out, wall, ExportSettings(), Silent())
-    write_json(out.routes, {"version": 1, "routes": wall.routes, "unrouted": [], "volumes": []})
+    with tempfile.TemporaryDirectory(prefix=".partial-", dir=out.root) as scratch:
+        made = export_wall(wall, ExportSettings(), Path(scratch), Silent())
+        for name in ("holds", "glb", "page_assets", "page"):
+            store_artifact(out, name, getattr(made, name))
+    store_artifact(out, "routes", Routes(routes=tuple(wall.routes)))
     console.print(
         f"{out.page}: {len(wall.holds)} holds, {len(wall.routes)} routes, "
-        f"{metrics['glb_triangles']:,} triangles; look at it with walltopo view {out.root}",
+        f"{made.metrics['glb_triangles']:,} triangles; look at it with walltopo view {out.root}",
         markup=False,
         soft_wrap=True,
     )

@@ -68,8 +68,8 @@ def _emit(
     import json
 
     from walltopo.cli.console import console
-    from walltopo.resets.inventory import to_csv
     from walltopo.core.files import atomic_path
+    from walltopo.resets.inventory import to_csv
 
     if args.format == "table" and args.out is None:
         console.print(_table(rows))

@@ -66,9 +66,9 @@ def _register_print(group: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def _print(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.core import InputError
+    from walltopo.core.files import atomic_path
     from walltopo.measure.plate_pdf import PAPERS, draw_plate, to_pdf
     from walltopo.measure.plates import built_in_plates, read_plates
-    from walltopo.core.files import atomic_path
 
     if args.plates:
         kinds = read_plates(args.plates)

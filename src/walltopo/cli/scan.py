@@ -120,23 +120,23 @@ def _show_result(root: Path) -> None:
 
     from walltopo.cli.console import console
     from walltopo.scans.folder import ScanFolder
-    from walltopo.core.files import read_json
+    from walltopo.scans.holds import Holds
+    from walltopo.scans.routes import Routes
 
     folder = ScanFolder(root)
-    routes = read_json(folder.routes)["routes"]
-    holds = read_json(folder.holds)["holds"]
-    metric = bool(read_json(folder.scale)["metric"])
+    routes, holds = Routes.load(folder.routes).routes, Holds.load(folder.holds)
+    metric = holds.metric
     unit = "m" if metric else "units"
-    table = Table(title=f"{len(holds)} holds, {len(routes)} routes", title_justify="left")
+    table = Table(title=f"{len(holds.holds)} holds, {len(routes)} routes", title_justify="left")
     for column in ("route", "colour", "holds", f"length [{unit}]", "steepness"):
         table.add_column(column, justify="left" if column == "colour" else "right")
     for route in routes:
         table.add_row(
-            str(route["id"]),
-            escape(str(route["colour"])),
-            str(len(route["holds"])),
-            f"{route['length_m']:.2f}",
-            f"{route['steepness_deg']:.0f}°",
+            str(route.id),
+            escape(route.colour),
+            str(len(route.holds)),
+            f"{route.length_m:.2f}",
+            f"{route.steepness_deg:.0f}°",
         )
     console.print(table)
     if not metric:
@@ -148,17 +148,16 @@ def _show_result(root: Path) -> None:
 def _status(args: argparse.Namespace) -> int:
     from rich.table import Table
 
-    from walltopo import __version__
     from walltopo.cli.console import console
     from walltopo.cli.listener import describe_metrics, duration
-    from walltopo.pipeline.runner import stage_names
+    from walltopo.pipeline.stages import stage_names
     from walltopo.scans.folder import ScanFolder
     from walltopo.scans.manifest import Manifest
 
     folder = ScanFolder(args.scan)
     if not folder.manifest.is_file():
         raise InputError(f"{args.scan}: not a scan folder (it has no scan.json)")
-    manifest = Manifest.open(folder.manifest, __version__)
+    manifest = Manifest.load(folder.manifest)
     table = Table()
     for column in ("stage", "state", "time", "memory", "figures"):
         table.add_column(column, justify="right" if column in ("time", "memory") else "left")

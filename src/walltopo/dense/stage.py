@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
 
-import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from walltopo.core import EnvironmentLacksError, InputError, Mesh
+from walltopo.core import EnvironmentLacksError, Mesh
 from walltopo.dense.colmap import colmap_mesh, has_cuda
 from walltopo.dense.contract import DenseSettings, Reads, Writes
 from walltopo.dense.openmvs import find_programs, openmvs_mesh
@@ -19,7 +16,6 @@ from walltopo.dense.preview import preview_mesh
 from walltopo.dense.scene import Scene, ground_sampling, read_scene, surroundings
 from walltopo.dense.sgm import sgm_mesh
 from walltopo.scans.context import Context
-from walltopo.scans.photo_set import PhotoSet
 
 __all__ = ["edge_and_unit", "pick_backend", "run"]
 
@@ -70,7 +66,7 @@ def _mesh(
 ) -> Mesh:
     """Run one backend."""
     if backend == "sgm":
-        return sgm_mesh(scene, _reader(reads.photos), settings, edge, unit, context.progress)
+        return sgm_mesh(scene, reads.photos.read_grey, settings, edge, unit, context.progress)
     if backend == "sparse":
         return preview_mesh(scene, settings, edge, unit, context.progress)
     other = colmap_mesh if backend == "colmap" else openmvs_mesh
@@ -80,21 +76,6 @@ def _mesh(
     # Kept after an error, for its logs.
     shutil.rmtree(work)
     return mesh
-
-
-def _reader(photos: PhotoSet) -> Callable[[str], NDArray[np.uint8]]:
-    """Loads a photo of the scan by name, grey."""
-
-    def load(name: str) -> NDArray[np.uint8]:
-        grey = cv2.imread(str(photos.path(name)), cv2.IMREAD_GRAYSCALE)
-        if grey is None:
-            raise InputError(
-                f"{photos.path(name)}: the photo cannot be read",
-                "Run the scan again from ingest: walltopo scan --from ingest.",
-            )
-        return np.asarray(grey, dtype=np.uint8)
-
-    return load
 
 
 def run(reads: Reads, settings: DenseSettings, context: Context) -> Writes:

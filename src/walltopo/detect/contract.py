@@ -6,11 +6,10 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from walltopo.core import about, check_settings
-
 from walltopo.scans.detections import Detections
+from walltopo.scans.manifest import Metrics
 from walltopo.scans.photo_list import PhotoList
 from walltopo.scans.photo_set import PhotoSet
-from walltopo.scans.manifest import Metrics
 
 __all__ = ["DetectSettings", "Reads", "Writes"]
 

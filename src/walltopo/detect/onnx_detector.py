@@ -13,10 +13,10 @@ from walltopo.detect.augmented import fuse, mirrored
 from walltopo.detect.batch_size import run_batched
 from walltopo.detect.contract import DetectSettings
 from walltopo.detect.found import Found
+from walltopo.detect.onnx_model import OnnxModel, open_onnx
 from walltopo.detect.tiles import merge_tiles, tiles_of
 from walltopo.detect.votes import decode_votes
 from walltopo.detect.yolo import decode_rtdetr, decode_yolo, letterbox
-from walltopo.inference.session import OnnxModel, open_onnx
 
 __all__ = ["OnnxDetector"]
 

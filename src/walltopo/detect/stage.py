@@ -11,30 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mask, Progress
+from walltopo.core.files import atomic_path
 from walltopo.detect.contract import DetectSettings, Reads, Writes
 from walltopo.detect.detector import Detector, open_detector
 from walltopo.detect.draw import draw_found
-from walltopo.scans.detections import Detections
+from walltopo.imaging.photo_file import read_rgb
 from walltopo.scans.context import Context
+from walltopo.scans.detections import Detections
 from walltopo.scans.manifest import Metrics
-from walltopo.core.files import atomic_path
 
-__all__ = ["PHOTO_SUFFIXES", "detect_photos", "read_photo", "run"]
+__all__ = ["PHOTO_SUFFIXES", "detect_photos", "photos_in", "run"]
 
 PHOTO_SUFFIXES = (".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff", ".bmp")
-
-
-def read_photo(path: Path) -> NDArray[np.uint8]:
-    """An upright photo as (H, W, 3) uint8 RGB.
-
-    Raises
-    ------
-    InputError : missing or unreadable.
-    """
-    image = cv2.imread(str(path), cv2.IMREAD_COLOR)
-    if image is None:
-        raise InputError(f"{path}: cannot be read as a photo")
-    return np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2RGB), dtype=np.uint8)
 
 
 def photos_in(folder: Path) -> list[Path]:
@@ -55,7 +43,7 @@ def _save_drawing(path: Path, picture: NDArray[np.uint8]) -> None:
 def _walk(photos: Sequence[Path], progress: Progress) -> Iterator[tuple[Path, NDArray[np.uint8]]]:
     progress.step("detect", len(photos))
     for path in photos:
-        yield path, read_photo(path)
+        yield path, read_rgb(path)
         progress.advance()
 
 

@@ -5,21 +5,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from walltopo.core import about, check_settings
-
-from walltopo.core import Mesh
+from walltopo.core import Mesh, about, check_settings
 from walltopo.scans.attributes import Attributes
 from walltopo.scans.cutouts import Cutouts
 from walltopo.scans.edits import HoldEdits
 from walltopo.scans.holds import Holds
 from walltopo.scans.instances import InstanceRecords, InstanceTable
 from walltopo.scans.made import Made
+from walltopo.scans.manifest import Metrics
 from walltopo.scans.model import SparseModel
 from walltopo.scans.photo_list import PhotoList
+from walltopo.scans.photo_set import PhotoSet
 from walltopo.scans.routes import Routes
 from walltopo.scans.scale import Scale
 from walltopo.scans.texture import TextureImage, TextureUv
-from walltopo.scans.manifest import Metrics
 
 __all__ = ["ExportSettings", "Reads", "Writes"]
 
@@ -58,6 +57,7 @@ class ExportSettings:
 class Reads:
     """What the stage is given."""
 
+    photos: PhotoSet
     photo_list: PhotoList
     sparse: SparseModel
     scale: Scale

@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from walltopo.core import InputError, Progress, Silent
+from walltopo.core.files import atomic_path
 from walltopo.export.contract import ExportSettings
 from walltopo.export.tiers import TierBuilder
 from walltopo.export.wall import Wall
 from walltopo.scans.folder import ScanFolder
-from walltopo.core.files import atomic_path
 
 __all__ = ["FORMATS", "convert"]
 

@@ -25,20 +25,20 @@ def crop_route(wall: Wall, route_id: int) -> Wall:
     """
     from scipy.spatial import cKDTree
 
-    route = next((r for r in wall.routes if r["id"] == route_id), None)
+    route = next((r for r in wall.routes if r.id == route_id), None)
     if route is None:
-        known = ", ".join(str(r["id"]) for r in wall.routes) or "none"
+        known = ", ".join(str(r.id) for r in wall.routes) or "none"
         raise InputError(f"no route {route_id} in this scan; there are {known}")
-    members = set(route["holds"])
-    places = np.array([h["position"] for h in wall.holds if h["id"] in members], dtype=float)
+    members = set(route.holds)
+    places = np.array([h.position for h in wall.holds if h.id in members], dtype=float)
     unit = 1.0 if wall.metric else float(np.ptp(wall.mesh.vertices[:, 2])) / 4.0
     distance, _ = cKDTree(places).query(wall.mesh.centroids, distance_upper_bound=AROUND * unit)
     keep = np.isfinite(distance) | np.isin(wall.face_instance, list(members))
     near = set(np.unique(wall.face_instance[keep]).tolist())
-    volumes = {h["id"] for h in wall.holds if h["class"] == "volume" and h["id"] in near}
+    volumes = {h.id for h in wall.holds if h.kind == "volume" and h.id in near}
     keep |= np.isin(wall.face_instance, list(volumes))
     cropped = keep_faces(wall, keep, members | volumes)
-    only = [r for r in cropped.routes if r["id"] == route_id]
+    only = [r for r in cropped.routes if r.id == route_id]
     return replace(cropped, routes=only)
 
 

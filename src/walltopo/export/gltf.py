@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.export.glb import GlbWriter
 from walltopo.export.surface import Surface
 from walltopo.export.tables import SCHEMA, hold_columns, route_columns
+from walltopo.imaging.srgb import linear_from_srgb8
+from walltopo.scans.holds import HoldRow
+from walltopo.scans.routes import Route
 
 __all__ = ["Packing", "write_glb"]
 
@@ -74,9 +79,7 @@ def _ids(feature: NDArray[np.int32]) -> NDArray[Any]:
 
 def _linear(colours: NDArray[np.uint8]) -> NDArray[np.uint16]:
     """sRGB bytes as linear 16-bit values: glTF's vertex colours are linear."""
-    value = colours.astype(np.float64) / 255.0
-    linear = np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
-    return np.rint(linear * 65535.0).astype(np.uint16)
+    return np.rint(linear_from_srgb8(colours) * 65535.0).astype(np.uint16)
 
 
 def _material(writer: GlbWriter, surface: Surface, picture: tuple[bytes, str] | None) -> Any:
@@ -103,8 +106,8 @@ def _material(writer: GlbWriter, surface: Surface, picture: tuple[bytes, str] | 
 
 def write_glb(
     surface: Surface,
-    holds: list[dict[str, Any]],
-    routes: list[dict[str, Any]],
+    holds: Sequence[HoldRow],
+    routes: Sequence[Route],
     *,
     picture: tuple[bytes, str] | None = None,
     packing: Packing | None = None,
@@ -142,7 +145,13 @@ def write_glb(
         "material": 0,
         "extensions": {"EXT_mesh_features": {"featureIds": [feature]}},
     }
-    extras = {"version": 1, "title": title, "metric": metric, "holds": holds, "routes": routes}
+    extras = {
+        "version": 1,
+        "title": title,
+        "metric": metric,
+        "holds": msgspec.to_builtins(list(holds)),
+        "routes": msgspec.to_builtins(list(routes)),
+    }
     document = {
         "asset": {"version": "2.0", "generator": "walltopo"},
         "scene": 0,

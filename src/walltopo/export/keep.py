@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import replace
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,16 +29,14 @@ def keep_faces(wall: Wall, keep: NDArray[np.bool_], shown: Collection[int]) -> W
     )
     labels = wall.face_instance[keep]
     labels = np.where(np.isin(labels, list(shown)), labels, 0).astype(np.int32)
-    holds = [hold for hold in wall.holds if hold["id"] in shown]
+    holds = [hold for hold in wall.holds if hold.id in shown]
     routes = []
     for route in wall.routes:
-        rest = [hold for hold in route["holds"] if hold in shown]
-        if rest:
-            lists: dict[str, list[int]] = {
-                key: [h for h in route[key] if h in shown]
-                for key in ("start", "top", "footholds")
-                if key in route
+        if any(hold in shown for hold in route.holds):
+            lists = {
+                name: tuple(h for h in getattr(route, name) if h in shown)
+                for name in ("holds", "start", "top", "footholds")
             }
-            routes.append({**route, "holds": rest, **lists})
+            routes.append(msgspec.structs.replace(route, **lists))
     uv = None if wall.uv is None else wall.uv[keep]
     return replace(wall, mesh=mesh, face_instance=labels, uv=uv, holds=holds, routes=routes)

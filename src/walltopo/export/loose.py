@@ -36,4 +36,4 @@ def without_loose(wall: Wall) -> Wall:
     loose = loose_faces(wall)
     if not loose.any():
         return wall
-    return keep_faces(wall, ~loose, {int(hold["id"]) for hold in wall.holds})
+    return keep_faces(wall, ~loose, {hold.id for hold in wall.holds})

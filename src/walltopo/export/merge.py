@@ -10,15 +10,18 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh
+from walltopo.core.files import atomic_path
 from walltopo.export.keep import keep_faces
 from walltopo.export.wall import Wall
-from walltopo.core.files import atomic_path
+from walltopo.imaging.photo_file import read_rgb
+from walltopo.scans.holds import HoldRow
+from walltopo.scans.routes import Route
 
 __all__ = ["join_textures", "merge_walls"]
 
@@ -66,11 +69,7 @@ def join_textures(walls: Sequence[Wall], path: Path) -> list[Wall]:
 
     if any(wall.texture is None or wall.uv is None for wall in walls):
         return [replace(wall, texture=None, uv=None) for wall in walls]
-    guard, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, None
-    try:
-        pictures = [Image.open(wall.texture).convert("RGB") for wall in walls if wall.texture]
-    finally:
-        Image.MAX_IMAGE_PIXELS = guard
+    pictures = [Image.fromarray(read_rgb(wall.texture)) for wall in walls if wall.texture]
     columns = math.ceil(math.sqrt(len(walls)))
     rows = math.ceil(len(walls) / columns)
     cell = np.array([max(p.width for p in pictures), max(p.height for p in pictures)])
@@ -90,26 +89,21 @@ def join_textures(walls: Sequence[Wall], path: Path) -> list[Wall]:
     return moved
 
 
-def _renumbered(wall: Wall, holds: int, routes: int) -> tuple[list[Any], list[Any]]:
+def _renumbered(wall: Wall, holds: int, routes: int) -> tuple[list[HoldRow], list[Route]]:
     """Rows with ids raised, so that no two sections share one."""
     shift = [
-        {
-            **hold,
-            "id": hold["id"] + holds,
-            "route": None if hold["route"] is None else hold["route"] + routes,
-        }
+        msgspec.structs.replace(
+            hold, id=hold.id + holds, route=None if hold.route is None else hold.route + routes
+        )
         for hold in wall.holds
     ]
-    lists = ("holds", "start", "top", "footholds")
-    moved = [
-        {
-            **route,
-            "id": route["id"] + routes,
-            **{key: [h + holds for h in route[key]] for key in lists if key in route},
-            "ambiguous": [],
+    moved = []
+    for route in wall.routes:
+        lists = {
+            name: tuple(hold + holds for hold in getattr(route, name))
+            for name in ("holds", "start", "top", "footholds")
         }
-        for route in wall.routes
-    ]
+        moved.append(msgspec.structs.replace(route, id=route.id + routes, ambiguous=(), **lists))
     return shift, moved
 
 
@@ -155,8 +149,8 @@ def _joined(walls: Sequence[Wall], title: str) -> Wall:
         holds += rows
         routes += ways
         first_vertex += len(wall.mesh.vertices)
-        first_hold = max([first_hold, *(row["id"] for row in rows)])
-        first_route = max([first_route, *(way["id"] for way in ways)])
+        first_hold = max([first_hold, *(row.id for row in rows)])
+        first_route = max([first_route, *(way.id for way in ways)])
     colours = [wall.mesh.vertex_colours for wall in walls]
     mesh = Mesh(
         np.vstack(vertices),

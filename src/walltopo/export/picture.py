@@ -1,42 +1,19 @@
-"""The texture atlas: read, looked up, resized and encoded."""
+"""The texture atlas: looked up, resized and encoded."""
 
 from __future__ import annotations
 
 from io import BytesIO
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import InputError
-
-__all__ = ["encode_picture", "read_picture", "texels"]
+__all__ = ["encode_picture", "texels"]
 
 # Of each format: its MIME type, and what Pillow's encoder takes besides the quality.
 FORMATS = {
     "WEBP": ("image/webp", {"method": 4}),
     "JPEG": ("image/jpeg", {"optimize": True, "subsampling": 0}),
 }
-
-
-def read_picture(path: Path) -> NDArray[np.uint8]:
-    """A picture as (H, W, 3) uint8 sRGB.
-
-    Raises
-    ------
-    InputError : the file is not a picture.
-    """
-    from PIL import Image, UnidentifiedImageError
-
-    # An atlas of 16384 pixels is ours, not an attack: lift Pillow's guard for this file.
-    guard, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, None
-    try:
-        with Image.open(path) as opened:
-            return np.asarray(opened.convert("RGB"))
-    except (OSError, UnidentifiedImageError) as error:
-        raise InputError(f"{path}: cannot be read as a picture ({error})") from error
-    finally:
-        Image.MAX_IMAGE_PIXELS = guard
 
 
 def texels(picture: NDArray[np.uint8], uv: NDArray[np.floating]) -> NDArray[np.uint8]:

@@ -2,33 +2,47 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
+from pathlib import Path
 
 from walltopo.core import Progress
-from walltopo.export.contract import ExportSettings
+from walltopo.export.contract import ExportSettings, Reads, Writes
 from walltopo.export.meshopt import available
-from walltopo.export.report import write_report
+from walltopo.export.report import Facts, report_html
 from walltopo.export.tiers import Look, TierBuilder
-from walltopo.export.wall import Wall, read_wall
+from walltopo.export.wall import Wall, wall_of
 from walltopo.export.webpage import write_page, write_tier
-from walltopo.scans.folder import ScanFolder
-from walltopo.core.files import atomic_path, write_json
+from walltopo.scans.context import Context
+from walltopo.scans.holds import Holds
+from walltopo.scans.made import Made
+from walltopo.scans.manifest import Metrics
 
-__all__ = ["run", "write_wall"]
-
-ASSETS = "page"
+__all__ = ["Exported", "export_wall", "run"]
 
 
-def write_wall(
-    scan: ScanFolder, wall: Wall, settings: ExportSettings, progress: Progress
-) -> tuple[Look, dict[str, Any]]:
-    """Write `holds.json`, `wall.glb` and the page with its tiers.
+@dataclass(frozen=True)
+class Exported:
+    """What a wall becomes, made in a scratch folder.
 
-    Returns
-    -------
-    The first tier, and sizes (MB) and triangles of all tiers.
+    Parameters
+    ----------
+    first : the page's first tier.
+    metrics : sizes (MB) and triangles of all tiers.
     """
-    metrics: dict[str, Any] = {}
+
+    holds: Holds
+    glb: Made
+    page_assets: Made
+    page: Made
+    first: Look
+    metrics: Metrics
+
+
+def export_wall(
+    wall: Wall, settings: ExportSettings, scratch: Path, progress: Progress
+) -> Exported:
+    """`holds.json`, `wall.glb` and the page with its tiers, made in `scratch`."""
+    metrics: Metrics = {}
     builder = TierBuilder(wall, settings)
     if not available():
         progress.note(
@@ -43,42 +57,46 @@ def write_wall(
         progress.advance()
         return data
 
-    write_json(scan.holds, {"version": 1, "metric": wall.metric, "holds": wall.holds})
     progress.step("glTF tiers", 3)
-    data = made("archive", "glb")
-    with atomic_path(scan.glb) as temporary:
-        temporary.write_bytes(data)
-    with atomic_path(scan.root / ASSETS) as folder:
-        folder.mkdir()
-        write_tier(folder, "detail", made("detail", "detail"))
-        write_tier(folder, "first", made("first", "first"))
-        with atomic_path(scan.page) as page:
-            write_page(page, folder, wall.title)
-    return builder.look("first"), metrics
+    glb, assets, page = scratch / "wall.glb", scratch / "page", scratch / "index.html"
+    glb.write_bytes(made("archive", "glb"))
+    assets.mkdir()
+    write_tier(assets, "detail", made("detail", "detail"))
+    write_tier(assets, "first", made("first", "first"))
+    write_page(page, assets, wall.title)
+    return Exported(
+        Holds(metric=wall.metric, holds=tuple(wall.holds)),
+        Made(glb),
+        Made(assets),
+        Made(page),
+        builder.look("first"),
+        metrics,
+    )
 
 
-def run(scan: ScanFolder, settings: ExportSettings, progress: Progress) -> dict[str, Any]:
-    """Write `holds.json`, `wall.glb`, `index.html` with its assets, and `report.html`.
+def run(reads: Reads, settings: ExportSettings, context: Context) -> Writes:
+    """The table of holds, `wall.glb`, the page with its assets, and the report.
 
-    Returns
-    -------
-    Sizes in megabytes and triangles of each tier, counts of holds and routes.
+    Metrics: sizes in megabytes and triangles of each tier, counts of holds and routes.
 
     Raises
     ------
-    InputError : an earlier stage's file is missing or does not fit the others.
+    InputError : files of earlier stages do not fit each other.
     """
-    progress.step("reading the scan", 1)
-    wall = read_wall(scan, settings.title)
-    progress.advance()
-    first, metrics = write_wall(scan, wall, settings, progress)
+    progress = context.progress
+    wall = wall_of(reads, settings.title or context.title)
+    made = export_wall(wall, settings, context.scratch, progress)
     progress.step("report", 1)
-    write_report(scan, wall, first, settings, progress)
+    report = context.scratch / "report.html"
+    size = made.glb.path.stat().st_size
+    facts = Facts.of(reads, context.records)
+    text = report_html(wall, facts, made.first, settings, size, made.page.path.name)
+    report.write_text(text, encoding="utf-8")
     progress.advance()
-    volumes = sum(hold["class"] == "volume" for hold in wall.holds)
-    metrics |= {
+    volumes = sum(hold.kind == "volume" for hold in wall.holds)
+    metrics = made.metrics | {
         "holds": len(wall.holds) - volumes,
         "volumes": volumes,
         "routes": len(wall.routes),
     }
-    return metrics
+    return Writes(made.holds, made.glb, made.page_assets, made.page, Made(report), metrics)

@@ -11,7 +11,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import msgspec
 import numpy as np
+
+from walltopo.scans.holds import HoldRow
+from walltopo.scans.routes import Route
 
 __all__ = ["SCHEMA", "Column", "hold_columns", "route_columns"]
 
@@ -114,7 +118,7 @@ def _columns(schema: dict[str, Any], rows: Sequence[dict[str, Any] | None]) -> l
     ]
 
 
-def hold_columns(holds: Sequence[dict[str, Any]], most: int = 0) -> list[Column]:
+def hold_columns(holds: Sequence[HoldRow], most: int = 0) -> list[Column]:
     """Columns of the hold table; row k is feature id k, row 0 the wall.
 
     Parameters
@@ -122,14 +126,14 @@ def hold_columns(holds: Sequence[dict[str, Any]], most: int = 0) -> list[Column]
     holds : rows of `holds.json`.
     most : the highest feature id in the mesh (the table covers it even without a hold row).
     """
-    count = max([most, *(int(hold["id"]) for hold in holds)], default=0) + 1
+    count = max([most, *(hold.id for hold in holds)]) + 1
     rows: list[dict[str, Any] | None] = [{"class": "none"} for _ in range(count)]
     rows[0] = {"class": "wall"}
     for hold in holds:
-        rows[int(hold["id"])] = hold
+        rows[hold.id] = msgspec.to_builtins(hold)
     return _columns(HOLD_SCHEMA, rows)
 
 
-def route_columns(routes: Sequence[dict[str, Any]]) -> list[Column]:
+def route_columns(routes: Sequence[Route]) -> list[Column]:
     """Columns of the route table, one row a route."""
-    return _columns(ROUTE_SCHEMA, list(routes))
+    return _columns(ROUTE_SCHEMA, [msgspec.to_builtins(route) for route in routes])

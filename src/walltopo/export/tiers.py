@@ -14,9 +14,10 @@ from walltopo.export.contract import ExportSettings
 from walltopo.export.gltf import Packing, write_glb
 from walltopo.export.loose import without_loose
 from walltopo.export.meshopt import available
-from walltopo.export.picture import encode_picture, read_picture
+from walltopo.export.picture import encode_picture
 from walltopo.export.surface import Surface, mixed_triangles, simplify, split_at_borders
 from walltopo.export.wall import Wall
+from walltopo.imaging.photo_file import read_rgb
 
 __all__ = ["TIERS", "Look", "Tier", "TierBuilder"]
 
@@ -63,7 +64,7 @@ class TierBuilder:
         return without_loose(self.wall)
 
     def _full(self, wall: Wall) -> Look:
-        picture = None if wall.texture is None else read_picture(wall.texture)
+        picture = None if wall.texture is None else read_rgb(wall.texture)
         return Look(split_at_borders(wall.mesh, wall.face_instance, wall.uv), picture)
 
     @cached_property

@@ -6,18 +6,16 @@ class names in the metadata: those of `walltopo train classifier`, and Ultralyti
 
 from __future__ import annotations
 
-import ast
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError
 from walltopo.holds.classifier_meaning import Meaning, meanings_from_json, meanings_of
+from walltopo.inference.session import Network, open_network
 
 __all__ = ["CutoutClassifier", "Verdict", "judge", "open_classifier"]
 
@@ -46,14 +44,13 @@ class CutoutClassifier:
 
     Parameters
     ----------
-    path : the file; session : `onnxruntime.InferenceSession`.
+    network : as loaded.
     names : its classes; meanings : what each says of a hold, same order.
     side : of the pictures it takes, pixels.
     certain : confidence below which it should not be believed; 0 where the file does not tell.
     """
 
-    path: Path
-    session: Any
+    network: Network
     names: tuple[str, ...]
     meanings: tuple[Meaning, ...]
     side: int
@@ -61,17 +58,18 @@ class CutoutClassifier:
 
     def confidences(self, pictures: NDArray[np.uint8]) -> Floats:
         """(n, classes) in [0, 1], rows sum to 1, of (n, side, side, 3) uint8 RGB pictures."""
-        fixed = self.session.get_inputs()[0].shape[0] == 1
+        session = self.network.session
+        fixed = self.network.input_shape[0] == 1
         step = 1 if fixed else BATCH
         rows = [np.zeros((0, len(self.names)))]
         for first in range(0, len(pictures), step):
             block = pictures[first : first + step].transpose(0, 3, 1, 2)
             feed = np.ascontiguousarray(block, dtype=np.float32) / 255.0
-            answer = self.session.run(None, {self.session.get_inputs()[0].name: feed})[0]
+            answer = session.run(None, {session.get_inputs()[0].name: feed})[0]
             if answer.shape != (len(block), len(self.names)):
                 raise InputError(
-                    f"{self.path}: answers {answer.shape} to {len(block)} cutouts, expected "
-                    f"{(len(block), len(self.names))}: one number a class"
+                    f"{self.network.path}: answers {answer.shape} to {len(block)} cutouts, "
+                    f"expected {(len(block), len(self.names))}: one number a class"
                 )
             rows.append(_probabilities(answer.astype(np.float64)))
         return np.vstack(rows)
@@ -89,34 +87,23 @@ def _probabilities(answer: Floats) -> Floats:
     return np.asarray(odds / odds.sum(axis=1, keepdims=True))
 
 
-def _names(text: str, path: Path) -> tuple[str, ...]:
-    """Class names from a JSON list, or from `{0: 'jug', 1: 'crimp'}` as Ultralytics writes it."""
-    try:
-        listed = json.loads(text) if text.lstrip().startswith("[") else ast.literal_eval(text)
-        items = dict(listed.items() if isinstance(listed, dict) else enumerate(listed))
-        names = tuple(str(items[k]) for k in range(len(items)))
-    except (ValueError, SyntaxError, KeyError, TypeError, AttributeError) as error:
-        raise InputError(f"{path}: metadata names: cannot be read: {text!r}") from error
-    if not names or len(set(names)) < len(names):
-        raise InputError(f"{path}: metadata names: expected different classes, got {text!r}")
-    return names
+def _names(network: Network) -> tuple[str, ...]:
+    if len(set(network.names)) < len(network.names):
+        raise InputError(
+            f"{network.path}: metadata names: expected different classes, got {network.names}"
+        )
+    return network.names
 
 
-def _side(shape: Sequence[Any], metadata: Mapping[str, str], path: Path) -> int:
+def _side(network: Network) -> int:
+    shape = network.input_shape
     if len(shape) != 4 or (shape[1] not in (3, "3") and isinstance(shape[1], int)):
-        raise InputError(f"{path}: expected an input (n, 3, side, side), got {tuple(shape)}")
+        raise InputError(f"{network.path}: expected an input (n, 3, side, side), got {shape}")
     if isinstance(shape[2], int):
         if shape[2] != shape[3]:
-            raise InputError(f"{path}: expected square pictures, got {tuple(shape)}")
+            raise InputError(f"{network.path}: expected square pictures, got {shape}")
         return shape[2]
-    return int(_number(metadata, "side", DEFAULT_SIDE, path))
-
-
-def _number(metadata: Mapping[str, str], key: str, default: float, path: Path) -> float:
-    try:
-        return float(metadata.get(key, default))
-    except ValueError as error:
-        raise InputError(f"{path}: metadata {key}: {metadata[key]!r} is no number") from error
+    return int(network.number("side", DEFAULT_SIDE))
 
 
 def open_classifier(path: Path, classes: Mapping[str, Meaning] | None = None) -> CutoutClassifier:
@@ -130,32 +117,18 @@ def open_classifier(path: Path, classes: Mapping[str, Meaning] | None = None) ->
     ------
     InputError : no such file, no ONNX file, no class names in it, or classes it does not have.
     """
-    import onnxruntime
-
-    if not path.is_file():
-        raise InputError(f"{path}: no such model file", "`walltopo train classifier` makes one.")
-    options = onnxruntime.SessionOptions()
-    options.log_severity_level = 3
-    try:
-        session = onnxruntime.InferenceSession(
-            str(path), options, providers=["CPUExecutionProvider"]
-        )
-    except Exception as error:  # ONNX Runtime raises its own kinds for broken files
-        raise InputError(f"{path}: ONNX Runtime cannot load it ({error})") from error
-    metadata = dict(session.get_modelmeta().custom_metadata_map)
-    if "names" not in metadata:
-        raise InputError(f"{path}: the metadata lack `names`, the class names")
-    names = _names(metadata["names"], path)
-    own = meanings_from_json(metadata["classes"], path) if "classes" in metadata else {}
+    network = open_network(path)
+    names = _names(network)
+    told = network.metadata.get("classes")
+    own = {} if told is None else meanings_from_json(told, path)
     missing = sorted(set(classes or {}) - set(names))
     if missing:
         raise InputError(
             f"{path}: knows no class {', '.join(missing)}", f"Its classes: {', '.join(names)}."
         )
     meanings = tuple(meanings_of(names, {**own, **(classes or {})}))
-    side = _side(session.get_inputs()[0].shape, metadata, path)
-    certain = _number(metadata, "certain", 0.0, path)
-    return CutoutClassifier(path, session, names, meanings, side, certain)
+    certain = network.number("certain", 0.0)
+    return CutoutClassifier(network, names, meanings, _side(network), certain)
 
 
 def judge(confidences: Floats, weights: Floats, names: Sequence[str]) -> Verdict:

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from walltopo.holds.light import SceneLight
 from walltopo.holds.observations import HoldView
 from walltopo.holds.palette import Entry, cluster_colours, name_of
-from walltopo.imaging.oklab import features, linear_from_srgb8, srgb8_from_linear
+from walltopo.imaging.oklab import features
+from walltopo.imaging.srgb import linear_from_srgb8, srgb8_from_linear
 
 __all__ = ["Coloured", "HoldPaint", "assign_colours", "find_palette", "paint_over_views"]
 

@@ -16,12 +16,12 @@ from walltopo.holds.observations import HoldView
 from walltopo.holds.palette import Entry
 from walltopo.holds.relief import Relief
 from walltopo.holds.types import shipped_model
-from walltopo.scans.attributes import UNKNOWN, Hold
+from walltopo.scans.attributes import UNKNOWN, Hold, Role
 
 __all__ = ["describe", "with_tints", "with_types"]
 
 
-def _role(kind: str, colour: str, roles: Mapping[str, str], downclimb: str) -> str:
+def _role(kind: str, colour: str, roles: Mapping[str, Role], downclimb: str) -> Role:
     if kind == "volume":
         return "volume"
     if downclimb and colour == downclimb:

@@ -19,10 +19,10 @@ from walltopo.holds.cutouts import best_views
 from walltopo.holds.flatness import flat_instances, measure_rises
 from walltopo.holds.geometry import Shape
 from walltopo.holds.observations import HoldView
+from walltopo.scans.attributes import Hold, LeftOut
 from walltopo.scans.edits import HoldEdit, find_hold
 from walltopo.scans.instances import InstanceRecords, InstanceTable
 from walltopo.scans.scale import Plate, Scale
-from walltopo.scans.attributes import Hold, LeftOut
 from walltopo.scans.units import unit_of_sizes
 
 __all__ = [
@@ -91,9 +91,7 @@ def doubtful(
     return dict.fromkeys(faint, FAINT) | dict.fromkeys(flat, FLAT) | dict.fromkeys(plated, PLATED)
 
 
-def on_plates(
-    positions: Mapping[int, NDArray[np.float64]], plates: Sequence[Plate]
-) -> set[int]:
+def on_plates(positions: Mapping[int, NDArray[np.float64]], plates: Sequence[Plate]) -> set[int]:
     """Ids of the instances that lie on a printed plate of the measure.
 
     Parameters

@@ -9,8 +9,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import InputError, Mesh, View
-from walltopo.imaging.oklab import DARK, linear_from_srgb8, oklab_from_linear
+from walltopo.core import Mesh, View
+from walltopo.imaging.oklab import DARK, oklab_from_linear
+from walltopo.imaging.photo_file import read_rgb
+from walltopo.imaging.srgb import linear_from_srgb8
 
 __all__ = ["HoldView", "WallLight", "load_photo", "look", "paint_of", "wall_patches"]
 
@@ -79,16 +81,16 @@ def load_photo(path: Path, width: int, height: int) -> Image:
 
     Raises
     ------
-    InputError : the file is missing or is not a picture; names it.
+    InputError : as in `read_rgb`.
     """
     import cv2
 
-    picture = cv2.imread(str(path), cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
-    if picture is None:
-        raise InputError(f"{path}: no such photo, or not a picture", "Run the ingest stage again.")
+    picture = read_rgb(path)
     if picture.shape[:2] != (height, width):
-        picture = cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA)
-    return np.ascontiguousarray(picture[..., ::-1])
+        picture = np.asarray(
+            cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA), dtype=np.uint8
+        )
+    return picture
 
 
 def paint_of(pixels: Image) -> tuple[Floats, float]:

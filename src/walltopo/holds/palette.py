@@ -6,14 +6,16 @@ import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError
-from walltopo.imaging.oklab import features, linear_from_srgb8
 from walltopo.core.files import atomic_path
-from walltopo.scans.attributes import HAND_ROLES, Hold
+from walltopo.imaging.oklab import features
+from walltopo.imaging.srgb import linear_from_srgb8
+from walltopo.scans.attributes import Hold, Role
 
 __all__ = [
     "REFERENCE",
@@ -66,7 +68,7 @@ class Entry:
 
     name: str
     rgb: tuple[int, int, int]
-    role: str = "hold"
+    role: Role = "hold"
 
 
 def _linear(colours: Sequence[tuple[int, int, int]]) -> Floats:
@@ -161,9 +163,9 @@ def read_palette(path: Path, lightness_weight: float) -> list[Entry]:
         if unknown:
             raise InputError(f"{path}: colour {number}: unknown keys {sorted(unknown)}")
         role = row.get("role", "hold")
-        if role not in HAND_ROLES:
+        if role not in get_args(Role):
             raise InputError(
-                f"{path}: colour {number}: role must be one of {', '.join(HAND_ROLES)}, "
+                f"{path}: colour {number}: role must be one of {', '.join(get_args(Role))}, "
                 f"got {role!r}"
             )
         value = (rgb[0], rgb[1], rgb[2])

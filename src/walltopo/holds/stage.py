@@ -14,8 +14,9 @@ from walltopo.holds.colour import Coloured, assign_colours, find_palette, paint_
 from walltopo.holds.contract import ClassifySettings, Reads, Writes
 from walltopo.holds.cutouts import best_views, write_cutouts
 from walltopo.holds.describe import describe, with_tints, with_types
-from walltopo.holds.doubtful import Lifted, admitted, doubtful, left_out_rows, read_instances
+from walltopo.holds.doubtful import Lifted, admitted, doubtful, left_out_rows
 from walltopo.holds.downclimb import with_downclimbs
+from walltopo.holds.edits import apply_hold_edits
 from walltopo.holds.geometry import Shape, measure_shapes
 from walltopo.holds.light import SceneLight
 from walltopo.holds.observations import HoldView
@@ -23,7 +24,6 @@ from walltopo.holds.observe import observe
 from walltopo.holds.palette import Entry, read_palette
 from walltopo.holds.relief import reliefs
 from walltopo.holds.verdicts import classifier_of, followed, with_class_colours
-from walltopo.holds.edits import apply_hold_edits
 from walltopo.scans.attributes import UNKNOWN, Attributes, Hold, PaletteColour
 from walltopo.scans.context import Context
 from walltopo.scans.edits import HoldEdit, Stroke, apply_strokes

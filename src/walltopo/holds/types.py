@@ -7,18 +7,18 @@ otherwise the answer is "unknown".
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from importlib import resources
-from typing import Any
+from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from walltopo.core import InputError
 from walltopo.holds.relief import SIDE, Relief
+from walltopo.inference.session import Network, open_network
 from walltopo.scans.attributes import UNKNOWN
 
 __all__ = ["NONE_OF_THESE", "TypeModel", "open_model", "shipped_model"]
@@ -47,13 +47,13 @@ class TypeModel:
 
     Parameters
     ----------
-    session : `onnxruntime.InferenceSession`.
+    network : as loaded.
     names : its classes, `NONE_OF_THESE` among them.
     certain : probability from which a type is named.
     sides : least and largest side of a relief's frame that it knows, metres.
     """
 
-    session: Any
+    network: Network
     names: tuple[str, ...]
     certain: float
     sides: tuple[float, float]
@@ -65,7 +65,7 @@ class TypeModel:
             block = reliefs[first : first + BATCH]
             scalars = np.stack([relief.scalars for relief in block])
             answers = [
-                self.session.run(None, {"reliefs": pictures, "scalars": scalars})[0]
+                self.network.session.run(None, {"reliefs": pictures, "scalars": scalars})[0]
                 for pictures in (_seen_anew(block, *look) for look in LOOKS)
             ]
             rows.append(np.mean(answers, axis=0))
@@ -87,19 +87,19 @@ class TypeModel:
 @cache
 def shipped_model() -> TypeModel:
     """The network in `models/hold_types.onnx`."""
-    return open_model(resources.files("walltopo").joinpath("models/hold_types.onnx").read_bytes())
+    return open_model(Path(__file__).parents[1] / "models" / "hold_types.onnx")
 
 
-def open_model(content: bytes) -> TypeModel:
-    """A network as `walltopo_lab.benchmarks.hold_types fit` writes it."""
-    import onnxruntime
+def open_model(path: Path) -> TypeModel:
+    """A network as `walltopo_lab.benchmarks.hold_types fit` writes it.
 
-    options = onnxruntime.SessionOptions()
-    options.log_severity_level = 3
-    options.intra_op_num_threads = 1  # so small that threads cost more than they bring
-    session = onnxruntime.InferenceSession(content, options, providers=["CPUExecutionProvider"])
-    facts = session.get_modelmeta().custom_metadata_map
-    low, high = json.loads(facts["sides"])
-    return TypeModel(
-        session, tuple(json.loads(facts["names"])), float(facts["certain"]), (low, high)
-    )
+    Raises
+    ------
+    InputError : no such file, or another kind of network.
+    """
+    network = open_network(path, threads=1)  # so small that threads cost more than they bring
+    missing = sorted({"names", "certain", "sides"} - set(network.metadata))
+    if missing:
+        raise InputError(f"{path}: no network of hold types: its metadata lack {missing}")
+    low, high = network.numbers("sides", [0.0, np.inf])
+    return TypeModel(network, network.names, network.number("certain", 1.0), (low, high))

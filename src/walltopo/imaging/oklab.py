@@ -1,4 +1,4 @@
-"""sRGB, linear light and OKLab, and the shading-free colour features built on them.
+"""OKLab, and the shading-free colour features built on it.
 
 Source: B. Ottosson, "A perceptual color space for image processing" (OKLab), 2020.
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["DARK", "features", "linear_from_srgb8", "oklab_from_linear", "srgb8_from_linear"]
+__all__ = ["DARK", "features", "oklab_from_linear"]
 
 Floats = NDArray[np.float64]
 
@@ -26,25 +26,11 @@ _LAB = np.array(
         [0.0259040371, 0.7827717662, -0.8086757660],
     ]
 )
-_CODES = np.arange(256) / 255.0
-_TO_LINEAR = np.where(_CODES <= 0.04045, _CODES / 12.92, ((_CODES + 0.055) / 1.055) ** 2.4)
 
 # Saturation a/L, b/L of a vivid blue is twice that of a vivid red; r / (r + KNEE) evens out.
 KNEE = 0.35
 # Lightness below which a/L, b/L are noise, and are held down.
 DARK = 0.06
-
-
-def linear_from_srgb8(pixels: NDArray[np.uint8]) -> Floats:
-    """Linear light in [0, 1] of 8-bit sRGB values, same shape."""
-    return _TO_LINEAR[pixels]
-
-
-def srgb8_from_linear(linear: Floats) -> NDArray[np.uint8]:
-    """8-bit sRGB of linear light; values outside [0, 1] are clipped."""
-    x = np.clip(linear, 0.0, 1.0)
-    coded = np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055)
-    return np.round(coded * 255).astype(np.uint8)
 
 
 def oklab_from_linear(linear: Floats) -> Floats:

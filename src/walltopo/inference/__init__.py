@@ -1,1 +1,1 @@
-"""ONNX files and sessions."""
+"""Networks in ONNX files."""

@@ -6,14 +6,13 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from walltopo.core.setting import about, check_settings
-
 from walltopo.core import Mesh
+from walltopo.core.setting import about, check_settings
 from walltopo.scans.detections import Detections
 from walltopo.scans.instances import InstanceRecords, InstanceTable
+from walltopo.scans.manifest import Metrics
 from walltopo.scans.model import SparseModel
 from walltopo.scans.scale import Scale
-from walltopo.scans.manifest import Metrics
 
 __all__ = ["LiftParams", "Method", "Reads", "Writes", "length_of_share"]
 

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Instances, Mesh, Progress, Silent, View
+from walltopo.graphs.components import renumber
+from walltopo.graphs.louvain import Partition, louvain
 from walltopo.lifting.blocks import blocks_of
-from walltopo.lifting.cluster import Partition, louvain, renumber
 from walltopo.lifting.contract import LiftParams
 from walltopo.lifting.evidence import Evidence, Sampling, gather_evidence
 from walltopo.lifting.merge import literal_instances, literal_labels

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Camera, InputError, Mask, View
-from walltopo.scans.detections import read_coco_masks
 from walltopo.core.files import read_json
+from walltopo.scans.detections import read_coco_masks
 from walltopo.scans.model import read_views
 
 __all__ = ["attach_masks", "read_cameras", "read_masks", "read_transforms"]

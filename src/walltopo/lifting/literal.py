@@ -1,8 +1,8 @@
 """The published lift to the letter: slow, plain, the oracle of the tests.
 
-Every step is written as it is described, with loops, sets and dictionaries, NumPy, ray casting
-by trimesh and Louvain by networkx. It shares no kernel with the fast one; only the drawing of
-label images, the easing and the settings are common.
+Every step is written as it is described, with loops, sets and dictionaries, NumPy and ray casting
+by trimesh. It shares no kernel with the fast one; only the drawing of label images, the easing and
+the settings are common. The caller says who clusters: the tests hand both methods networkx.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Instance, Instances, Mesh, View
-from walltopo.lifting.cluster import Partition
+from walltopo.graphs.louvain import Partition
 from walltopo.lifting.contract import LiftParams
 from walltopo.lifting.easing import ease
 from walltopo.lifting.labels import draw_labels
 
-__all__ = ["Projection", "lift_reference", "louvain_networkx", "project_view"]
+__all__ = ["Projection", "lift_reference", "project_view"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int32]
@@ -121,26 +121,6 @@ def _seen(
     return seen
 
 
-def louvain_networkx(
-    count: int, first: Ints, second: Ints, weight: Floats, resolution: float, seed: int
-) -> Ints:
-    """`cluster.Partition` by networkx."""
-    import networkx
-
-    from walltopo.lifting.cluster import renumber
-
-    graph = networkx.Graph()
-    graph.add_nodes_from(range(count))
-    graph.add_weighted_edges_from(
-        zip(first.tolist(), second.tolist(), weight.tolist(), strict=True)
-    )
-    groups = networkx.community.louvain_communities(graph, resolution=resolution, seed=seed)
-    clusters = np.zeros(count, dtype=np.int64)
-    for number, group in enumerate(groups):
-        clusters[list(group)] = number
-    return renumber(clusters)
-
-
 def _candidate_pairs(
     projections: list[Projection], mesh: Mesh, cell: float
 ) -> set[tuple[int, int]]:
@@ -198,10 +178,7 @@ def _clusters(
 
 
 def lift_reference(
-    mesh: Mesh,
-    views: Sequence[View],
-    params: LiftParams,
-    partition: Partition = louvain_networkx,
+    mesh: Mesh, views: Sequence[View], params: LiftParams, partition: Partition
 ) -> Instances:
     """Masks to instances as published; lengths in the mesh's unit.
 

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Instances, Mesh
-from walltopo.meshes.ply import write_ply
 from walltopo.core.files import atomic_path
+from walltopo.meshes.ply import write_ply
 
 __all__ = ["coloured_mesh", "instance_colours", "write_coloured"]
 

@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from walltopo.lifting.cluster import renumber
+from walltopo.graphs.components import renumber
 
 __all__ = ["potts_clusters"]
 

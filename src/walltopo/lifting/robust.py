@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Instances, Mesh, Progress, View
+from walltopo.graphs.components import renumber
+from walltopo.graphs.louvain import louvain
 from walltopo.lifting.blocks import blocks_of
-from walltopo.lifting.cluster import louvain, renumber
 from walltopo.lifting.contract import LiftParams
 from walltopo.lifting.covisible import Covisible, compare_projections
 from walltopo.lifting.evidence import Evidence, Sampling, gather_evidence

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from walltopo.core import about, check_settings
-
 from walltopo.scans.aligned import Aligned
+from walltopo.scans.manifest import Metrics
 from walltopo.scans.model import SparseModel
 from walltopo.scans.photo_set import PhotoSet
 from walltopo.scans.scale import Scale
-from walltopo.scans.manifest import Metrics
 
 __all__ = ["Reads", "ScaleSettings", "Writes"]
 

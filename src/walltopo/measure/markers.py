@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError
+from walltopo.imaging.srgb import linear32_from_srgb8
 from walltopo.measure.light_spread import sample, without_spread
 from walltopo.measure.plates import marker_cells
 
@@ -67,7 +68,8 @@ def detect_markers(
     """
     import cv2
 
-    light = _linear_light(grey)
+    # In linear light blur is symmetric.
+    light = linear32_from_srgb8(grey)
     found: list[Detection] = []
     for name in dictionaries:
         number = getattr(cv2.aruco, name, None)
@@ -165,10 +167,3 @@ def _fit_line(points: Floats) -> Floats | None:
         away = np.abs((points - centre) @ normal)
         points = points[away <= max(3 * np.median(away), 0.05)]
     return np.array([*normal, -normal @ centre])
-
-
-def _linear_light(grey: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """sRGB values to linear light in [0, 1] (IEC 61966-2-1): there, blur is symmetric."""
-    values = np.arange(256) / 255.0
-    table = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
-    return table.astype(np.float32)[grey]

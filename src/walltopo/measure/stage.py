@@ -217,17 +217,11 @@ def detect_in_photos(
     photos: PhotoSet, names: Sequence[str], plates: Sequence[Plate], progress: Progress
 ) -> list[Detection]:
     """Markers of the plates in photos, in the order of the names."""
-    import cv2
-
     dictionaries = sorted({plate.dictionary for plate in plates})
     progress.step("look for the measure", len(names))
 
     def look(name: str) -> list[Detection]:
-        # Grey by OpenCV's own weights; a file it cannot read is a broken scan folder.
-        grey = cv2.imread(str(photos.path(name)), cv2.IMREAD_GRAYSCALE)
-        if grey is None:
-            raise InputError(f"{photos.path(name)}: the photo cannot be read")
-        return detect_markers(np.asarray(grey, dtype=np.uint8), name, dictionaries)
+        return detect_markers(photos.read_grey(name), name, dictionaries)
 
     found: list[Detection] = []
     with ThreadPoolExecutor(max_workers=2) as pool:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated
 
 from walltopo.core import about, check_settings
-
-from pathlib import Path
+from walltopo.scans.manifest import Metrics
 from walltopo.scans.photo_list import PhotoList
 from walltopo.scans.photo_set import PhotoSet
-from walltopo.scans.manifest import Metrics
 
 __all__ = ["IngestSettings", "Reads", "Writes"]
 

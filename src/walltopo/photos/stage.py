@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Progress
+from walltopo.core.files import hash_path
 from walltopo.photos.contract import IngestSettings, Reads, Writes
 from walltopo.photos.image_file import decode_photo
 from walltopo.photos.quality import sharpness, thumbnail
@@ -25,7 +26,6 @@ from walltopo.scans.context import Context
 from walltopo.scans.manifest import Metrics
 from walltopo.scans.photo_list import Photo, PhotoList, SkippedFile
 from walltopo.scans.photo_set import PhotoSet
-from walltopo.core.files import hash_path
 
 if TYPE_CHECKING:
     from PIL.Image import Image

@@ -15,7 +15,7 @@ import shutil
 import tempfile
 import time
 import traceback
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -29,16 +29,16 @@ from walltopo.core import (
     WalltopoError,
     settings_of,
 )
+from walltopo.core.files import hash_path
 from walltopo.pipeline.memory import peak_mb, reset_peak
 from walltopo.pipeline.settings import Settings
 from walltopo.pipeline.stages import SOURCES, STAGES, Stage, stage_index
 from walltopo.scans.artifacts import ARTIFACTS, load_artifact, store_artifact
 from walltopo.scans.context import Context
 from walltopo.scans.folder import ScanFolder
-from walltopo.core.files import hash_path
 from walltopo.scans.manifest import Manifest, Metrics, StageRecord
 
-__all__ = ["Listener", "ScanResult", "scan"]
+__all__ = ["Listener", "ScanResult", "run_stage", "scan"]
 
 
 class Listener(Progress, Protocol):
@@ -115,7 +115,9 @@ def scan(
             raise InputError(f"{folder.root}: no photos given, and none were ingested before")
         runner = _Runner(folder, manifest, settings, sources, listener)
         for stage in chosen:
-            forced = force or (from_stage is not None and stage_index(stage.name) >= stage_index(from_stage))
+            forced = force or (
+                from_stage is not None and stage_index(stage.name) >= stage_index(from_stage)
+            )
             runner.run(stage, forced)
         metrics = {name: record.metrics for name, record in manifest.stages.items()}
         return ScanResult(folder, metrics, tuple(runner.ran))
@@ -179,26 +181,14 @@ class _Runner:
         self.manifest.save(self.folder.manifest)
 
     def _call(self, stage: Stage) -> Metrics:
-        """Load what the stage declares, run it, store what it returns."""
-        given: dict[str, Any] = {name: load_artifact(self.folder, name) for name in stage.reads}
-        if stage.name == STAGES[0].name:
-            given[SOURCES] = tuple(self.sources)
-        self.folder.work.mkdir(exist_ok=True)
-        # On the scan's own disk, so that what is made there moves into place by a rename.
-        with tempfile.TemporaryDirectory(prefix=".partial-", dir=self.folder.root) as scratch:
-            context = Context(
-                scratch=Path(scratch),
-                cache=self.folder.work,
-                progress=self.listener,
-                title=self.folder.root.resolve().name,
-                records=self.manifest.stages,
-            )
-            section = getattr(self.settings, stage.name)
-            made = stage.run(stage.contract.Reads(**given), section, context)
-            for name in stage.writes:
-                store_artifact(self.folder, name, getattr(made, name))
-        metrics: Metrics = made.metrics
-        return metrics
+        return run_stage(
+            self.folder,
+            stage,
+            getattr(self.settings, stage.name),
+            self.listener,
+            sources=self.sources,
+            records=self.manifest.stages,
+        )
 
     def _is_fresh(self, stage: Stage, record: StageRecord, input_hash: str) -> bool:
         written = all(
@@ -229,6 +219,47 @@ class _Runner:
     def _forget(self, stage: Stage) -> None:
         for name in stage.writes:
             self._hashes.pop(getattr(self.folder, name), None)
+
+
+def run_stage(
+    folder: ScanFolder,
+    stage: Stage | str,
+    settings: Any,
+    progress: Progress | None = None,
+    *,
+    sources: Sequence[Path] = (),
+    records: Mapping[str, StageRecord] | None = None,
+) -> Metrics:
+    """Load what one stage declares, run it, store what it returns; its figures.
+
+    Parameters
+    ----------
+    settings : the stage's section.
+    sources : what ingest reads; records : what the stages said before, for the report.
+
+    Raises
+    ------
+    InputError : something that the stage reads is missing or damaged; and whatever it raises.
+    """
+    stage = STAGES[stage_index(stage)] if isinstance(stage, str) else stage
+    given: dict[str, Any] = {name: load_artifact(folder, name) for name in stage.reads}
+    if stage.name == STAGES[0].name:
+        given[SOURCES] = tuple(sources)
+    folder.work.mkdir(parents=True, exist_ok=True)
+    # On the scan's own disk, so that what is made there moves into place by a rename.
+    with tempfile.TemporaryDirectory(prefix=".partial-", dir=folder.root) as scratch:
+        context = Context(
+            scratch=Path(scratch),
+            cache=folder.work,
+            progress=progress or Silent(),
+            title=folder.root.resolve().name,
+            records=records or {},
+        )
+        made = stage.run(stage.contract.Reads(**given), settings, context)
+        for name in stage.writes:
+            store_artifact(folder, name, getattr(made, name))
+    metrics: Metrics = made.metrics
+    return metrics
 
 
 def _named_paths(section: Any) -> Iterator[Path]:

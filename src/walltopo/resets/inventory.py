@@ -14,9 +14,9 @@ import numpy as np
 
 from walltopo.core import InputError
 from walltopo.resets.matching import match_holds
+from walltopo.scans.attributes import Attributes, Hold
 from walltopo.scans.folder import ScanFolder
-from walltopo.scans.attributes import Hold, read_holds
-from walltopo.scans.units import is_metric
+from walltopo.scans.scale import Scale
 
 __all__ = ["Change", "Row", "changes", "count_holds", "size_class", "to_csv", "wall_area"]
 
@@ -146,7 +146,7 @@ def wall_area(scan: ScanFolder) -> float:
     return float(read_mesh(scan.mesh).areas.sum())
 
 
-def load_scan(root: Path) -> tuple[ScanFolder, list[Hold], bool]:
+def load_scan(root: Path) -> tuple[ScanFolder, tuple[Hold, ...], bool]:
     """A scan folder, its holds, and whether it has metres.
 
     Raises
@@ -160,5 +160,4 @@ def load_scan(root: Path) -> tuple[ScanFolder, list[Hold], bool]:
         raise InputError(
             f"{scan.attributes}: no such file", "Run `walltopo scan` up to `classify` first."
         )
-    metric = is_metric(scan)
-    return scan, read_holds(scan.attributes), metric
+    return scan, Attributes.load(scan.attributes).instances, Scale.load(scan.scale).metric

@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from walltopo.core import SettingsError, about, check_settings
-
-from walltopo.core import Mesh
+from walltopo.core import Mesh, SettingsError, about, check_settings
 from walltopo.scans.attributes import Attributes
 from walltopo.scans.edits import RouteEdits
+from walltopo.scans.manifest import Metrics
 from walltopo.scans.routes import Routes
 from walltopo.scans.scale import Scale
-from walltopo.scans.manifest import Metrics
 
 __all__ = ["Reads", "RoutesSettings", "Writes"]
 

@@ -3,9 +3,6 @@
 The similarity of two holds is 1 up to `min_hold_dist`, falls linearly, and is 0 from
 `max_hold_dist` on. Louvain maximises modularity at a resolution; as in NetworkX, a larger
 `resolution` gives more and smaller groups.
-
-Source: V. Blondel et al., "Fast unfolding of communities in large networks", 2008; the
-`networkit` implementation (PLM with refinement), seeded, on one thread.
 """
 
 from __future__ import annotations
@@ -16,9 +13,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from walltopo.graphs.components import components
+from walltopo.graphs.louvain import louvain
 from walltopo.routes.paint import FLATTEN, REACH, cues_of, likeness
 
-__all__ = ["Grouping", "candidate_pairs", "group_by_paint", "group_holds", "louvain", "similarity"]
+__all__ = [
+    "Grouping",
+    "best_louvain",
+    "candidate_pairs",
+    "group_by_paint",
+    "group_holds",
+    "modularity",
+    "similarity",
+]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -74,8 +81,8 @@ def candidate_pairs(points: Floats, labels: Sequence[str], ratio: float, far: fl
     return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
 
 
-def louvain(weights: Floats, resolution: float, seed: int) -> Ints:
-    """Groups of one weighted graph.
+def best_louvain(weights: Floats, resolution: float, seed: int) -> Ints:
+    """Groups of one weighted graph: of `RESTARTS` runs of Louvain the one of highest modularity.
 
     Parameters
     ----------
@@ -88,22 +95,12 @@ def louvain(weights: Floats, resolution: float, seed: int) -> Ints:
     """
     n = len(weights)
     one, two = np.nonzero(np.triu(weights, 1))
-    if len(one) == 0:
-        return np.arange(n)
-    if resolution == 0:
-        return _connected(weights)
-    import networkit
-
-    networkit.setNumberOfThreads(1)
-    graph = networkit.Graph(n, weighted=True)
-    for a, b in zip(one.tolist(), two.tolist(), strict=True):
-        graph.addEdge(a, b, float(weights[a, b]))
+    if resolution == 0 or len(one) == 0:
+        return components(n, one, two).astype(np.int64)
     best, best_score = np.arange(n), -np.inf
     for restart in range(RESTARTS):
-        networkit.setSeed(seed + restart, False)
-        method = networkit.community.PLM(graph, refine=True, gamma=resolution, par="none")
-        method.run()
-        groups = _in_order(np.array(method.getPartition().getVector(), dtype=np.int64))
+        found = louvain(n, one, two, weights[one, two], resolution, seed + restart)
+        groups = found.astype(np.int64)
         score = modularity(weights, groups, resolution)
         if score > best_score + 1e-12:
             best, best_score = groups, score
@@ -117,22 +114,6 @@ def modularity(weights: Floats, groups: Ints, resolution: float) -> float:
     same = groups[:, None] == groups[None, :]
     expected = resolution * np.outer(degree, degree) / total
     return float(((weights - expected) * same).sum() / total)
-
-
-def _connected(weights: Floats) -> Ints:
-    from scipy.sparse import csr_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    _, groups = connected_components(csr_matrix(weights), directed=False)
-    return _in_order(groups.astype(np.int64))
-
-
-def _in_order(groups: Ints) -> Ints:
-    """Renumber groups by their first member, so that equal partitions are equal arrays."""
-    _, first, inverse = np.unique(groups, return_index=True, return_inverse=True)
-    rank = np.empty(len(first), dtype=np.int64)
-    rank[np.argsort(first)] = np.arange(len(first))
-    return rank[inverse]
 
 
 def _links(count: int, pairs: Ints, weights: Floats) -> Floats:
@@ -167,7 +148,7 @@ def group_by_paint(
     if len(pairs):
         weights = likeness(cues_of(points / unit, paint, pairs, lengths(pairs) / unit))
     links = _links(len(points), pairs, weights)
-    return Grouping(louvain(links, resolution, seed), links)
+    return Grouping(best_louvain(links, resolution, seed), links)
 
 
 def group_holds(
@@ -203,7 +184,7 @@ def group_holds(
     # Colours in the order of their first hold: names do not matter.
     for label in dict.fromkeys(labels):
         rows = np.array([k for k, other in enumerate(labels) if other == label])
-        own = louvain(links[np.ix_(rows, rows)], resolution, seed)
+        own = best_louvain(links[np.ix_(rows, rows)], resolution, seed)
         group[rows] = own + count
         count += int(own.max()) + 1
     return Grouping(group, links)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, Silent
-from walltopo.imaging.oklab import linear_from_srgb8
+from walltopo.imaging.srgb import linear_from_srgb8
 from walltopo.routes.contract import Reads, RoutesSettings, Writes
 from walltopo.routes.edits import RouteBook, apply_route_edits
 from walltopo.routes.geodesic import pair_lengths

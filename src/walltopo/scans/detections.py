@@ -160,4 +160,3 @@ def read_coco_masks(path: Path) -> tuple[dict[str, tuple[Mask, ...]], dict[int, 
     """Masks by photo name, and class names by label, of a COCO file; see `Detections.load`."""
     found = Detections.load(Path(path))
     return dict(found.masks), dict(found.classes)
-

@@ -75,7 +75,9 @@ Radius = Annotated[float, msgspec.Meta(gt=0, lt=10)]
 Place = tuple[float, float, float]
 
 
-class _Edit(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True):
+class _Edit(
+    msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True
+):
     """An entry; what was not given is not written. TOML knows nan and inf: they are no places."""
 
     def __post_init__(self) -> None:

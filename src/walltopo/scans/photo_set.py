@@ -5,8 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from walltopo.core import InputError
 from walltopo.core.files import move_into_place
+from walltopo.imaging.photo_file import read_grey, read_rgb
 
 __all__ = ["PhotoSet"]
 
@@ -39,3 +43,11 @@ class PhotoSet:
         if not path.is_file():
             raise InputError(f"{path}: the photo is missing")
         return path
+
+    def read_rgb(self, name: str) -> NDArray[np.uint8]:
+        """A photo as (H, W, 3) uint8 sRGB; InputError where it cannot be read."""
+        return read_rgb(self.path(name))
+
+    def read_grey(self, name: str) -> NDArray[np.uint8]:
+        """A photo as (H, W) uint8 grey; InputError where it cannot be read."""
+        return read_grey(self.path(name))

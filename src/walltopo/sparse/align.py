@@ -26,15 +26,15 @@ from walltopo.meshes.similarity import fit_similarity_robust
 from walltopo.scans.aligned import Aligned
 from walltopo.scans.context import Context
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.model import SparseModel, open_model
 from walltopo.scans.photo_list import Photo
 from walltopo.scans.photo_set import PhotoSet
 from walltopo.scans.scale import Frame, Scale
-from walltopo.scans.model import SparseModel, open_model
 from walltopo.sparse.colmap_process import run_worker
 from walltopo.sparse.contract import SparseSettings, Writes
+from walltopo.sparse.jobs import camera_entries, keep_database, known_features, mapping_job
 from walltopo.sparse.model_parts import KeptImage, match_keypoints, rebuild
 from walltopo.sparse.outcome import describe_model, why_unregistered
-from walltopo.sparse.jobs import camera_entries, keep_database, known_features, mapping_job
 
 __all__ = ["align_to_reference"]
 

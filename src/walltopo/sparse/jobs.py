@@ -32,8 +32,7 @@ def camera_entries(
     """One SIMPLE_RADIAL camera per (size, focal prior), and each photo's index into them."""
     keys: dict[tuple[int, int, float | None], int] = {}
     indices = [
-        keys.setdefault((photo.width, photo.height, photo.focal_px), len(keys))
-        for photo in photos
+        keys.setdefault((photo.width, photo.height, photo.focal_px), len(keys)) for photo in photos
     ]
     cameras = [
         {

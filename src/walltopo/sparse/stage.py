@@ -76,8 +76,7 @@ def _reconstruct(
     job = mapping_job(database_of(context.cache), folder.folder, settings)
     job["cameras"] = cameras
     job["images"] = [
-        {"name": photo.name, "camera": index}
-        for photo, index in zip(photos, indices, strict=True)
+        {"name": photo.name, "camera": index} for photo, index in zip(photos, indices, strict=True)
     ]
     job["pairing"]["new"] = list(range(1, len(photos) + 1))
     job["map"] = {

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, StageError, View
+from walltopo.imaging.packing import fit_scale
 from walltopo.texture.candidates import find_candidates
 from walltopo.texture.colour import level_seams, photo_gains
 from walltopo.texture.contract import TextureSettings
 from walltopo.texture.labels import charts_of, choose_labels, neighbours_of
-from walltopo.texture.packing import pack
 from walltopo.texture.paint import (
     fill_gaps,
     paint_colours,
@@ -29,6 +29,8 @@ Image = NDArray[np.uint8]
 Load = Callable[[str], Image]
 
 _TINY_CHART = 10
+# Texels per photo pixel below which a texture is too poor to be of use.
+_LEAST_SCALE = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,8 +141,10 @@ def _layout(
         np.minimum.at(low, number, pixels[seen, corner])
         np.maximum.at(high, number, pixels[seen, corner])
     cells, cell_side = unseen_cells(len(flat) - len(seen))
-    sizes = high - low
-    place, scale = pack(sizes, settings.gutter, settings.size, fixed=cell_side)
+    scale, _, packed = fit_scale(
+        high - low, settings.size, settings.gutter, 1.0, _LEAST_SCALE, cell_side
+    )
+    place = packed + settings.gutter
     texels = np.zeros_like(pixels)
     shift = place[:count][number] - low[number] * scale
     texels[seen] = pixels[seen] * np.float32(scale) + shift[:, None, :].astype(np.float32)

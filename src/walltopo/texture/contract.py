@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from walltopo.core import about, check_settings
-
-from walltopo.core import Mesh
+from walltopo.core import Mesh, about, check_settings
+from walltopo.scans.manifest import Metrics
 from walltopo.scans.model import SparseModel
 from walltopo.scans.photo_set import PhotoSet
 from walltopo.scans.texture import TextureImage, TextureUv
-from walltopo.scans.manifest import Metrics
 
 __all__ = ["Reads", "TextureSettings", "Writes"]
 

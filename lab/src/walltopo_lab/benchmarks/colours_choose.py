@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from walltopo.holds.colour import HoldPaint, assign_colours, find_palette
-from walltopo.imaging.oklab import linear_from_srgb8
+from walltopo.imaging.srgb import linear_from_srgb8
 
 Floats = NDArray[np.float64]
 

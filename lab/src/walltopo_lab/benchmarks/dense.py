@@ -31,17 +31,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Silent, View
+from walltopo.core.files import read_json
 from walltopo.dense.contract import DenseSettings
 from walltopo.dense.scene import read_scene
 from walltopo.dense.sgm import sgm_mesh
 from walltopo.dense.stage import edge_and_unit
 from walltopo.dense.stage import run as run_dense
+from walltopo.imaging.photo_file import read_grey, read_rgb
 from walltopo.meshes.check import check_mesh
 from walltopo.meshes.ply import read_mesh
 from walltopo.meshes.topology import edges_of
 from walltopo.raycast import render_ids
 from walltopo.scans.folder import ScanFolder
-from walltopo.core.files import read_json
 from walltopo.scans.model import read_views
 from walltopo.texture import run as run_texture
 from walltopo.texture.atlas import Texture, make_texture
@@ -270,8 +271,13 @@ def held_out(scan: ScanFolder, every: int, within: float, folder: Path | None) -
     rest = scene.subset([k for k in range(len(scene.views)) if k not in out])
     settings = DenseSettings()
     edge, unit = edge_and_unit(rest, settings, bool(read_json(scan.scale).get("metric")))
-    mesh = sgm_mesh(rest, reader(scan, cv2.IMREAD_GRAYSCALE), settings, edge, unit, Silent())
-    colour = reader(scan, cv2.IMREAD_COLOR_RGB)
+    mesh = sgm_mesh(
+        rest, lambda name: read_grey(scan.photos / name), settings, edge, unit, Silent()
+    )
+
+    def colour(name: str) -> Image:
+        return read_rgb(scan.photos / name)
+
     texture = make_texture(mesh, rest.views, colour, TextureSettings(), Silent())
     rows: list[tuple[float, float]] = []
     for k in out:
@@ -296,11 +302,6 @@ def held_out(scan: ScanFolder, every: int, within: float, folder: Path | None) -
         f"held-out views, {len(out)} of {len(scene.views)}: mean PSNR {mean[0]:.2f} dB, "
         f"mean SSIM {mean[1]:.3f} where covered"
     )
-
-
-def reader(scan: ScanFolder, mode: int) -> Callable[[str], Image]:
-    """Load a photo by name."""
-    return lambda name: np.asarray(cv2.imread(str(scan.photos / name), mode), dtype=np.uint8)
 
 
 def main() -> None:

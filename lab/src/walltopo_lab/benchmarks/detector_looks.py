@@ -24,7 +24,8 @@ from walltopo.detect.contract import DetectSettings
 from walltopo.detect.detector import shipped_model
 from walltopo.detect.found import Found
 from walltopo.detect.onnx_detector import OnnxDetector
-from walltopo.detect.stage import photos_in, read_photo
+from walltopo.detect.stage import photos_in
+from walltopo.imaging.photo_file import read_rgb
 from walltopo_lab.benchmarks.detectors import LOW_SCORE
 from walltopo_lab.train.batches import split_sources
 from walltopo_lab.train.cache import read_yolo_boxes
@@ -58,7 +59,7 @@ def look(model: Path, what: str, photos: list[Path]) -> tuple[list[Found], float
     detector = OnnxDetector(model, settings)
     found, seconds = [], []
     for path in photos:
-        photo = read_photo(path)
+        photo = read_rgb(path)
         begin = time.process_time()
         if what.endswith("m"):
             found.append(mirrored(detector.detect(np.ascontiguousarray(photo[:, ::-1]))))
@@ -76,7 +77,7 @@ def main() -> None:
     parser.add_argument("--looks", nargs="+", default=LOOKS)
     args = parser.parse_args()
     photos = held_out(args.data / "hold-boxes" / "train")
-    truth = [truth_of(p, *read_photo(p).shape[1::-1]) for p in photos]
+    truth = [truth_of(p, *read_rgb(p).shape[1::-1]) for p in photos]
     single = {
         what: look(args.model, what, photos)
         for what in sorted({part for text in args.looks for part in text.split("+")})

@@ -26,8 +26,8 @@ import numpy as np
 from rich.console import Console
 
 from walltopo.core import EnvironmentLacksError, Silent
-from walltopo.detect.contract import DetectSettings
 from walltopo.core.files import read_json, write_json
+from walltopo.detect.contract import DetectSettings
 from walltopo_lab.benchmarks.detectors import LOW_SCORE, as_dataset, look
 from walltopo_lab.datasets.model import Dataset
 from walltopo_lab.datasets.read import read_dataset

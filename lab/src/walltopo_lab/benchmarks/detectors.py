@@ -28,7 +28,7 @@ from walltopo.detect.contract import DetectSettings
 from walltopo.detect.detector import Detector, open_detector
 from walltopo.detect.found import Found, box_iou
 from walltopo.detect.onnx_detector import OnnxDetector
-from walltopo.detect.stage import read_photo
+from walltopo.imaging.photo_file import read_rgb
 from walltopo_lab.datasets.model import Annotation, Dataset, Photo
 from walltopo_lab.datasets.read import read_dataset
 from walltopo_lab.evaluate.detector import evaluate_detections, figures_table
@@ -55,7 +55,7 @@ def look(detector: Detector, photos: list[Path]) -> Outcome:
     """Run the detector, the reading of the files not counted."""
     outcome = Outcome([], [], [])
     for path in photos:
-        photo = read_photo(path)
+        photo = read_rgb(path)
         wall, cpu = time.perf_counter(), time.process_time()
         outcome.found.append(detector.detect(photo))
         outcome.seconds.append(time.perf_counter() - wall)

@@ -21,9 +21,9 @@ import numpy as np
 from rich.console import Console
 
 from walltopo.core import Camera, Silent, View
+from walltopo.core.files import read_json, write_json
 from walltopo.detect.contract import DetectSettings
 from walltopo.detect.detector import open_detector, shipped_model
-from walltopo.core.files import read_json, write_json
 from walltopo_lab.benchmarks.detectors import LOW_SCORE, as_dataset, look, plain_boxes
 from walltopo_lab.datasets.model import Dataset, Photo
 from walltopo_lab.datasets.read import read_dataset, write_dataset

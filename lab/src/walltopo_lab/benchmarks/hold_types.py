@@ -28,10 +28,10 @@ from walltopo.core import Mesh
 from walltopo.holds.geometry import measure_shapes
 from walltopo.holds.relief import Relief, reliefs
 from walltopo.holds.types import NONE_OF_THESE, open_model, shipped_model
-from walltopo.inference.onnx_file import set_metadata
 from walltopo.scans.attributes import UNKNOWN
 from walltopo_lab.benchmarks.hold_types_scanned import drawn, formed, nothing_known, scanned
 from walltopo_lab.evaluate.routes import type_of_kind
+from walltopo_lab.onnx_file import set_metadata
 from walltopo_lab.synth.holds import STYLES, make_hold
 
 MODEL = Path(__file__).parents[1] / "src" / "walltopo" / "models" / "hold_types.onnx"
@@ -113,7 +113,7 @@ def fit() -> None:
     }
     write_onnx(nets, MODEL, facts)
     others, truth = make(60, 180, 100, 2)
-    answers = open_model(MODEL.read_bytes()).probabilities(others)
+    answers = open_model(MODEL).probabilities(others)
     best = answers.argmax(axis=1)
     sure = np.where(best < len(TYPES), answers.max(axis=1), 0)
     set_metadata(MODEL, {"certain": json.dumps(least_certain(sure, best == truth))})

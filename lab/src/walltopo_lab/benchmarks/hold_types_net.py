@@ -13,9 +13,9 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from walltopo.holds.relief import SIDE
-from walltopo.inference.onnx_file import label_export
 from walltopo.core.files import atomic_path
+from walltopo.holds.relief import SIDE
+from walltopo_lab.onnx_file import label_export
 from walltopo_lab.train.export import store_half
 
 __all__ = ["Samples", "train", "write_onnx"]

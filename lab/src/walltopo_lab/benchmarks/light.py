@@ -25,10 +25,10 @@ from walltopo.holds.colour import HoldPaint, assign_colours, find_palette
 from walltopo.holds.contract import ClassifySettings
 from walltopo.holds.light import SceneLight
 from walltopo.holds.observations import paint_of
-from walltopo.imaging.oklab import linear_from_srgb8
+from walltopo.imaging.srgb import linear_from_srgb8
 from walltopo.routes import paint as likeness
 from walltopo.routes.contract import RoutesSettings
-from walltopo.routes.grouping import candidate_pairs, group_by_paint, group_holds, louvain
+from walltopo.routes.grouping import best_louvain, candidate_pairs, group_by_paint, group_holds
 from walltopo_lab.benchmarks.light_photos import DimPhoto, read_photos
 
 __all__ = ["WAYS", "PhotoHolds", "ari", "read_holds"]
@@ -192,7 +192,7 @@ def _left_out(holds: list[PhotoHolds], part: list[int], sharpen: int, resolution
         link = (1 / (1 + np.exp(-(cues @ weights + bias)))) ** sharpen
         links = np.zeros((len(one.points), len(one.points)))
         links[pairs[:, 0], pairs[:, 1]] = np.where(link < likeness.FAINT, 0, link)
-        values.append(score(one, louvain(links + links.T, resolution, 0)))
+        values.append(score(one, best_louvain(links + links.T, resolution, 0)))
     return f"mean {np.mean(values):.3f}, worst {np.min(values):.3f}"
 
 

@@ -21,8 +21,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.imaging.oklab import linear_from_srgb8, srgb8_from_linear
 from walltopo.core.files import atomic_path
+from walltopo.imaging.srgb import linear_from_srgb8, srgb8_from_linear
 from walltopo_lab.benchmarks.colours_choose import PAINTS
 from walltopo_lab.synth.bodies import GymInstance
 from walltopo_lab.synth.develop import develop, draw_exposure

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Camera, View
+from walltopo.imaging.photo_file import read_grey
 from walltopo.measure.markers import Detection, detect_markers
 from walltopo.measure.plates import built_in_plates
 from walltopo.meshes.similarity import fit_similarity
@@ -97,7 +98,7 @@ def main() -> int:
     folder = parser.parse_args().truth
     truth, photos = folder / "truth" if (folder / "truth").is_dir() else folder, folder / "photos"
     views, corners = true_views(truth, photos), true_corners(truth)
-    greys = {name: np.asarray(cv2.imread(str(photos / name), 0), dtype=np.uint8) for name in views}
+    greys = {name: read_grey(photos / name) for name in views}
     print("| corners by | markers | false | median error | 95 % | bias outwards |")
     print("|---|---|---|---|---|---|")
     for label, refinement in _OPENCV.items():

@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from walltopo.core.files import read_json
 from walltopo.meshes.ply import read_mesh
 from walltopo.raycast import render_ids
 from walltopo.scans.folder import ScanFolder
-from walltopo.core.files import read_json
 from walltopo.scans.model import read_views
 
 SCANS = ("spraywall", "gym-a")

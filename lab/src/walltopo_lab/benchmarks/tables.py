@@ -22,8 +22,8 @@ from typing import Any
 from rich.console import Console
 
 from walltopo.core import Camera, View
-from walltopo.scans.folder import ScanFolder
 from walltopo.core.files import hash_path, read_json, write_json
+from walltopo.scans.folder import ScanFolder
 from walltopo_lab.benchmarks.detectors import LOW_SCORE, thresholds
 from walltopo_lab.benchmarks.tables_lift import (
     PRESETS,

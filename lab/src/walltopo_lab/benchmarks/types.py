@@ -28,10 +28,9 @@ from walltopo.holds.classifier_model import CutoutClassifier, Verdict, judge, op
 from walltopo.holds.contract import ClassifySettings
 from walltopo.holds.observe import gather
 from walltopo.holds.verdicts import verdicts
-from walltopo.inference.onnx_file import set_metadata
 from walltopo.meshes.ply import read_mesh
-from walltopo.scans.folder import ScanFolder
 from walltopo.scans.attributes import UNKNOWN
+from walltopo.scans.folder import ScanFolder
 from walltopo_lab.benchmarks.colours import true_scan
 from walltopo_lab.benchmarks.hold_types import MODEL, answers_of, least_certain, types_of
 from walltopo_lab.classifier.samples import read_cutouts
@@ -40,6 +39,7 @@ from walltopo_lab.evaluate.carry import carry_truth, overlap_with_missing
 from walltopo_lab.evaluate.routes import match_pairs, type_of_kind
 from walltopo_lab.evaluate.scan import read_labelled, scan_views
 from walltopo_lab.evaluate.truth import read_truth
+from walltopo_lab.onnx_file import set_metadata
 
 Key = tuple[str, int]  # gym and hold
 Said = dict[Key, str]

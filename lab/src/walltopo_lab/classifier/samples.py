@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError
+from walltopo.core.files import read_json
 from walltopo.holds.classifier_meaning import Meaning, read_classes
 from walltopo.holds.classifier_picture import square
+from walltopo.imaging.photo_file import read_rgb
 from walltopo.scans.folder import ScanFolder
-from walltopo.core.files import read_json
 
 __all__ = ["LABELS", "Cutouts", "read_cutouts"]
 
@@ -192,8 +193,6 @@ def _truth_class(item: dict[str, Any], label: str) -> tuple[str, Meaning] | None
 
 def _of_truth(source: Path, label: str, side: int) -> Iterator[_Cutout]:
     """Cutouts by the true masks of the photos."""
-    import cv2
-
     from walltopo.scans.detections import decode_segmentation
 
     items = {int(item["id"]): item for item in read_json(source / "truth/scene.json")["instances"]}
@@ -202,11 +201,7 @@ def _of_truth(source: Path, label: str, side: int) -> Iterator[_Cutout]:
     for entry in data["annotations"]:
         per_image.setdefault(int(entry["image_id"]), []).append(entry)
     for image in data["images"]:
-        path = source / "photos" / image["file_name"]
-        photo = cv2.imread(str(path), cv2.IMREAD_COLOR)
-        if photo is None:
-            raise InputError(f"{path}: no such photo, or not a picture")
-        picture: NDArray[np.uint8] = np.asarray(photo[..., ::-1], dtype=np.uint8)
+        picture = read_rgb(source / "photos" / image["file_name"])
         for entry in per_image.get(int(image["id"]), []):
             number = int(entry["instance_id"])
             named = _truth_class(items[number], label)

@@ -15,14 +15,15 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from walltopo.core import Progress, StageError
+from walltopo.core.files import atomic_path
 from walltopo.holds.classifier_meaning import to_json
 from walltopo.holds.classifier_model import judge
-from walltopo.inference.onnx_file import label_export
-from walltopo.core.files import atomic_path
+from walltopo.inference.session import open_network
 from walltopo_lab.classifier.net import CutoutNet
 from walltopo_lab.classifier.params import ClassifierSettings
 from walltopo_lab.classifier.samples import Cutouts
 from walltopo_lab.classifier.split import hold_split
+from walltopo_lab.onnx_file import label_export
 
 __all__ = ["Trained", "train", "write_onnx"]
 
@@ -179,7 +180,6 @@ def write_onnx(trained: Trained, cutouts: Cutouts, path: Path) -> None:
     StageError : the written file answers otherwise.
     """
     import onnx
-    import onnxruntime
 
     # The exporter tells at length which operators of torchvision it does without.
     logging.getLogger("torch.onnx").setLevel(logging.ERROR)
@@ -207,7 +207,7 @@ def write_onnx(trained: Trained, cutouts: Cutouts, path: Path) -> None:
     label_export(model, facts)
     with atomic_path(path) as temporary:
         onnx.save(model, temporary)
-    session = onnxruntime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
+    session = open_network(path).session
     got = session.run(None, {"cutouts": example.numpy()})[0]
     with torch.no_grad():
         worst = float(np.abs(got - deployed(example).numpy()).max())

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import EnvironmentLacksError, Progress
-from walltopo.holds.classifier_meaning import to_json
-from walltopo.inference.onnx_file import set_metadata
 from walltopo.core.files import atomic_path
+from walltopo.holds.classifier_meaning import to_json
 from walltopo_lab.classifier.params import ClassifierSettings
 from walltopo_lab.classifier.samples import Cutouts
 from walltopo_lab.classifier.split import hold_split
+from walltopo_lab.onnx_file import set_metadata
 
 __all__ = ["BASE", "train_yolo", "write_folders"]
 

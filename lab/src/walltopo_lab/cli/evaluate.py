@@ -116,8 +116,8 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 
 def _scan(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
-    from walltopo.scans.folder import ScanFolder
     from walltopo.core.files import write_json
+    from walltopo.scans.folder import ScanFolder
     from walltopo_lab.evaluate.errors_mesh import write_errors
     from walltopo_lab.evaluate.scan import evaluate_scan, is_metric
     from walltopo_lab.evaluate.truth import read_truth

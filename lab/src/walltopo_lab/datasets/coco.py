@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from walltopo.core import InputError, Mask
-from walltopo.scans.detections import decode_segmentation, encode_mask
 from walltopo.core.files import read_json, write_json
+from walltopo.scans.detections import decode_segmentation, encode_mask
 from walltopo_lab.datasets.model import Annotation, Dataset, Photo
 from walltopo_lab.datasets.shapes import box_of_polygons, polygons_of
 

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError
+from walltopo.core.files import atomic_path, read_json, write_json
 from walltopo.meshes.ply import read_mesh
 from walltopo.scans.folder import ScanFolder
-from walltopo.core.files import atomic_path, read_json, write_json
 from walltopo_lab.datasets.painted import Painted
 
 __all__ = ["read_scan_labels", "write_scan_labels"]

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
-from walltopo.meshes.ply import write_ply
 from walltopo.core.files import atomic_path
+from walltopo.meshes.ply import write_ply
 
 __all__ = ["COLOURS", "Outcome", "coloured_mesh", "outcome_of_faces", "write_errors"]
 

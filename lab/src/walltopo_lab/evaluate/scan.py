@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from walltopo.core import InputError, Mesh, Progress, Silent, View
+from walltopo.core.files import read_json
 from walltopo.meshes.ply import read_mesh
 from walltopo.scans.folder import ScanFolder
-from walltopo.core.files import read_json
 from walltopo.scans.model import read_views
 from walltopo_lab.evaluate.align import Similarity, align_views, pose_metrics
 from walltopo_lab.evaluate.carry import (

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from walltopo.imaging.srgb import srgb_from_linear
 from walltopo_lab.synth.params import PhotoSettings
 
 __all__ = ["Exposure", "develop", "draw_exposure", "write_photo"]
@@ -74,7 +75,7 @@ def develop(
     image = image + spread * rng.standard_normal(image.shape, dtype=np.float32)
     image = np.maximum(image, 0)
     image = image * (1 + image / 9.0) / (1 + image * 0.42)  # shoulder of a phone's tone curve
-    srgb = np.where(image < 0.0031308, 12.92 * image, 1.055 * image ** (1 / 2.4) - 0.055)
+    srgb = srgb_from_linear(image)
     return np.asarray(np.clip(srgb * 255 + 0.5, 0, 255), np.uint8)
 
 

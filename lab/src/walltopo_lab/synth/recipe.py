@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Camera, InputError, Mask, Progress, SettingsError, Silent
-from walltopo.scans.detections import decode_segmentation, encode_mask
 from walltopo.core.files import atomic_path, hash_path, read_json, write_json
+from walltopo.scans.detections import decode_segmentation, encode_mask
 from walltopo_lab.synth.params import GymSettings, PhotoSettings
 
 __all__ = ["Recipe", "generate", "render_gym"]

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Camera
+from walltopo.imaging.srgb import linear32_from_srgb8, linear_from_srgb
 from walltopo_lab.synth.gym import Gym
 from walltopo_lab.synth.shade import (
     Bitmaps,
@@ -26,13 +26,6 @@ _ROWS = 32  # rows of a band: small enough for the cache, large enough for Embre
 _FOG = 0.004  # share of light that dust in the air takes, per metre
 
 
-@cache
-def _linear_of_srgb() -> NDArray[np.float32]:
-    """(256,) linear light of sRGB bytes."""
-    s = np.arange(256) / 255.0
-    return np.where(s <= 0.04045, s / 12.92, ((s + 0.055) / 1.055) ** 2.4).astype(np.float32)
-
-
 def _finish_of(gym: Gym) -> Finish:
     """Colours and surface of every instance; each draws from its own random stream."""
     count = max((item.id for item in gym.instances), default=0) + 1
@@ -40,8 +33,7 @@ def _finish_of(gym: Gym) -> Finish:
     shifts, screws = np.zeros(count), np.full((count, 2, 2), 9.0)  # 9 m away: no screw
     for item in gym.instances:
         rng = np.random.default_rng([gym.seed, 8, item.id])
-        srgb = np.asarray(item.rgb)
-        rgb[item.id] = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+        rgb[item.id] = linear_from_srgb(np.asarray(item.rgb))
         gloss[item.id], grain[item.id] = rng.uniform(0.4, 1.6), rng.uniform(0.4, 1.7)
         shifts[item.id] = rng.uniform(0, 200)
         if item.body is not None and item.body.radius > 0.06:
@@ -61,7 +53,9 @@ class Renderer:
             s.faces, s.face_facet, s.face_instance, s.normals, s.own, s.marks,
             b.irradiance, b.towards,
         )  # fmt: skip
-        self._bitmaps = Bitmaps(a.texels, a.levels, a.charts, _linear_of_srgb())
+        self._bitmaps = Bitmaps(
+            a.texels, a.levels, a.charts, linear32_from_srgb8(np.arange(256, dtype=np.uint8))
+        )
         self._finish = _finish_of(gym)
 
     def render(

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Camera, Mask, View
-from walltopo.scans.detections import write_coco_masks
 from walltopo.core.files import atomic_path, read_json, write_json
+from walltopo.scans.detections import write_coco_masks
 from walltopo_lab.synth.bodies import GymInstance
 from walltopo_lab.synth.gym import Gym
 from walltopo_lab.synth.marks import Tag

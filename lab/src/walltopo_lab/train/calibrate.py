@@ -19,7 +19,7 @@ from walltopo.core import Progress
 from walltopo.detect.contract import DetectSettings
 from walltopo.detect.found import Found, box_iou
 from walltopo.detect.onnx_detector import OnnxDetector
-from walltopo.inference.onnx_file import set_metadata
+from walltopo_lab.onnx_file import set_metadata
 from walltopo_lab.train.cache import open_cache
 from walltopo_lab.train.choose import Truth, ap_of, match_photo
 

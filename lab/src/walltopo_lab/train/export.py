@@ -11,8 +11,9 @@ import torch
 from torch import Tensor, nn
 
 from walltopo.core import StageError
-from walltopo.inference.onnx_file import label_export
 from walltopo.core.files import atomic_path
+from walltopo.inference.session import open_network
+from walltopo_lab.onnx_file import label_export
 from walltopo_lab.train.net import CLASSES, VoteNet
 
 __all__ = ["export_onnx", "fuse", "store_half"]
@@ -120,9 +121,7 @@ def export_onnx(
 
 
 def _difference(deployed: nn.Module, path: Path, example: Tensor) -> float:
-    import onnxruntime
-
-    session = onnxruntime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
+    session = open_network(path).session
     photo = torch.randint(0, 256, (1, 192, 256, 3), dtype=torch.uint8)
     worst = 0.0
     for tensor in (example, photo):

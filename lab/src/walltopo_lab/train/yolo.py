@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from walltopo.core import EnvironmentLacksError, InputError, Progress
-from walltopo.inference.onnx_file import set_metadata
 from walltopo.core.files import atomic_path, read_json, write_json
+from walltopo_lab.onnx_file import set_metadata
 from walltopo_lab.train.calibrate import calibrate
 from walltopo_lab.train.card import yolo_card
 from walltopo_lab.train.detector import Job, OnCheck

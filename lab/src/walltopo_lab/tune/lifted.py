@@ -7,8 +7,8 @@ from collections.abc import Callable, Hashable
 from typing import Any
 
 from walltopo.core import Instances, Mesh, Silent, View
+from walltopo.graphs.louvain import louvain
 from walltopo.lifting import LiftParams
-from walltopo.lifting.cluster import louvain
 from walltopo.lifting.covisible import compare_projections
 from walltopo.lifting.distance import resolve_lengths
 from walltopo.lifting.evidence import Sampling

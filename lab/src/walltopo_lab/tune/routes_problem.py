@@ -15,8 +15,8 @@ from walltopo.routes.contract import RoutesSettings
 from walltopo.routes.geodesic import pair_lengths
 from walltopo.routes.grouping import group_holds
 from walltopo.routes.proxy import Proxy, build_proxy
-from walltopo.scans.folder import ScanFolder
 from walltopo.scans.attributes import Hold, read_holds
+from walltopo.scans.folder import ScanFolder
 from walltopo_lab.evaluate.align import align_views
 from walltopo_lab.evaluate.carry import carry_truth, overlap_with_missing
 from walltopo_lab.evaluate.routes import grouping_scores, match_pairs

@@ -14,10 +14,10 @@ from walltopo.export.atlas.charts import (
     label_triangles,
     neighbours,
 )
-from walltopo.export.atlas.packing import fit_scale
 from walltopo.export.atlas.sight import Sight, crosses
 from walltopo.export.parallel import Axes
 from walltopo.export.surface import Surface
+from walltopo.imaging.packing import fit_scale
 
 __all__ = ["Detailed", "retexture"]
 

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Progress, View
+from walltopo.core.files import atomic_path, write_json
 from walltopo.export.wall import Wall
 from walltopo.scans.folder import ScanFolder
-from walltopo.core.files import atomic_path, write_json
 
 __all__ = ["outlines", "write_labelme"]
 
@@ -43,16 +43,16 @@ def _document(view: View, wall: Wall, image: str) -> dict[str, Any]:
 
     face, _ = render_ids(wall.mesh.vertices, wall.mesh.faces, view.camera, view.cam_from_world)
     labels = np.where(face >= 0, wall.face_instance[face], 0).astype(np.int32)
-    rows = {hold["id"]: hold for hold in wall.holds}
+    rows = {hold.id: hold for hold in wall.holds}
     shapes = []
     for id_, points in outlines(labels):
-        row = rows.get(id_, {})
+        row = rows[id_]
         shapes.append(
             {
-                "label": row.get("class", "hold"),
+                "label": row.kind,
                 "points": points,
                 "group_id": id_,
-                "description": f"{row.get('colour') or ''} {row.get('type') or ''}".strip(),
+                "description": f"{row.colour} {row.type}",
                 "shape_type": "polygon",
                 "flags": {},
             }

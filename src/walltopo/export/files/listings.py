@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 
+from walltopo.core.files import atomic_path, write_json
 from walltopo.export.parallel import front_direction
 from walltopo.export.wall import Wall
-from walltopo.core.files import atomic_path, write_json
 
 __all__ = ["write_csv", "write_geojson"]
 
@@ -23,8 +25,9 @@ def write_csv(path: Path, wall: Wall) -> None:
         writer = csv.writer(out)
         writer.writerow([*COLUMNS, "x", "y", "z", "photos"])
         for hold in wall.holds:
-            row = [_cell(hold[key]) for key in COLUMNS]
-            writer.writerow([*row, *hold["position"], len(hold["photos"] or [])])
+            plain = msgspec.to_builtins(hold)
+            row = [_cell(plain[key]) for key in COLUMNS]
+            writer.writerow([*row, *hold.position, len(hold.photos)])
 
 
 def _cell(value: Any) -> Any:
@@ -43,7 +46,7 @@ def write_geojson(path: Path, wall: Wall) -> None:
     front = front_direction(wall.mesh)
     right = np.cross(-front, np.array([0.0, 0.0, 1.0]))
 
-    def flat(position: list[float]) -> list[float]:
+    def flat(position: Sequence[float]) -> list[float]:
         along = float(np.dot(position, right))
         return [round(along, 4), round(float(position[2]), 4)]
 
@@ -51,21 +54,22 @@ def write_geojson(path: Path, wall: Wall) -> None:
     features: list[dict[str, Any]] = [
         {
             "type": "Feature",
-            "id": f"hold-{hold['id']}",
-            "geometry": {"type": "Point", "coordinates": flat(hold["position"])},
-            "properties": {key: hold[key] for key in keys},
+            "id": f"hold-{hold.id}",
+            "geometry": {"type": "Point", "coordinates": flat(hold.position)},
+            "properties": {key: msgspec.to_builtins(hold)[key] for key in keys},
         }
         for hold in wall.holds
     ]
-    places = {hold["id"]: hold["position"] for hold in wall.holds}
+    places = {hold.id: hold.position for hold in wall.holds}
     for route in wall.routes:
-        line = [flat(places[hold]) for hold in route["holds"] if hold in places]
+        line = [flat(places[hold]) for hold in route.holds if hold in places]
         kind = "LineString" if len(line) > 1 else "MultiPoint"
-        properties = {key: value for key, value in route.items() if key != "ambiguous"}
+        properties = msgspec.to_builtins(route)
+        del properties["ambiguous"]
         features.append(
             {
                 "type": "Feature",
-                "id": f"route-{route['id']}",
+                "id": f"route-{route.id}",
                 "geometry": {"type": kind, "coordinates": line},
                 "properties": properties,
             }

@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
-from walltopo.export.picture import encode_picture, read_picture, texels
+from walltopo.core.files import atomic_path, write_json
+from walltopo.export.picture import encode_picture, texels
 from walltopo.export.surface import Surface, split_at_borders
 from walltopo.export.wall import Wall
+from walltopo.imaging.photo_file import read_rgb
 from walltopo.meshes.ply import write_ply
-from walltopo.core.files import atomic_path, write_json
 
 __all__ = ["instance_colours", "write_labelled_ply", "write_obj", "write_painted_ply"]
 
@@ -60,7 +61,7 @@ def _colours(wall: Wall) -> NDArray[np.uint8] | None:
     if wall.texture is None or wall.uv is None:
         return wall.mesh.vertex_colours
     result = np.full(wall.mesh.vertices.shape, 128, dtype=np.uint8)
-    result[wall.mesh.faces.ravel()] = texels(read_picture(wall.texture), wall.uv.reshape(-1, 2))
+    result[wall.mesh.faces.ravel()] = texels(read_rgb(wall.texture), wall.uv.reshape(-1, 2))
     return result
 
 
@@ -107,7 +108,7 @@ def write_obj(path: Path, wall: Wall, quality: int = 90) -> None:
     label = surface.feature[surface.triangles[:, 0]]
     lines: list[str] = ["# walltopo, metres, z up\n"]
     if wall.texture is not None:
-        data, _ = encode_picture(read_picture(wall.texture), 8192, "JPEG", quality)
+        data, _ = encode_picture(read_rgb(wall.texture), 8192, "JPEG", quality)
         with atomic_path(path.with_suffix(".jpg")) as temporary:
             temporary.write_bytes(data)
         material = f"newmtl wall\nKd 1 1 1\nmap_Kd {path.stem}.jpg\n"

@@ -17,8 +17,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.export.surface import Surface
 from walltopo.core.files import atomic_path
+from walltopo.export.surface import Surface
+from walltopo.imaging.srgb import linear_from_srgb8
 
 __all__ = ["write_usdz"]
 
@@ -122,11 +123,6 @@ def _subsets(surface: Surface) -> Iterator[str]:
 """
 
 
-def _linear(colours: NDArray[np.uint8]) -> NDArray[np.float64]:
-    value = colours / 255.0
-    return np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
-
-
 def _stage(surface: Surface, textured: bool) -> str:
     points = _y_up(surface.positions)
     low, high = points.min(axis=0), points.max(axis=0)
@@ -146,7 +142,7 @@ def _stage(surface: Surface, textured: bool) -> str:
         parts.append(f"{pad}texCoord2f[] primvars:st = {_tuples(flipped, 5)} {vertex}")
         look = ("color3f inputs:diffuseColor.connect = </Wall/Look/Picture.outputs:rgb>", TEXTURE)
     elif surface.colours is not None:
-        shades = _tuples(_linear(surface.colours), 3)
+        shades = _tuples(linear_from_srgb8(surface.colours), 3)
         parts.append(f"{pad}color3f[] primvars:displayColor = {shades} {vertex}")
         look = (
             "color3f inputs:diffuseColor.connect = </Wall/Look/Colours.outputs:result>",

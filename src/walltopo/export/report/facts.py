@@ -1,15 +1,21 @@
-"""What the report tells, read from the scan folder."""
+"""What the report tells of a scan, besides its wall."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
-from walltopo.core import View, WalltopoError
-from walltopo.scans.folder import ScanFolder
-from walltopo.core.files import read_json
+from walltopo.core import View
+from walltopo.export.contract import Reads
+from walltopo.scans.attributes import LeftOut
+from walltopo.scans.manifest import StageRecord
+from walltopo.scans.photo_list import Photo, SkippedFile
+from walltopo.scans.photo_set import PhotoSet
+from walltopo.scans.scale import Scale
 
-__all__ = ["Facts", "read_facts"]
+__all__ = ["Facts"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,72 +24,48 @@ class Facts:
 
     Parameters
     ----------
-    photos : entries of `photos.json`.
-    skipped : source and reason of what ingest left out.
-    views : registered photos, by name; empty where there is no model.
+    photos, skipped : what ingest kept and left out; folder : where the photos are.
+    views : registered photos, by name.
     unregistered : photo name to the reason ("" where none is known).
-    stages : stage name to its entry in `scan.json`.
-    scale : `scale.json`.
+    stages : what the stages said in their last runs.
     cutouts : instance id to the file of its best cutout.
     left_out : instances that were too doubtful to be holds, the surest first.
     """
 
-    photos: list[dict[str, Any]]
-    skipped: list[dict[str, Any]]
-    views: list[View]
+    photos: tuple[Photo, ...]
+    skipped: tuple[SkippedFile, ...]
+    folder: PhotoSet
+    views: tuple[View, ...]
     unregistered: dict[str, str]
-    stages: dict[str, dict[str, Any]]
-    scale: dict[str, Any]
-    cutouts: dict[int, str] = field(default_factory=dict[int, str])
-    left_out: list[dict[str, Any]] = field(default_factory=list[dict[str, Any]])
+    stages: Mapping[str, StageRecord]
+    scale: Scale
+    cutouts: dict[int, Path]
+    left_out: tuple[LeftOut, ...]
+
+    @classmethod
+    def of(cls, reads: Reads, records: Mapping[str, StageRecord]) -> Facts:
+        """From what the export stage is given."""
+        views = reads.sparse.views
+        known = {view.name for view in views}
+        sparse = records.get("sparse")
+        reasons = sparse.metrics.get("unregistered", {}) if sparse else {}
+        return cls(
+            photos=reads.photo_list.photos,
+            skipped=reads.photo_list.skipped,
+            folder=reads.photos,
+            views=views,
+            unregistered={
+                photo.name: str(reasons.get(photo.name, ""))
+                for photo in reads.photo_list.photos
+                if photo.name not in known
+            },
+            stages=records,
+            scale=reads.scale,
+            cutouts=reads.cutouts.best(),
+            left_out=reads.attributes.left_out,
+        )
 
     def metric(self, stage: str, key: str) -> Any:
         """One figure of a stage, or None."""
-        return self.stages.get(stage, {}).get("metrics", {}).get(key)
-
-
-def _optional(path: Any, default: Any) -> Any:
-    return read_json(path) if path.is_file() else default
-
-
-def _views(scan: ScanFolder) -> list[View]:
-    from walltopo.scans.model import read_views
-
-    if not scan.sparse.is_dir():
-        return []
-    try:
-        return read_views(scan.sparse)
-    except WalltopoError:
-        # A lift of one's own mesh may come without a model; the report then has no camera part.
-        return []
-
-
-def _cutouts(scan: ScanFolder) -> dict[int, str]:
-    """Hold id to the file of its best cutout."""
-    best: dict[int, str] = {}
-    index = _optional(scan.cutouts / "index.json", [])
-    entries = index.get("cutouts", []) if isinstance(index, dict) else index
-    for entry in entries:
-        best.setdefault(int(entry["id"]), str(entry["file"]))
-    return best
-
-
-def read_facts(scan: ScanFolder) -> Facts:
-    """Read what there is; a part that is missing stays empty and the report says so."""
-    listing = _optional(scan.photo_list, {"photos": [], "skipped": []})
-    views = _views(scan)
-    stages = _optional(scan.manifest, {}).get("stages", {})
-    reasons = stages.get("sparse", {}).get("metrics", {}).get("unregistered", {})
-    reasons = reasons if isinstance(reasons, dict) else dict.fromkeys(reasons, "")
-    known = {view.name for view in views}
-    missing = [photo["name"] for photo in listing["photos"] if photo["name"] not in known]
-    return Facts(
-        photos=listing["photos"],
-        skipped=listing["skipped"],
-        views=views,
-        unregistered={name: str(reasons.get(name, "")) for name in missing} if views else {},
-        stages=stages,
-        scale=_optional(scan.scale, {}),
-        cutouts=_cutouts(scan),
-        left_out=_optional(scan.attributes, {}).get("left_out", []),
-    )
+        record = self.stages.get(stage)
+        return record.metrics.get(key) if record else None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from walltopo.export.report.canvas import Canvas, base_colours, paper_view
 from walltopo.export.report.coverage import THIN, count_views, thin_spots
 from walltopo.export.report.pictures import data_url
 from walltopo.export.tiers import Look
+from walltopo.scans.holds import HoldRow
 
 __all__ = ["CameraMark", "Drawing", "Maps", "SpotMark", "draw_maps"]
 
@@ -102,7 +103,7 @@ def _drawing(
 
 
 def _camera_path(
-    mesh: Mesh, colours: NDArray[np.uint8], views: list[View], towards: Floats, up: Floats
+    mesh: Mesh, colours: NDArray[np.uint8], views: Sequence[View], towards: Floats, up: Floats
 ) -> Drawing:
     """The wall, faded, and over it each photo with its viewing direction."""
     centres = np.array([view.centre for view in views])
@@ -116,19 +117,19 @@ def _camera_path(
     return _drawing(canvas, (colours.astype(np.uint16) // 2 + 122).astype(np.uint8), marks)
 
 
-def _climbing(mesh: Mesh, holds: list[dict[str, Any]]) -> NDArray[np.bool_]:
+def _climbing(mesh: Mesh, holds: Sequence[HoldRow]) -> NDArray[np.bool_]:
     """(F,) which faces are climbing surface: not mat, and near the holds where there are any."""
     surface = mesh.normals[:, 2] < 0.8
     if len(holds) < 4:
         return surface
-    places = np.array([hold["position"] for hold in holds], dtype=np.float64)
+    places = np.array([hold.position for hold in holds], dtype=np.float64)
     room = 0.06 * float(np.ptp(places, axis=0).max()) + 1e-6
     low, high = places.min(axis=0) - room, places.max(axis=0) + room
     near = surface & ((mesh.centroids > low) & (mesh.centroids < high)).all(axis=1)
     return near if near.any() else surface
 
 
-def draw_maps(first: Look, views: list[View], holds: list[dict[str, Any]], metric: bool) -> Maps:
+def draw_maps(first: Look, views: Sequence[View], holds: Sequence[HoldRow], metric: bool) -> Maps:
     """All drawings that need the wall and the cameras.
 
     Parameters

@@ -1,25 +1,29 @@
-"""Clustering of projections: Louvain on a weighted graph."""
+"""Clusters of a weighted graph by Louvain: seeded, on one thread."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Partition", "louvain", "renumber"]
+from walltopo.graphs.components import renumber
+
+__all__ = ["Partition", "louvain"]
 
 Ints = NDArray[np.int32]
 Floats = NDArray[np.float64]
+Vertices = NDArray[np.integer]
 
 # number of vertices, first, second, weight, resolution, seed -> (n,) cluster of each vertex
-Partition = Callable[[int, Ints, Ints, Floats, float, int], Ints]
+Partition = Callable[[int, Vertices, Vertices, Floats, float, int], Ints]
 
 
 def louvain(
-    count: int, first: Ints, second: Ints, weight: Floats, resolution: float, seed: int
+    count: int, first: Vertices, second: Vertices, weight: Floats, resolution: float, seed: int
 ) -> Ints:
-    """Louvain (Blondel et al. 2008) by networkit, on one thread, seeded.
+    """The clusters that networkit finds: Louvain (Blondel et al. 2008) with refinement.
 
     Parameters
     ----------
@@ -30,16 +34,15 @@ def louvain(
 
     Returns
     -------
-    (count,) int32, clusters numbered from 0 in the order of their first vertex.
+    (count,) int32, clusters numbered from 0 in the order of their first vertex; a vertex without
+    an edge is alone.
     """
     if len(weight) == 0:
         return np.arange(count, dtype=np.int32)
     import networkit
 
-    threads = networkit.getMaxNumberOfThreads()
-    networkit.setNumberOfThreads(1)
-    networkit.setSeed(seed, False)
-    try:
+    with _one_thread():
+        networkit.setSeed(seed, False)
         graph = networkit.GraphFromCoo(
             (weight, (first.astype(np.uint64), second.astype(np.uint64))),
             n=count, weighted=True, directed=False,
@@ -47,14 +50,17 @@ def louvain(
         method = networkit.community.PLM(graph, refine=True, gamma=resolution, par="none")
         method.run()
         found = np.asarray(method.getPartition().getVector(), dtype=np.int64)
-    finally:
-        networkit.setNumberOfThreads(threads)
     return renumber(found)
 
 
-def renumber(clusters: NDArray[np.int64]) -> Ints:
-    """Number clusters from 0 in the order of their first member."""
-    _, first, inverse = np.unique(clusters, return_index=True, return_inverse=True)
-    rank = np.zeros(len(first), dtype=np.int32)
-    rank[np.argsort(first, kind="stable")] = np.arange(len(first), dtype=np.int32)
-    return rank[inverse]
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """Networkit's number of threads belongs to the whole process: give it back as it was."""
+    import networkit
+
+    threads = networkit.getMaxNumberOfThreads()
+    networkit.setNumberOfThreads(1)
+    try:
+        yield
+    finally:
+        networkit.setNumberOfThreads(threads)
