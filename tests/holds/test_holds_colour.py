@@ -141,12 +141,12 @@ def test_palette_entry_without_a_name_is_named_by_its_colour(tmp_path: Path) -> 
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "no .*colour"),
-        ("[[colour]]\nname = 'x'\n", "rgb must be"),
-        ("[[colour]]\nrgb = [1, 2, 300]\n", "rgb must be"),
-        ("[[colour]]\nrgb = [1, 2, 3]\nrole = 'boss'\n", "role must be"),
-        ("[[colour]]\nrgb = [1, 2, 3]\nhue = 3\n", "unknown keys"),
-        ("[[colour", "not valid TOML"),
+        ("", "colour"),
+        ("[[colour]]\nname = 'x'\n", "rgb"),
+        ("[[colour]]\nrgb = [1, 2, 300]\n", "rgb"),
+        ("[[colour]]\nrgb = [1, 2, 3]\nrole = 'boss'\n", "role"),
+        ("[[colour]]\nrgb = [1, 2, 3]\nhue = 3\n", "unknown"),
+        ("[[colour", "TOML"),
     ],
 )
 def test_broken_palettes_are_refused(tmp_path: Path, text: str, message: str) -> None:
@@ -154,7 +154,7 @@ def test_broken_palettes_are_refused(tmp_path: Path, text: str, message: str) ->
     path.write_text(text)
     with pytest.raises(InputError, match=message):
         read_palette(path, 0.7)
-    with pytest.raises(InputError, match="no such palette"):
+    with pytest.raises(InputError, match=r"none\.toml"):
         read_palette(tmp_path / "none.toml", 0.7)
 
 

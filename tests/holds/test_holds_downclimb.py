@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
+from msgspec.structs import replace
 
 from walltopo.holds.downclimb import downclimb_colours, with_downclimbs
 from walltopo.scans.attributes import Hold
@@ -17,10 +16,11 @@ def wall(unit: float = 1.0) -> list[Hold]:
         kind = ("jug", "crimp", "foothold", "unknown")[number % 4]
         for colour, x in (("red", 1.0), ("blue", 4.0)):
             place = (x * unit, 0.0, (0.4 + 0.4 * number) * unit)
-            holds.append(Hold(len(holds) + 1, "hold", place, colour=colour, type=kind))
+            holds.append(Hold(len(holds) + 1, "hold", position=place, colour=colour, type=kind))
     holds = [replace(hold, size_m=0.12 * unit) for hold in holds]
     for x in (0.0, 3.0, 6.0):
-        jug = Hold(len(holds) + 1, "hold", (x * unit, 0.0, 2.0 * unit), colour="grey", type="jug")
+        place = (x * unit, 0.0, 2.0 * unit)
+        jug = Hold(len(holds) + 1, "hold", position=place, colour="grey", type="jug")
         holds.append(replace(jug, size_m=0.2 * unit))
     return holds
 
@@ -34,7 +34,7 @@ def test_few_large_scattered_jugs_are_to_climb_down_by(unit: float) -> None:
 
 
 def changed(**changes: object) -> list[Hold]:
-    return [replace(h, **changes) if h.colour == "grey" else h for h in wall()]  # type: ignore[arg-type]
+    return [replace(h, **changes) if h.colour == "grey" else h for h in wall()]
 
 
 def test_what_makes_a_colour_a_route() -> None:
@@ -44,7 +44,7 @@ def test_what_makes_a_colour_a_route() -> None:
     assert downclimb_colours(crimps, 1.0) == []
     assert downclimb_colours([h for h in wall() if h.id not in (18, 19)], 1.0) == []  # one hold
     column = [
-        Hold(100 + k, "hold", (8.0, 0, 0.5 * k), colour="grey", type="jug", size_m=0.2)
+        Hold(100 + k, "hold", position=(8.0, 0, 0.5 * k), colour="grey", type="jug", size_m=0.2)
         for k in range(6)
     ]
     assert downclimb_colours([*wall(), *column], 1.0) == []

@@ -2,29 +2,42 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from colmap_text import write_model  # type: ignore[import-not-found]
+from msgspec.structs import replace as with_
 from PIL import Image
 
-from walltopo.core import Camera, InputError, Mesh, Silent, View
-from walltopo.core.files import read_json, write_json
+from walltopo.core import Camera, InputError, Mesh, View
 from walltopo.holds.contract import ClassifySettings
 from walltopo.holds.geometry import measure_shapes
 from walltopo.holds.palette import REFERENCE
-from walltopo.holds.stage import run
 from walltopo.meshes.ply import write_ply
+from walltopo.pipeline.runner import run_stage
 from walltopo.raycast import render_ids
-from walltopo.scans.attributes import read_holds
+from walltopo.scans.attributes import Attributes, Hold
+from walltopo.scans.cutouts import Cutouts
+from walltopo.scans.edits import HoldEdit, HoldEdits
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTable
+from walltopo.scans.manifest import Metrics
+from walltopo.scans.scale import Plate, Scale
 
 COLOURS = {1: "red", 2: "blue", 3: "yellow", 4: "red", 5: "wood", 6: "green"}
 PLACES = {1: (0.6, 0.6), 2: (1.2, 0.7), 3: (0.7, 1.4), 4: (1.5, 1.5), 5: (1.1, 1.1), 6: (0.2, 2.9)}
 STEEP_DEG = 20.0
+METRES = Scale(method="measure", scale=1.0, metric=True, up_known=True, floor_known=True)
+
+
+def classify(scan: ScanFolder, settings: ClassifySettings | None = None) -> Metrics:
+    return run_stage(scan, "classify", settings or ClassifySettings())
+
+
+def read_holds(scan: ScanFolder) -> tuple[Hold, ...]:
+    return Attributes.load(scan.attributes).instances
 
 
 def bumpy_wall() -> tuple[Mesh, np.ndarray]:
@@ -66,13 +79,19 @@ def scan(tmp_path: Path) -> ScanFolder:
     """A scan folder up to `lift`; hold 6 is seen in no photo."""
     folder = ScanFolder(tmp_path / "scan")
     mesh, labels = bumpy_wall()
+    classes = {1: "hold", 2: "volume"}
     write_ply(folder.mesh, mesh)
-    np.savez(folder.instances, face_instance=labels, face_score=(labels > 0).astype(np.float32))
-    records = [
-        {"id": k, "class": "volume" if k == 5 else "hold", "label": 1, "score": 1.0}
-        for k in COLOURS
-    ]
-    write_json(folder.instance_records, {"version": 1, "instances": records})
+    METRES.save(folder.scale)
+    InstanceTable(labels, (labels > 0).astype(np.float32)).save(folder.instances)
+    records = tuple(
+        InstanceRecord(
+            k, label, classes[label], 1.0, {str(label): 1.0}, (), int((labels == k).sum())
+        )
+        for k, label in ((k, 2 if k == 5 else 1) for k in COLOURS)
+    )
+    InstanceRecords(classes={"1": "hold", "2": "volume"}, instances=records).save(
+        folder.instance_records
+    )
     views = [look_at(f"{k}.jpg", (0.4 + 0.4 * k, -2.4, 1.1)) for k in range(4)]
     folder.photos.mkdir()
     palette = np.array([(170, 168, 160), *(REFERENCE[c] for c in COLOURS.values())])
@@ -88,8 +107,8 @@ def scan(tmp_path: Path) -> ScanFolder:
 
 
 def test_stage_finds_colour_and_shape(scan: ScanFolder) -> None:
-    metrics = run(scan, ClassifySettings(), Silent())
-    holds = {hold.id: hold for hold in read_holds(scan.attributes)}
+    metrics = classify(scan)
+    holds = {hold.id: hold for hold in read_holds(scan)}
     assert metrics["unseen"] == 1
     for number in (1, 2, 3, 4, 5):
         assert holds[number].colour == COLOURS[number], number
@@ -103,30 +122,30 @@ def test_stage_finds_colour_and_shape(scan: ScanFolder) -> None:
 
 
 def test_an_instance_without_cutouts_is_unknown_and_for_review(scan: ScanFolder) -> None:
-    run(scan, ClassifySettings(), Silent())
-    hold = read_holds(scan.attributes)[5]
+    classify(scan)
+    hold = read_holds(scan)[5]
     assert (hold.id, hold.colour, hold.colour_confidence, hold.photos) == (6, "unknown", 0.0, ())
     assert hold.review
-    index = read_json(scan.cutouts / "index.json")["cutouts"]
-    assert 6 not in {entry["id"] for entry in index}
+    index = Cutouts.load(scan.cutouts).index
+    assert 6 not in {entry.id for entry in index}
 
 
 def test_cutouts_carry_the_mask_and_the_pixel_count(scan: ScanFolder) -> None:
-    run(scan, ClassifySettings(cutouts=2, cutout_px=40), Silent())
-    index = read_json(scan.cutouts / "index.json")["cutouts"]
+    classify(scan, ClassifySettings(cutouts=2, cutout_px=40))
+    index = Cutouts.load(scan.cutouts).index
     assert len(index) == 10
     for entry in index:
-        picture = Image.open(scan.cutouts / entry["file"])
+        picture = Image.open(scan.cutouts / entry.file)
         assert picture.mode == "RGBA"
         assert max(picture.size) <= 40
         opaque = np.asarray(picture)[..., 3] > 127
-        assert 0 < opaque.sum() <= entry["pixels"]
+        assert 0 < opaque.sum() <= entry.pixels
 
 
 def test_the_same_twice(scan: ScanFolder) -> None:
-    run(scan, ClassifySettings(), Silent())
+    classify(scan)
     first = scan.attributes.read_bytes()
-    run(scan, ClassifySettings(), Silent())
+    classify(scan)
     assert scan.attributes.read_bytes() == first
 
 
@@ -139,31 +158,30 @@ def test_a_palette_file_names_colours_and_roles(scan: ScanFolder, tmp_path: Path
             for name, term, role in rows
         )
     )
-    run(scan, ClassifySettings(palette=str(path)), Silent())
-    holds = {hold.id: hold for hold in read_holds(scan.attributes)}
+    classify(scan, ClassifySettings(palette=str(path)))
+    holds = {hold.id: hold for hold in read_holds(scan)}
     assert [holds[k].colour for k in (1, 2, 3, 4)] == ["scarlet", "sea", "sun", "scarlet"]
     assert holds[2].role == "downclimb"
 
 
 def test_hold_edits_are_applied(scan: ScanFolder) -> None:
-    run(scan, ClassifySettings(), Silent())
-    place = list(read_holds(scan.attributes)[0].position)
-    edit = {"id": 1, "at": place, "colour": "pink"}
-    scan.hold_edits.write_text(json.dumps({"version": 1, "holds": [edit], "strokes": []}))
-    run(scan, ClassifySettings(), Silent())
-    assert read_holds(scan.attributes)[0].colour == "pink"
+    classify(scan)
+    edit = HoldEdit(id=1, at=read_holds(scan)[0].position, colour="pink")
+    HoldEdits(holds=(edit,)).save(scan.hold_edits)
+    classify(scan)
+    assert read_holds(scan)[0].colour == "pink"
 
 
 def test_labels_of_another_mesh_are_refused(scan: ScanFolder) -> None:
-    np.savez(scan.instances, face_instance=np.zeros(3, np.int32))
-    with pytest.raises(InputError, match="labels of 3 faces"):
-        run(scan, ClassifySettings(), Silent())
+    InstanceTable(np.zeros(3, np.int32), np.zeros(3, np.float32)).save(scan.instances)
+    with pytest.raises(InputError, match="of 3 triangles"):
+        classify(scan)
 
 
 def test_a_missing_photo_is_named(scan: ScanFolder) -> None:
     (scan.photos / "2.jpg").unlink()
     with pytest.raises(InputError, match=r"2\.jpg"):
-        run(scan, ClassifySettings(), Silent())
+        classify(scan)
 
 
 def test_shape_does_not_depend_on_where_the_wall_stands() -> None:
@@ -181,29 +199,27 @@ def test_shape_does_not_depend_on_where_the_wall_stands() -> None:
 def test_a_doubtful_instance_is_listed_and_not_a_hold_unless_a_setter_keeps_it(
     scan: ScanFolder,
 ) -> None:
-    records = read_json(scan.instance_records)
-    records["instances"][3]["score"] = 0.1
-    write_json(scan.instance_records, records)
-    metrics = run(scan, ClassifySettings(), Silent())
-    data = read_json(scan.attributes)
-    assert [row["id"] for row in data["instances"]] == [1, 2, 3, 5, 6]
-    (row,) = data["left_out"]
-    assert (row["id"], row["score"]) == (4, 0.1)
-    assert row["photos"]
+    table = InstanceRecords.load(scan.instance_records)
+    records = [with_(r, score=0.1) if r.id == 4 else r for r in table.instances]
+    with_(table, instances=tuple(records)).save(scan.instance_records)
+    metrics = classify(scan)
+    found = Attributes.load(scan.attributes)
+    assert [hold.id for hold in found.instances] == [1, 2, 3, 5, 6]
+    (row,) = found.left_out
+    assert (row.id, row.score) == (4, 0.1)
+    assert row.photos
     assert metrics["left_out"] == 1
-    cutouts = read_json(scan.cutouts / "index.json")["cutouts"]
-    assert sum(entry["id"] == 4 for entry in cutouts) == 1
+    assert sum(entry.id == 4 for entry in Cutouts.load(scan.cutouts).index) == 1
 
-    edit = {"id": 4, "at": row["position"], "kept": True}
-    write_json(scan.hold_edits, {"version": 1, "holds": [edit]})
-    run(scan, ClassifySettings(), Silent())
-    data = read_json(scan.attributes)
-    assert 4 in [row["id"] for row in data["instances"]]
-    assert data["left_out"] == []
+    HoldEdits(holds=(HoldEdit(id=4, at=row.position, kept=True),)).save(scan.hold_edits)
+    classify(scan)
+    found = Attributes.load(scan.attributes)
+    assert 4 in [hold.id for hold in found.instances]
+    assert found.left_out == ()
 
     scan.hold_edits.unlink()
-    run(scan, ClassifySettings(least_score=0.1), Silent())
-    assert read_json(scan.attributes)["left_out"] == []
+    classify(scan, ClassifySettings(least_score=0.1))
+    assert Attributes.load(scan.attributes).left_out == ()
 
 
 def test_a_classifier_of_cutouts_names_types_and_roles(scan: ScanFolder, tmp_path: Path) -> None:
@@ -232,24 +248,32 @@ def test_a_classifier_of_cutouts_names_types_and_roles(scan: ScanFolder, tmp_pat
     settings = ClassifySettings(
         model=str(tmp_path / "m.onnx"), classes=str(tmp_path / "classes.toml")
     )
-    run(scan, settings, Silent())
-    holds = {hold.id: hold for hold in read_holds(scan.attributes)}
+    classify(scan, settings)
+    holds = {hold.id: hold for hold in read_holds(scan)}
     assert [holds[k].type for k in (1, 2, 4, 5)] == ["jug", "jug", "jug", "volume"]
     assert (holds[1].maker, holds[1].colour, holds[1].role) == ("Acme", "red", "hold")
     assert (holds[2].colour, holds[2].role) == ("sea", "downclimb")
-    assert "sea" in {entry["name"] for entry in read_json(scan.attributes)["palette"]}
+    assert "sea" in {entry.name for entry in Attributes.load(scan.attributes).palette}
     assert holds[6].type == "unknown"  # no photo shows it
 
 
 def test_what_lies_on_a_printed_plate_is_no_hold(scan: ScanFolder) -> None:
-    run(scan, ClassifySettings(), Silent())
-    place = np.array(read_holds(scan.attributes)[1].position)
+    classify(scan)
+    place = np.array(read_holds(scan)[1].position)
     sheet = np.array([[-0.2, 0, 0.15], [0.2, 0, 0.15], [0.2, 0, -0.15], [-0.2, 0, -0.15]])
-    near, far = (place + sheet).tolist(), (place + sheet + [0, 1.0, 0]).tolist()
-    unplaced: dict[str, list[list[float]]] = {"corners": []}
-    for plates, left_out in (([{"corners": far}, unplaced], []), ([{"corners": near}], [2])):
-        write_json(scan.scale, {"version": 1, "metric": True, "plates": plates})
-        run(scan, ClassifySettings(), Silent())
-        rows = read_json(scan.attributes)["left_out"]
-        assert [row["id"] for row in rows] == left_out
-    assert rows[0]["reason"] == "lies on a printed plate"
+    near, far = (
+        tuple((x, y, z) for x, y, z in rows.tolist())
+        for rows in (place + sheet, place + sheet + [0, 1.0, 0])
+    )
+    plate = Plate((0,), "sheet", True, "markers", 1.0, 0.1, 0.1, (), "")
+    unplaced = with_(plate, ids=(1,))
+    plates: tuple[Plate, ...]
+    for plates, left_out in (
+        ((with_(plate, corners=far), unplaced), []),
+        ((with_(plate, corners=near),), [2]),
+    ):
+        with_(METRES, plates=plates).save(scan.scale)
+        classify(scan)
+        rows = Attributes.load(scan.attributes).left_out
+        assert [row.id for row in rows] == left_out
+    assert rows[0].reason == "lies on a printed plate"

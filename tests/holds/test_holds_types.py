@@ -185,9 +185,9 @@ def test_a_patch_of_wall_and_noise_are_unknown() -> None:
 def test_volumes_keep_their_type_and_holds_without_a_relief_stay_unknown() -> None:
     place, out = (0.0, 0.0, 1.0), (0.0, -1.0, 0.0)
     holds = [
-        Hold(1, "volume", place, out, type="volume", type_confidence=1.0),
-        Hold(2, "hold", place, out),
-        Hold(3, "hold", place, out),
+        Hold(1, "volume", "volume", 1.0, position=place, normal=out),
+        Hold(2, "hold", position=place, normal=out),
+        Hold(3, "hold", position=place, normal=out),
     ]
     body = make_hold("jug", "smooth", np.random.default_rng(3), 1.0, 0.6)
     look = relief_of(*walled(body.vertices, body.faces, 0.5))

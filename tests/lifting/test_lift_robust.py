@@ -137,7 +137,7 @@ def test_nothing_to_lift_gives_no_instances(three_bumps: Bumps) -> None:
 
 def test_a_mesh_without_triangles_is_refused(three_bumps: Bumps) -> None:
     nothing = Mesh(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int32))
-    with pytest.raises(InputError, match="no triangles"):
+    with pytest.raises(InputError, match="triangles"):
         lift(nothing, three_bumps[1])
 
 
@@ -149,7 +149,7 @@ def test_vertices_that_are_not_numbers_are_refused() -> None:
 def test_cameras_in_another_frame_are_told(three_bumps: Bumps) -> None:
     mesh, views, _ = three_bumps
     away = Mesh(mesh.vertices + np.array([1000.0, 0, 0]), mesh.faces)
-    with pytest.raises(InputError, match="coordinate frame"):
+    with pytest.raises(InputError, match="frame"):
         lift(away, views, LiftParams(normalised=True))
 
 

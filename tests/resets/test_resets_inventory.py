@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from walltopo.cli import main
-from walltopo.core.files import write_json
 from walltopo.resets.inventory import changes, count_holds, size_class, to_csv
 from walltopo.resets.matching import match_holds
-from walltopo.scans.attributes import Hold
+from walltopo.scans.attributes import Attributes, Hold
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.scale import Scale
 
 
 def some_holds(count: int, seed: int = 0) -> list[Hold]:
@@ -25,7 +26,7 @@ def some_holds(count: int, seed: int = 0) -> list[Hold]:
         Hold(
             k + 1,
             "hold",
-            (x, y, z),
+            position=(x, y, z),
             colour="red" if k % 2 else "blue",
             type="jug",
             size_m=float(rng.uniform(0.05, 0.4)),
@@ -78,7 +79,7 @@ def test_what_came_and_went() -> None:
     gone, *rest = holds
     swapped = replace(rest[0], size_m=rest[0].size_m * 3)
     painted = replace(rest[1], colour="green")
-    new = [swapped, painted, *rest[2:], Hold(99, "hold", (20.0, 0.0, 1.0), size_m=0.1)]
+    new = [swapped, painted, *rest[2:], Hold(99, "hold", position=(20.0, 0.0, 1.0), size_m=0.1)]
     found: dict[str, list[int]] = {what: [] for what in ("came", "went", "recoloured", "stayed")}
     for change in changes(holds, new):
         hold = change.new or change.old
@@ -99,15 +100,16 @@ def test_csv_has_a_line_a_row_and_splits_positions() -> None:
 
 
 def scan_of(folder: Path, holds: list[Hold]) -> Path:
-    write_json(
-        folder / "attributes.json",
-        {"version": 1, "palette": [], "instances": [hold.to_json() for hold in holds]},
+    scan = ScanFolder(folder)
+    Attributes(instances=tuple(holds)).save(scan.attributes)
+    Scale(method="measure", scale=1.0, metric=True, up_known=True, floor_known=True).save(
+        scan.scale
     )
     return folder
 
 
 def test_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    added = [Hold(90 + k, "hold", (9.0 + k, 0.0, 1.0), size_m=0.1) for k in range(2)]
+    added = [Hold(90 + k, "hold", position=(9.0 + k, 0.0, 1.0), size_m=0.1) for k in range(2)]
     old = scan_of(tmp_path / "old", some_holds(20))
     new = scan_of(tmp_path / "new", [*some_holds(20), *added])
     out = tmp_path / "changes.json"

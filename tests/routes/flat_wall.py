@@ -1,10 +1,13 @@
-"""A wall to put holds on."""
+"""A wall to put holds on, and the scale of a scan in metres."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from walltopo.core import Mesh
+from walltopo.scans.scale import Scale
+
+METRES = Scale(method="measure", scale=1.0, metric=True, up_known=True, floor_known=True)
 
 
 def wall(width: float = 8.0, height: float = 4.0) -> Mesh:

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import networkx
 import numpy as np
 import pytest
-from flat_wall import wall  # type: ignore[import-not-found]
+from flat_wall import METRES, wall  # type: ignore[import-not-found]
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
-from walltopo.core import InputError, Mesh, SettingsError, Silent
-from walltopo.core.files import read_json, write_json
+from walltopo.core import InputError, Mesh, SettingsError
 from walltopo.meshes.ply import write_ply
+from walltopo.pipeline.runner import run_stage
 from walltopo.routes.contract import RoutesSettings
 from walltopo.routes.grouping import (
     best_louvain,
@@ -23,9 +23,10 @@ from walltopo.routes.grouping import (
     modularity,
     similarity,
 )
-from walltopo.routes.stage import find_routes, run
-from walltopo.scans.attributes import Hold
+from walltopo.routes.stage import find_routes
+from walltopo.scans.attributes import Attributes, Hold
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.routes import Routes
 
 
 def column(x: float, colour: str, first: int, count: int = 8) -> list[Hold]:
@@ -34,7 +35,7 @@ def column(x: float, colour: str, first: int, count: int = 8) -> list[Hold]:
         Hold(
             first + k,
             "hold",
-            (x + 0.15 * (-1) ** k, 0.0, 0.3 + 0.45 * k),
+            position=(x + 0.15 * (-1) ** k, 0.0, 0.3 + 0.45 * k),
             colour=colour,
             size_m=0.15,
         )
@@ -58,9 +59,9 @@ def test_two_routes_of_one_colour_and_one_of_another() -> None:
 def test_volumes_downclimb_and_unknown_colours_are_in_no_route() -> None:
     holds = [
         *column(1.0, "red", 1),
-        Hold(50, "volume", (1.0, 0.0, 2.0), colour="red", role="volume"),
-        Hold(51, "hold", (1.2, 0.0, 2.0), colour="red", role="downclimb"),
-        Hold(52, "hold", (1.4, 0.0, 2.0), colour="unknown"),
+        Hold(50, "volume", position=(1.0, 0.0, 2.0), colour="red", role="volume"),
+        Hold(51, "hold", position=(1.2, 0.0, 2.0), colour="red", role="downclimb"),
+        Hold(52, "hold", position=(1.4, 0.0, 2.0), colour="unknown"),
     ]
     routes, unrouted = find_routes(wall(), holds, RoutesSettings())
     assert routes[0].holds == tuple(range(1, 9))
@@ -75,7 +76,7 @@ def test_a_route_with_one_hold_is_left_without_a_route_unless_asked_for() -> Non
     routes, unrouted = find_routes(wall(), holds, RoutesSettings(min_holds=1))
     assert [route.holds for route in routes][1] == (30,)
     assert routes[1].start == routes[1].top == (30,)
-    assert routes[1].facts["length_m"] == 0.0
+    assert routes[1].length_m == 0.0
     assert unrouted == []
 
 
@@ -86,7 +87,7 @@ def test_linking_by_paint_needs_no_colour_names() -> None:
             replace(
                 hold,
                 colour="?",
-                colour_rgb=tuple(int(v * (1 - 0.12 * hold.position[2])) for v in rgb),  # type: ignore[arg-type]
+                colour_rgb=tuple(int(v * (1 - 0.12 * hold.position[2])) for v in rgb),
             )
             for hold in holds
         ]
@@ -130,7 +131,7 @@ def test_unscaled_scan_gives_the_same_routes() -> None:
         Hold(
             hold.id,
             "hold",
-            tuple(factor * v for v in hold.position),  # type: ignore[arg-type]
+            position=tuple(factor * v for v in hold.position),  # type: ignore[arg-type]
             colour=hold.colour,
             size_m=factor * hold.size_m,
         )
@@ -144,10 +145,10 @@ def test_unscaled_scan_gives_the_same_routes() -> None:
 
 
 def test_a_hold_between_two_routes_is_ambiguous() -> None:
-    middle = Hold(99, "hold", (2.75, 0.0, 1.9), colour="red", size_m=0.15)
+    middle = Hold(99, "hold", position=(2.75, 0.0, 1.9), colour="red", size_m=0.15)
     holds = [*column(1.5, "red", 1), *column(4.0, "red", 21), middle]
     routes, _ = find_routes(wall(), holds, RoutesSettings())
-    shares = [route.ambiguous[99] for route in routes if 99 in route.ambiguous]
+    shares = [entry.routes for route in routes for entry in route.ambiguous if entry.hold == 99]
     assert len(routes) == 2
     assert len(shares) == 1
     assert sum(shares[0].values()) == pytest.approx(1.0)
@@ -221,16 +222,17 @@ def test_settings_refuse_crossed_distances() -> None:
 def test_stage_reads_and_writes_the_scan_folder(tmp_path: Path) -> None:
     scan = ScanFolder(tmp_path)
     write_ply(scan.mesh, wall())
-    holds = [*column(1.0, "red", 1), Hold(50, "volume", (4, 0, 2), role="volume")]
-    write_json(scan.attributes, {"version": 1, "instances": [hold.to_json() for hold in holds]})
-    metrics = run(scan, RoutesSettings(), Silent())
+    holds = [*column(1.0, "red", 1), Hold(50, "volume", position=(4, 0, 2), role="volume")]
+    METRES.save(scan.scale)
+    Attributes(instances=tuple(holds)).save(scan.attributes)
+    metrics = run_stage(scan, "routes", RoutesSettings())
     assert metrics["routes"] == 1
-    data = read_json(scan.routes)
-    assert data["volumes"] == [50]
-    assert data["routes"][0]["holds"] == list(range(1, 9))
+    found = Routes.load(scan.routes)
+    assert found.volumes == (50,)
+    assert found.routes[0].holds == tuple(range(1, 9))
     scan.attributes.write_text('{"instances": [{"id": 1}]}')
-    with pytest.raises(InputError, match="entry 0"):
-        run(scan, RoutesSettings(), Silent())
+    with pytest.raises(InputError, match=r"instances\[0\]"):
+        run_stage(scan, "routes", RoutesSettings())
 
 
 def test_touching_routes_of_one_colour_are_split_where_makers_differ() -> None:

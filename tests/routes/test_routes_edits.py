@@ -2,21 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from flat_wall import METRES  # type: ignore[import-not-found]
+from msgspec.structs import replace
 
 from walltopo.core import Mesh, Silent
-from walltopo.core.files import read_json, write_json
+from walltopo.holds.edits import apply_hold_edits
 from walltopo.meshes.ply import write_ply
+from walltopo.pipeline.runner import run_stage
 from walltopo.routes.contract import RoutesSettings
-from walltopo.routes.edits import apply_hold_edits, find_hold
-from walltopo.routes.stage import find_routes, run
-from walltopo.scans.attributes import Hold
-from walltopo.scans.edits import write_route_edits
+from walltopo.routes.stage import find_routes
+from walltopo.scans.attributes import Attributes, Hold
+from walltopo.scans.edits import (
+    Assign,
+    HoldEdit,
+    Merge,
+    Recolour,
+    Rename,
+    RouteEdits,
+    Split,
+    find_hold,
+)
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.routes import Routes
 
 
 def wall() -> Mesh:
@@ -26,34 +36,32 @@ def wall() -> Mesh:
 
 def column(x: float, colour: str, first: int) -> list[Hold]:
     return [
-        Hold(first + k, "hold", (x, 0.0, 0.4 + 0.45 * k), colour=colour, size_m=0.15)
+        Hold(first + k, "hold", position=(x, 0.0, 0.4 + 0.45 * k), colour=colour, size_m=0.15)
         for k in range(6)
     ]
 
 
 HOLDS = [*column(1.0, "red", 1), *column(5.0, "red", 11), *column(3.0, "blue", 21)]
-PLACE = {hold.id: list(hold.position) for hold in HOLDS}
+PLACE = {hold.id: hold.position for hold in HOLDS}
 
 
-def routes_with(
-    edits: Mapping[str, object], holds: list[Hold] | None = None
-) -> dict[int, list[int]]:
+def routes_with(edits: RouteEdits, holds: list[Hold] | None = None) -> dict[int, list[int]]:
     routes, _ = find_routes(wall(), holds or HOLDS, RoutesSettings(), edits=edits)
     return {route.id: sorted(route.holds) for route in routes}
 
 
 def test_without_edits_there_are_three_routes_from_left_to_right() -> None:
-    found = routes_with({})
+    found = routes_with(RouteEdits())
     assert found == {1: [1, 2, 3, 4, 5, 6], 2: [*range(21, 27)], 3: [*range(11, 17)]}
 
 
 def test_merge_keeps_the_first_id() -> None:
-    edits = {"merge": [{"routes": [1, 3], "at": [PLACE[2], PLACE[12]]}]}
+    edits = RouteEdits(merge=(Merge(routes=(1, 3), at=(PLACE[2], PLACE[12])),))
     assert routes_with(edits) == {1: [*range(1, 7), *range(11, 17)], 2: [*range(21, 27)]}
 
 
 def test_split_makes_a_new_route_and_nothing_of_it_is_ambiguous() -> None:
-    edits = {"split": [{"route": 1, "holds": [5, 6], "at": [PLACE[5], PLACE[6]]}]}
+    edits = RouteEdits(split=(Split(route=1, holds=(5, 6), at=(PLACE[5], PLACE[6])),))
     assert routes_with(edits)[4] == [5, 6]
     assert routes_with(edits)[1] == [1, 2, 3, 4]
     routes, _ = find_routes(wall(), HOLDS, RoutesSettings(), edits=edits)
@@ -61,22 +69,22 @@ def test_split_makes_a_new_route_and_nothing_of_it_is_ambiguous() -> None:
 
 
 def test_assign_moves_a_hold_or_takes_it_out() -> None:
-    edits = {
-        "assign": [
-            {"hold": 21, "at": PLACE[21], "route": 1, "route_at": PLACE[3]},
-            {"hold": 22, "at": PLACE[22], "route": 0},
-        ]
-    }
+    edits = RouteEdits(
+        assign=(
+            Assign(hold=21, at=PLACE[21], route=1, route_at=PLACE[3]),
+            Assign(hold=22, at=PLACE[22], route=0),
+        )
+    )
     found = routes_with(edits)
     assert 21 in found[1]
     assert found[2] == [23, 24, 25, 26]
 
 
 def test_rename_and_colour() -> None:
-    edits = {
-        "rename": [{"route": 1, "at": PLACE[1], "name": "The Owl"}],
-        "colour": [{"route": 1, "at": PLACE[1], "colour": "crimson"}],
-    }
+    edits = RouteEdits(
+        rename=(Rename(route=1, at=PLACE[1], name="The Owl"),),
+        colour=(Recolour(route=1, at=PLACE[1], colour="crimson"),),
+    )
     routes, _ = find_routes(wall(), HOLDS, RoutesSettings(), edits=edits)
     assert (routes[0].name, routes[0].colour) == ("The Owl", "crimson")
 
@@ -87,7 +95,7 @@ def test_edits_survive_a_rescan_with_other_ids_and_a_small_shift() -> None:
         for hold in HOLDS
         for x, y, z in [hold.position]
     ]
-    edits = {"merge": [{"routes": [1, 3], "at": [PLACE[2], PLACE[12]]}]}
+    edits = RouteEdits(merge=(Merge(routes=(1, 3), at=(PLACE[2], PLACE[12])),))
     found = routes_with(edits, again)
     assert sorted(map(len, found.values())) == [6, 12]
 
@@ -101,7 +109,7 @@ def test_edits_of_what_is_gone_are_told_and_change_nothing() -> None:
             self.lines.append(message)
 
     notes = Notes()
-    edits = {"assign": [{"hold": 99, "at": [7.5, 0.0, 3.9], "route": 1}]}
+    edits = RouteEdits(assign=(Assign(hold=99, at=(7.5, 0.0, 3.9), route=1),))
     routes, _ = find_routes(wall(), HOLDS, RoutesSettings(), edits=edits, progress=notes)
     assert len(routes) == 3
     assert any("hold 99" in line for line in notes.lines)
@@ -116,10 +124,10 @@ def test_the_place_decides_before_the_id() -> None:
 
 def test_hold_edits() -> None:
     edits = [
-        {"id": 1, "at": PLACE[1], "colour": "pink", "type": "jug"},
-        {"id": 2, "at": PLACE[2], "deleted": True},
-        {"id": 3, "at": PLACE[3], "class": "volume"},
-        {"id": 77, "at": [0.0, 5.0, 0.0], "deleted": True},
+        HoldEdit(id=1, at=PLACE[1], colour="pink", type="jug"),
+        HoldEdit(id=2, at=PLACE[2], deleted=True),
+        HoldEdit(id=3, at=PLACE[3], kind="volume"),
+        HoldEdit(id=77, at=(0.0, 5.0, 0.0), deleted=True),
     ]
     holds, lost = apply_hold_edits(HOLDS, edits, 1.0)
     by_id = {hold.id: hold for hold in holds}
@@ -132,10 +140,10 @@ def test_hold_edits() -> None:
 def test_stage_applies_the_file_on_every_run(tmp_path: Path) -> None:
     scan = ScanFolder(tmp_path)
     write_ply(scan.mesh, wall())
-    write_json(scan.attributes, {"version": 1, "instances": [hold.to_json() for hold in HOLDS]})
-    write_route_edits(
-        scan.route_edits, {"rename": [{"route": 2, "at": PLACE[21], "name": "Blue moon"}]}
-    )
+    METRES.save(scan.scale)
+    Attributes(instances=tuple(HOLDS)).save(scan.attributes)
+    named = Rename(route=2, at=PLACE[21], name="Blue moon")
+    RouteEdits(rename=(named,)).save(scan.route_edits)
     for _ in range(2):
-        run(scan, RoutesSettings(), Silent())
-        assert read_json(scan.routes)["routes"][1]["name"] == "Blue moon"
+        run_stage(scan, "routes", RoutesSettings())
+        assert Routes.load(scan.routes).routes[1].name == "Blue moon"
