@@ -51,6 +51,7 @@ lint: $(VENV)/dev-ready
 
 docs: $(VENV)/dev-ready
 	COLUMNS=1000 $(BIN)/walltopo settings --markdown > docs/settings.md
+	$(BIN)/python -m walltopo.scans.schemas docs/schemas
 	WALLTOPO_WRITE_DOCS=1 $(BIN)/python -m pytest tests/scan/test_bad_input.py -k write_the_table
 
 viewer:

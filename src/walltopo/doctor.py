@@ -32,7 +32,7 @@ class Finding:
 _OPENMVS = ("InterfaceCOLMAP", "DensifyPointCloud", "ReconstructMesh", "RefineMesh", "TextureMesh")
 _CORE = ("numpy", "scipy", "numba", "pycolmap", "cv2", "PIL", "pillow_heif", "av")
 _CORE_MORE = ("networkit", "trimesh", "embreex", "potpourri3d", "fast_simplification")
-_RUNTIME = ("pycocotools", "onnxruntime", "rich")
+_RUNTIME = ("faster_coco_eval", "msgspec", "onnxruntime", "rich")
 _EXTRAS = {
     "train": ("torch", "onnx", "onnxscript"),
     "ultralytics": ("ultralytics",),

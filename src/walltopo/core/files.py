@@ -12,6 +12,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from walltopo.core.errors import EnvironmentLacksError, InputError
 
 __all__ = ["atomic_path", "hash_path", "move_into_place", "read_json", "write_json"]
@@ -59,17 +61,19 @@ def write_json(path: Path, value: Any) -> None:
 
 
 def read_json(path: Path) -> Any:
-    """Read JSON.
+    """Read JSON; strictly: no NaN, no number beyond a double, no half of a surrogate pair.
 
     Raises
     ------
-    InputError : the file is missing or is not JSON; names the file.
+    InputError : the file is missing, cannot be read or is not JSON; names the file.
     """
     try:
-        return json.loads(Path(path).read_text(encoding="utf-8"))
+        return msgspec.json.decode(Path(path).read_bytes())
     except FileNotFoundError as error:
         raise InputError(f"{path}: no such file") from error
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
+    except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: not valid JSON ({error})") from error
 
 

@@ -15,6 +15,8 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
+import msgspec
+
 from walltopo.core import EnvironmentLacksError, WalltopoError
 from walltopo.export.edits import read_edits, save_edits
 from walltopo.scans.folder import ScanFolder
@@ -82,8 +84,8 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _save(self, body: bytes) -> None:
         try:
-            save_edits(self.scan, json.loads(body))
-        except (UnicodeDecodeError, json.JSONDecodeError) as error:
+            save_edits(self.scan, msgspec.json.decode(body))
+        except (UnicodeDecodeError, msgspec.DecodeError) as error:
             self._problem(HTTPStatus.BAD_REQUEST, f"not JSON: {error}")
         except WalltopoError as error:
             self._problem(HTTPStatus.BAD_REQUEST, str(error))

@@ -14,7 +14,7 @@ from walltopo.core import InputError, Mask
 from walltopo.core.files import write_json
 from walltopo.scans.document import read_document
 
-__all__ = ["Detections", "decode_segmentation", "encode_mask", "read_coco_masks"]
+__all__ = ["CocoFile", "Detections", "decode_segmentation", "encode_mask", "read_coco_masks"]
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Detections:
         ------
         InputError : the file is missing, is not COCO, or an annotation is broken; names which.
         """
-        data = read_document(path, _Coco)
+        data = read_document(path, CocoFile)
         images = {image.id: image for image in data.images}
         masks: dict[str, list[Mask]] = {image.file_name: [] for image in data.images}
         for row in data.annotations:
@@ -80,19 +80,19 @@ class Detections:
         )
 
 
-class _Image(msgspec.Struct, frozen=True):
+class CocoImage(msgspec.Struct, frozen=True):
     id: int
     file_name: str
     width: int
     height: int
 
 
-class _Category(msgspec.Struct, frozen=True):
+class CocoCategory(msgspec.Struct, frozen=True):
     id: int
     name: str
 
 
-class _Annotation(msgspec.Struct, frozen=True):
+class CocoAnnotation(msgspec.Struct, frozen=True):
     image_id: int
     category_id: int
     segmentation: Any  # polygons or RLE: `decode_segmentation` tells them apart
@@ -100,10 +100,12 @@ class _Annotation(msgspec.Struct, frozen=True):
     id: int | str = "?"
 
 
-class _Coco(msgspec.Struct, frozen=True):
-    images: tuple[_Image, ...]
-    categories: tuple[_Category, ...]
-    annotations: tuple[_Annotation, ...]
+class CocoFile(msgspec.Struct, frozen=True):
+    """What is read of a COCO file; other keys are passed over."""
+
+    images: tuple[CocoImage, ...]
+    categories: tuple[CocoCategory, ...]
+    annotations: tuple[CocoAnnotation, ...]
     info: dict[str, Any] = {}
 
 
@@ -116,7 +118,7 @@ def _annotation(mask: Mask, number: int, image: int) -> dict[str, Any]:
         "bbox": [float(v) for v in mask.box],
         "area": mask.area,
         "iscrowd": 0,
-        "score": round(float(mask.score), 4),
+        "score": max(round(float(mask.score), 4), 1e-4),  # 0 is no score
     }
 
 
@@ -151,7 +153,7 @@ def decode_segmentation(
         if encoded is None:
             return Mask(np.zeros((0, 0), dtype=np.bool_), 0, 0, width, height, label, score)
         bitmap = np.asarray(rle.decode(encoded)).astype(np.bool_)
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, RuntimeError, TypeError, ValueError) as error:
         raise InputError(f"segmentation is neither polygons nor RLE: {error}") from error
     return Mask.from_full(bitmap, label, score)
 

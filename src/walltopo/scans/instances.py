@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh
 from walltopo.core.files import atomic_path
+from walltopo.scans.arrays import read_arrays
 from walltopo.scans.document import Document
 
 __all__ = ["InstanceRecord", "InstanceRecords", "InstanceTable"]
@@ -35,18 +37,19 @@ class InstanceTable:
 
         Raises
         ------
-        InputError : the file is missing or damaged.
+        InputError : the file is missing or damaged, or its arrays are no such table.
         """
-        try:
-            with np.load(path) as data:
-                return cls(
-                    np.asarray(data["face_instance"], dtype=np.int32),
-                    np.asarray(data["face_score"], dtype=np.float32),
-                )
-        except FileNotFoundError as error:
-            raise InputError(f"{path}: no such file", "Run the lift stage first.") from error
-        except (KeyError, OSError, ValueError) as error:
-            raise InputError(f"{path}: no table of instances ({error})") from error
+        labels, scores = read_arrays(path, "face_instance", "face_score")
+        if labels.ndim != 1 or labels.shape != scores.shape:
+            raise InputError(
+                f"{path}: face_instance and face_score must both be (F,), got "
+                f"{labels.shape} and {scores.shape}"
+            )
+        if labels.dtype.kind not in "iu" or not _within(labels, np.iinfo(np.int32).max):
+            raise InputError(f"{path}: face_instance must be whole numbers >= 0")
+        if scores.dtype.kind != "f" or not _within(scores, 1):
+            raise InputError(f"{path}: face_score must be numbers in [0, 1]")
+        return cls(labels.astype(np.int32), scores.astype(np.float32))
 
     def save(self, path: Path) -> None:
         """Write, atomically."""
@@ -68,6 +71,11 @@ class InstanceTable:
                 f"{len(mesh.faces)}",
                 "They are of different runs; run the scan again with --from lift.",
             )
+
+
+def _within(values: NDArray[Any], most: float) -> bool:
+    """Whether all lie in [0, most]; NaN does not."""
+    return bool(((values >= 0) & (values <= most)).all())
 
 
 class InstanceRecord(msgspec.Struct, frozen=True):

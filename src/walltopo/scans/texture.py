@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh
 from walltopo.core.files import atomic_path, move_into_place
+from walltopo.scans.arrays import read_arrays
 
 __all__ = ["TextureImage", "TextureUv"]
 
@@ -40,12 +41,11 @@ class TextureUv:
 
     @classmethod
     def load(cls, path: Path) -> TextureUv:
-        """Read; InputError where the file is missing or damaged."""
-        try:
-            with np.load(path) as data:
-                return cls(np.asarray(data["uv"], dtype=np.float32))
-        except (KeyError, OSError, ValueError) as error:
-            raise InputError(f"{path}: no texture coordinates ({error})") from error
+        """Read; InputError where the file is missing, damaged or of another shape."""
+        (uv,) = read_arrays(path, "uv")
+        if uv.dtype.kind != "f" or uv.shape[1:] != (3, 2) or not np.isfinite(uv).all():
+            raise InputError(f"{path}: uv must be finite numbers (F, 3, 2), got {uv.shape}")
+        return cls(uv.astype(np.float32))
 
     def save(self, path: Path) -> None:
         """Write, atomically."""
