@@ -18,10 +18,14 @@ def _data_root() -> Path:
 
 @pytest.fixture(scope="session")
 def data_root() -> Path:
-    """The folder of test data beside the checkout; tests that want it skip where it is absent."""
+    """The folder of test data beside the checkout.
+
+    Where it is absent, tests that want it skip; where `CI` is set they fail, lest nobody notice.
+    """
     root = _data_root()
     if not (root / "README.md").is_file():
-        pytest.skip(f"test data not found at {root} (set WALLTOPO_TEST_DATA)")
+        absent = pytest.fail if os.environ.get("CI") else pytest.skip
+        absent(f"test data not found at {root} (set WALLTOPO_TEST_DATA)")
     return root
 
 

@@ -15,10 +15,12 @@ from walltopo.detect.contract import DetectSettings
 from walltopo.detect.detector import open_detector, shipped_model
 from walltopo.detect.found import box_iou
 from walltopo.detect.onnx_detector import OnnxDetector, prepare
-from walltopo.detect.stage import detect_photos, run
+from walltopo.detect.stage import detect_photos, photos_in
 from walltopo.imaging.photo_file import read_rgb
-from walltopo.scans.detections import read_coco_masks
+from walltopo.pipeline.runner import run_stage
+from walltopo.scans.detections import Detections
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.photo_list import Photo, PhotoList
 
 
 def painted_wall(width: int = 640, height: int = 480) -> np.ndarray:
@@ -92,18 +94,22 @@ def test_stage_writes_coco_in_photo_pixels(tmp_path: Path) -> None:
     scan.photos.mkdir()
     cv2.imwrite(str(scan.photos / "a.jpg"), painted_wall()[..., ::-1])
     cv2.imwrite(str(scan.photos / "b.png"), np.full((90, 120, 3), 128, np.uint8))
-    figures = run(scan, DetectSettings(size=640, threads=1), Silent())
-    masks, classes = read_coco_masks(scan.detections)
-    assert classes == {1: "hold", 2: "volume"}
-    assert set(masks) == {"a.jpg", "b.png"}
-    assert figures["masks"] == sum(len(m) for m in masks.values()) > 0
-    assert {(m.width, m.height) for m in masks["a.jpg"]} == {(640, 480)}
+    sizes = {"a.jpg": (640, 480), "b.png": (120, 90)}
+    photos = tuple(Photo(name, *size, None, name, 100.0) for name, size in sizes.items())
+    PhotoList(photos=photos).save(scan.photo_list)
+    figures = run_stage(scan, "detect", DetectSettings(size=640, threads=1))
+    found = Detections.load(scan.detections)
+    assert found.classes == {1: "hold", 2: "volume"}
+    assert found.sizes == sizes
+    assert set(found.masks) == set(sizes)
+    assert figures["masks"] == sum(len(m) for m in found.masks.values()) > 0
+    assert {(m.width, m.height) for m in found.masks["a.jpg"]} == {(640, 480)}
 
 
 def test_drawings(tmp_path: Path, detector: OnnxDetector) -> None:
     photo = tmp_path / "wall.png"
     cv2.imwrite(str(photo), painted_wall()[..., ::-1])
-    detect_photos([photo], detector, tmp_path / "d.json", Silent(), tmp_path / "pictures")
+    detect_photos([photo], detector, Silent(), tmp_path / "pictures")
     drawn = read_rgb(tmp_path / "pictures" / "wall.png")
     assert drawn.shape == (480, 640, 3)
     assert (drawn != read_rgb(photo)).any()
@@ -127,8 +133,13 @@ def test_errors_name_the_file(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"broken\.onnx"):
         open_detector(DetectSettings(model=str(broken)))
     (tmp_path / "photos").mkdir()
-    with pytest.raises(InputError, match="holds no photos"):
-        run(ScanFolder(tmp_path), DetectSettings(), Silent())
+    with pytest.raises(InputError, match="photos"):
+        photos_in(tmp_path / "photos")
+    PhotoList(photos=(Photo("gone.jpg", 640, 480, None, "gone.jpg", 1.0),)).save(
+        ScanFolder(tmp_path).photo_list
+    )
+    with pytest.raises(InputError, match=r"gone\.jpg"):
+        run_stage(ScanFolder(tmp_path), "detect", DetectSettings())
 
 
 def test_cuda_is_not_silently_replaced() -> None:

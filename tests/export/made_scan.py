@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from walltopo.core import Mesh
-from walltopo.core.files import write_json
+from walltopo.core import Mesh, Progress, Silent
+from walltopo.export.contract import ExportSettings
+from walltopo.export.stage import export_wall
+from walltopo.export.wall import Wall
 from walltopo.meshes.ply import write_ply
+from walltopo.pipeline.runner import run_stage
+from walltopo.scans.attributes import Attributes, Hold
+from walltopo.scans.cutouts import INDEX, CutoutIndex
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTable
+from walltopo.scans.manifest import Manifest, Metrics, StageRecord
+from walltopo.scans.photo_list import Photo, PhotoList, SkippedFile
+from walltopo.scans.routes import Route, Routes
+from walltopo.scans.scale import Plate, Scale
+from walltopo.scans.texture import TextureUv
 
 WIDTH, HEIGHT = 6.0, 4.0  # metres
 COLOURS = {"red": (200, 40, 40), "blue": (40, 80, 200), "green": (40, 150, 60)}
@@ -81,89 +91,110 @@ def write_cameras(folder: Path, names: list[str]) -> None:
     (folder / "points3D.txt").write_text("")
 
 
-def build_scan(
-    root: Path,
-    holds: int = 12,
-    textured: bool = True,
-    cells: int = 90,
-    cameras: bool = True,
-    metric: bool = True,
-) -> ScanFolder:
+def build_scan(root: Path, holds: int = 12, cells: int = 90, metric: bool = True) -> ScanFolder:
     """Write a scan folder as the earlier stages leave it."""
     scan = ScanFolder(root)
     root.mkdir(parents=True, exist_ok=True)
     mesh, labels, uv, (places, radius) = panel(holds, cells)
     write_ply(scan.mesh, mesh)
-    np.savez(scan.instances, face_instance=labels, face_score=(labels > 0).astype(np.float32))
+    InstanceTable(labels, (labels > 0).astype(np.float32)).save(scan.instances)
     names = list(COLOURS)
     rows = max(2, round(np.sqrt(holds * HEIGHT / WIDTH)))
     colour_of = [names[(k // rows) % 3] for k in range(holds)]
-    records: list[dict[str, Any]] = []
-    attributes: list[dict[str, Any]] = []
+    instances = [made_hold(k, places[k - 1], radius, colour_of[k - 1]) for k in range(1, holds + 1)]
+    Attributes(instances=tuple(instances)).save(scan.attributes)
+    InstanceRecords(
+        classes={"1": "hold"},
+        instances=tuple(
+            InstanceRecord(k, 1, "hold", 0.4 + 0.05 * (k % 12), {"1": 1.0}, (), 1)
+            for k in range(1, holds + 1)
+        ),
+    ).save(scan.instance_records)
     members: dict[int, list[int]] = {}
     for number in range(1, holds + 1):
-        x, z = places[number - 1]
-        colour = colour_of[number - 1]
-        records.append(
-            {"id": number, "label": 1, "class": "hold", "score": 0.4 + 0.05 * (number % 12)}
-        )
-        attributes.append(
-            {
-                "id": number, "class": "hold", "type": "jug", "type_confidence": 0.7,
-                "colour": colour, "colour_rgb": list(COLOURS[colour]), "colour_confidence": 0.9,
-                "position": [float(x), -0.5 * radius, float(z)], "normal": [0.0, -1.0, 0.0],
-                "size_m": 2 * radius, "area_m2": 0.05, "steepness_deg": 10.0,
-                "photos": ["IMG_1.jpg"], "role": "hold", "review": number == 2,
-            }
-        )  # fmt: skip
         members.setdefault((number - 1) // rows + 1, []).append(number)
-    routes = [
-        {
-            "id": k, "colour": colour_of[ids[0] - 1], "holds": ids, "length_m": 3.2,
-            "steepness_deg": 10.0, "start": ids[:1], "top": ids[-1:], "footholds": [],
-            "ambiguous": [], **({"name": MARKUP} if k == 2 else {}),
-        }
-        for k, ids in members.items()
-    ]  # fmt: skip
-    write_json(scan.instance_records, {"version": 1, "instances": records})
-    write_json(scan.attributes, {"version": 1, "palette": [], "instances": attributes})
-    write_json(scan.routes, {"version": 1, "routes": routes, "unrouted": [], "volumes": []})
-    write_json(
-        scan.scale,
-        {
-            "version": 1,
-            "metric": metric,
-            "method": "measure",
-            "plates": [
-                {"ids": [0, 1, 2, 3], "residual_mm": 0.8, "photos": ["IMG_1.jpg"], "problem": ""}
-            ],
-        },
-    )
-    photos = [{"name": f"IMG_{k}.jpg", "width": 320, "height": 240} for k in (1, 2, 3, 4)]
-    skipped = [{"source": "<script>window.hacked=1</script>.txt", "reason": "not an image"}]
-    write_json(scan.photo_list, {"version": 1, "photos": photos, "skipped": skipped})
-    if textured:
-        write_texture(scan.texture, places, radius, [COLOURS[c] for c in colour_of])
-        np.savez(scan.texture_uv, uv=uv)
-    if cameras:
-        write_cameras(scan.sparse, ["IMG_1.jpg", "IMG_2.jpg", "IMG_3.jpg"])
-        from PIL import Image
-
-        scan.photos.mkdir()
-        for photo in photos:
-            Image.new("RGB", (320, 240), (90, 120, 90)).save(scan.photos / str(photo["name"]))
-    manifest = {
-        "stages": {
-            "sparse": {
-                "state": "done",
-                "seconds": 3.0,
-                "peak_mb": 100.0,
-                "metrics": {
-                    "reprojection_px": 0.34,
-                    "unregistered": {"IMG_4.jpg": "too few <b>matches</b>"},
-                },
-            }
-        }
+    routes = [made_route(k, ids, colour_of[ids[0] - 1]) for k, ids in members.items()]
+    Routes(routes=tuple(routes)).save(scan.routes)
+    made_scale(metric).save(scan.scale)
+    write_texture(scan.texture, places, radius, [COLOURS[c] for c in colour_of])
+    TextureUv(uv).save(scan.texture_uv)
+    write_photos(scan)
+    scan.cutouts.mkdir()
+    CutoutIndex(cutouts=()).save(scan.cutouts / INDEX)
+    metrics = {
+        "reprojection_px": 0.34,
+        "unregistered": {"IMG_4.jpg": "too few <b>matches</b>"},
     }
-    scan.manifest.write_text(json.dumps(manifest))
+    record = StageRecord("done", seconds=3.0, peak_mb=100.0, metrics=metrics)
+    manifest = Manifest.load(scan.manifest)
+    manifest.stages["sparse"] = record
+    manifest.save(scan.manifest)
+    return scan
+
+
+def made_hold(number: int, place: Any, radius: float, colour: str) -> Hold:
+    """A jug at `place` (x, z)."""
+    x, z = map(float, place)
+    red, green, blue = COLOURS[colour]
+    return Hold(
+        number, "hold", type="jug", type_confidence=0.7, colour=colour,
+        colour_rgb=(red, green, blue), colour_confidence=0.9, position=(x, -0.5 * float(radius), z),
+        size_m=2 * float(radius), area_m2=0.05, steepness_deg=10.0, photos=("IMG_1.jpg",),
+        review=number == 2,
+    )  # fmt: skip
+
+
+def made_route(number: int, holds: list[int], colour: str) -> Route:
+    """A route over all its holds; the second has a hostile name."""
+    return Route(
+        number, MARKUP if number == 2 else "", colour, tuple(holds), length_m=3.2,
+        steepness_deg=10.0, start=tuple(holds[:1]), top=tuple(holds[-1:]),
+    )  # fmt: skip
+
+
+def made_scale(metric: bool) -> Scale:
+    """By one plate."""
+    plate = Plate(
+        (0, 1, 2, 3), "a plate", used=metric, way="corners", scale=1.0, residual_mm=0.8,
+        error_px=0.2, photos=("IMG_1.jpg",), problem="",
+    )  # fmt: skip
+    return Scale(
+        method="measure", scale=1.0, metric=metric, up_known=metric, floor_known=metric,
+        plates=(plate,),
+    )  # fmt: skip
+
+
+def write_photos(scan: ScanFolder) -> None:
+    """Four photos, three of them registered, and a file that was skipped."""
+    from PIL import Image
+
+    photos = tuple(
+        Photo(f"IMG_{k}.jpg", 320, 240, 240.0, f"IMG_{k}.jpg", 100.0) for k in (1, 2, 3, 4)
+    )
+    skipped = (SkippedFile("<script>window.hacked=1</script>.txt", "not an image"),)
+    PhotoList(photos=photos, skipped=skipped).save(scan.photo_list)
+    write_cameras(scan.sparse, [photo.name for photo in photos[:3]])
+    scan.photos.mkdir()
+    for photo in photos:
+        Image.new("RGB", (320, 240), (90, 120, 90)).save(scan.photos / photo.name)
+
+
+def export_scan(
+    scan: ScanFolder, settings: ExportSettings | None = None, progress: Progress | None = None
+) -> Metrics:
+    """Run the export stage, told as in a scan what the other stages said; its figures."""
+    records = Manifest.load(scan.manifest).stages
+    return run_stage(scan, "export", settings or ExportSettings(), progress, records=records)
+
+
+def export_alone(root: Path, wall: Wall, settings: ExportSettings) -> ScanFolder:
+    """The page and the files of a wall, without a scan: no report."""
+    scan, scratch = ScanFolder(root), root / "scratch"
+    scratch.mkdir(parents=True)
+    made = export_wall(wall, settings, scratch, Silent())
+    made.holds.save(scan.holds)
+    made.glb.save(scan.glb)
+    made.page_assets.save(scan.page_assets)
+    made.page.save(scan.page)
+    scratch.rmdir()
     return scan

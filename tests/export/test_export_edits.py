@@ -8,43 +8,57 @@ import threading
 from collections.abc import Callable, Iterator
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from walltopo.core import InputError
-from walltopo.export.edits import read_edits, save_edits
+from walltopo.export.edits import EditDocument, read_edits, save_edits
 from walltopo.export.server import make_server
 from walltopo.export.wall import read_wall
-from walltopo.scans.edits import read_route_edits, write_route_edits
+from walltopo.scans.attributes import Attributes
+from walltopo.scans.edits import HoldEdit, HoldEdits, Rename, RouteEdits, Stroke, apply_strokes
 from walltopo.scans.folder import ScanFolder
 
 MakeScan = Callable[..., ScanFolder]
-HERE = [1.0, -0.1, 2.0]
+HERE = (1.0, -0.1, 2.0)
 
 
-def rename(name: str) -> dict[str, Any]:
-    return {"rename": [{"route": 1, "at": HERE, "name": name}]}
+def rename(name: str) -> RouteEdits:
+    return RouteEdits(rename=(Rename(route=1, at=HERE, name=name),))
+
+
+def save(scan: ScanFolder, edits: HoldEdits) -> None:
+    """Save as the editor does."""
+    save_edits(scan, msgspec.to_builtins(EditDocument(edits, RouteEdits())))
+
+
+def delete_hold(scan: ScanFolder, number: int) -> None:
+    """What the classify stage does about a deleted hold: it is not in attributes.json."""
+    found = Attributes.load(scan.attributes)
+    kept = tuple(hold for hold in found.instances if hold.id != number)
+    msgspec.structs.replace(found, instances=kept).save(scan.attributes)
 
 
 @given(name=st.text(max_size=60))
 def test_any_name_survives_toml(tmp_path_factory: pytest.TempPathFactory, name: str) -> None:
     name = name.encode("utf-8", "ignore").decode()
     path = tmp_path_factory.mktemp("edits") / "routes.edits.toml"
-    write_route_edits(path, rename(name))
-    assert read_route_edits(path)["rename"][0]["name"] == name
+    rename(name).save(path)
+    assert RouteEdits.load(path) == rename(name)
 
 
 @pytest.mark.parametrize(
     ("edits", "message"),
     [
-        ({"holds": {}, "routes": {"blow": []}}, "unknown blow"),
-        ({"holds": {}, "routes": {"assign": [{"hold": 1, "at": HERE}]}}, "missing route"),
-        ({"holds": {"holds": [{"id": -1, "at": HERE}]}, "routes": {}}, "id cannot be -1"),
-        ({"holds": {"holds": [{"id": 1, "at": [0, 0]}]}, "routes": {}}, "at cannot be"),
-        ({"holds": {"strokes": 3}, "routes": {}}, "must be a list"),
-        ({"holds": {}}, "expected an object"),
+        ({"holds": {}, "routes": {"blow": []}}, "blow"),
+        ({"holds": {}, "routes": {"assign": [{"hold": 1, "at": HERE}]}}, "`route`"),
+        ({"holds": {"holds": [{"id": -1, "at": HERE}]}, "routes": {}}, r"\.id"),
+        ({"holds": {"holds": [{"id": 1, "at": [0, 0]}]}, "routes": {}}, r"\.at"),
+        ({"holds": {"strokes": 3}, "routes": {}}, "strokes"),
+        ({"holds": {}}, "`routes`"),
     ],
 )
 def test_broken_edits_are_refused_and_nothing_is_written(
@@ -60,13 +74,10 @@ def test_broken_edits_are_refused_and_nothing_is_written(
 def test_strokes_and_deleted_holds_reach_the_model(make_scan: MakeScan) -> None:
     scan = make_scan()
     plain = read_wall(scan)
-    place = plain.mesh.centroids[np.flatnonzero(plain.face_instance == 0)[100]].tolist()
-    strokes = [{"hold": 3, "at": place, "radius_m": 0.2}]
-    save_edits(scan, {"holds": {"strokes": strokes}, "routes": {}})
-    # Deleting is done by the classify stage, which drops the hold from attributes.json.
-    attributes = json.loads(scan.attributes.read_text())
-    attributes["instances"] = [item for item in attributes["instances"] if item["id"] != 7]
-    scan.attributes.write_text(json.dumps(attributes))
+    x, y, z = plain.mesh.centroids[np.flatnonzero(plain.face_instance == 0)[100]].tolist()
+    place = (x, y, z)
+    save(scan, HoldEdits(strokes=(Stroke(hold=3, at=place, radius_m=0.2),)))
+    delete_hold(scan, 7)
     painted = read_wall(scan)
     near = np.linalg.norm(plain.mesh.centroids - place, axis=1) <= 0.2
     assert (painted.face_instance[near] == 3).all()
@@ -74,21 +85,17 @@ def test_strokes_and_deleted_holds_reach_the_model(make_scan: MakeScan) -> None:
 
 
 def test_strokes_give_the_model_the_triangles_that_classify_measures(make_scan: MakeScan) -> None:
-    from walltopo.scans.edits import apply_strokes
-
     scan = make_scan()
     plain = read_wall(scan)
-    on_hold = plain.mesh.centroids[np.flatnonzero(plain.face_instance == 3)[0]].tolist()
-    strokes = [
-        {"hold": 7, "at": on_hold, "radius_m": 0.1},  # by a hold that is deleted afterwards
-        {"hold": 0, "at": plain.holds[0]["position"], "radius_m": 0.05},
-        {"hold": 5, "at": plain.holds[0]["position"], "radius_m": 0.02},
-    ]
-    edits = [{"id": 7, "at": plain.holds[6]["position"], "deleted": True}]
-    save_edits(scan, {"holds": {"holds": edits, "strokes": strokes}, "routes": {}})
-    attributes = json.loads(scan.attributes.read_text())
-    attributes["instances"] = [item for item in attributes["instances"] if item["id"] != 7]
-    scan.attributes.write_text(json.dumps(attributes))
+    x, y, z = plain.mesh.centroids[np.flatnonzero(plain.face_instance == 3)[0]].tolist()
+    strokes = (
+        Stroke(hold=7, at=(x, y, z), radius_m=0.1),  # by a hold that is deleted afterwards
+        Stroke(hold=0, at=plain.holds[0].position, radius_m=0.05),
+        Stroke(hold=5, at=plain.holds[0].position, radius_m=0.02),
+    )
+    deleted = HoldEdit(id=7, at=plain.holds[6].position, deleted=True)
+    save(scan, HoldEdits(holds=(deleted,), strokes=strokes))
+    delete_hold(scan, 7)
     expected = apply_strokes(plain.mesh, plain.face_instance, strokes)
     assert (expected != plain.face_instance).any()
     assert (expected == 7).sum() > (plain.face_instance == 7).sum()
@@ -129,7 +136,7 @@ def test_serves_the_page_and_nothing_else(server: tuple[int, ScanFolder]) -> Non
 
 def test_saves_edits_of_its_own_page_only(server: tuple[int, ScanFolder]) -> None:
     port, scan = server
-    body = json.dumps({"holds": {}, "routes": rename("Heron")})
+    body = json.dumps({"holds": {}, "routes": msgspec.to_builtins(rename("Heron"))})
     own = {"Content_Type": "application/json", "Host": f"localhost:{port}"}
     foreign = ask(port, "POST", "/api/edits", body, **own, Origin="http://evil.example")
     assert foreign[0] == 403

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -80,7 +81,9 @@ def test_colours_of_thousands_of_ids_differ() -> None:
 
 
 def test_csv_and_geojson(wall: Wall, tmp_path: Path) -> None:
-    wall = replace(wall, holds=[{**wall.holds[0], "type": "=1+1"}, *wall.holds[1:]])
+    wall = replace(
+        wall, holds=[msgspec.structs.replace(wall.holds[0], type="=1+1"), *wall.holds[1:]]
+    )
     convert(wall, "csv", tmp_path / "wall.csv")
     rows = list(csv.DictReader((tmp_path / "wall.csv").open(encoding="utf-8")))
     assert [int(row["id"]) for row in rows] == list(range(1, 13))
@@ -89,7 +92,7 @@ def test_csv_and_geojson(wall: Wall, tmp_path: Path) -> None:
     features = json.loads((tmp_path / "wall.geojson").read_text())["features"]
     points = {f["id"]: f["geometry"]["coordinates"] for f in features}
     across = points["hold-4"][0] - points["hold-1"][0]
-    assert across == pytest.approx(wall.holds[3]["position"][0] - wall.holds[0]["position"][0])
+    assert across == pytest.approx(wall.holds[3].position[0] - wall.holds[0].position[0])
 
 
 def test_labelme_outlines_lie_on_the_holds(scan: ScanFolder, wall: Wall, tmp_path: Path) -> None:
@@ -98,7 +101,7 @@ def test_labelme_outlines_lie_on_the_holds(scan: ScanFolder, wall: Wall, tmp_pat
     convert(wall, "labelme", tmp_path / "labels", scan=scan)
     view = read_views(scan.sparse)[1]
     document = json.loads((tmp_path / "labels" / "IMG_2.json").read_text())
-    places = {hold["id"]: hold["position"] for hold in wall.holds}
+    places = {hold.id: hold.position for hold in wall.holds}
     assert len(document["shapes"]) >= 6
     for shape in document["shapes"]:
         points = np.array(shape["points"])
@@ -111,8 +114,8 @@ def test_labelme_outlines_lie_on_the_holds(scan: ScanFolder, wall: Wall, tmp_pat
 
 def test_one_route_alone(wall: Wall) -> None:
     alone = crop_route(wall, 2)
-    assert {hold["id"] for hold in alone.holds} == {4, 5, 6}
-    assert [route["id"] for route in alone.routes] == [2]
+    assert {hold.id for hold in alone.holds} == {4, 5, 6}
+    assert [route.id for route in alone.routes] == [2]
     assert set(np.unique(alone.face_instance)) == {0, 4, 5, 6}
     assert 0.1 < len(alone.mesh.faces) / len(wall.mesh.faces) < 0.6
     with pytest.raises(InputError, match="there are 1, 2, 3, 4"):
@@ -121,7 +124,7 @@ def test_one_route_alone(wall: Wall) -> None:
 
 def test_section(wall: Wall) -> None:
     left = crop_section(wall, 0.0, 3.0)
-    assert {hold["id"] for hold in left.holds} == set(range(1, 7))
+    assert {hold.id for hold in left.holds} == set(range(1, 7))
     assert left.mesh.vertices[:, 0].max() < 3.2
     with pytest.raises(InputError, match="from left to right"):
         crop_section(wall, 3.0, 1.0)
@@ -139,11 +142,11 @@ def test_newer_replaces_older_where_they_overlap(make_scan: MakeScan, tmp_path: 
     alone = read_wall(make_scan("whole", cells=60))
     assert flat == pytest.approx(alone.mesh.areas[alone.face_instance == 0].sum(), rel=0.03)
     assert len(gym.holds) == 12
-    assert len({hold["id"] for hold in gym.holds}) == 12
+    assert len({hold.id for hold in gym.holds}) == 12
     assert gym.uv is not None
     assert gym.uv.shape == (len(gym.mesh.faces), 3, 2)
     for hold in gym.holds:
-        assert (gym.face_instance == hold["id"]).any()
+        assert (gym.face_instance == hold.id).any()
 
 
 def test_merge_refuses_unlike_scans(make_scan: MakeScan) -> None:

@@ -3,35 +3,39 @@
 from __future__ import annotations
 
 import base64
-import json
 import re
 from collections.abc import Callable
+from dataclasses import fields, replace
 from html.parser import HTMLParser
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from jinja2 import UndefinedError
-from made_scan import MARKUP  # type: ignore[import-not-found]
+from made_scan import MARKUP, export_alone, export_scan  # type: ignore[import-not-found]
+from msgspec import structs
 
 from walltopo.core import InputError, Silent
-from walltopo.export.contract import ExportSettings
-from walltopo.export.stage import run
+from walltopo.export.contract import ExportSettings, Reads
 from walltopo.export.templating import render
+from walltopo.export.wall import read_wall
+from walltopo.scans.artifacts import ARTIFACTS
+from walltopo.scans.attributes import Attributes, LeftOut
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.holds import Holds
+from walltopo.scans.instances import InstanceTable
 
 MakeScan = Callable[..., ScanFolder]
 
 
 def test_writes_everything(make_scan: MakeScan) -> None:
     scan = make_scan()
-    metrics = run(scan, ExportSettings(), Silent())
+    metrics = export_scan(scan)
     assert metrics["holds"] == 12
     assert metrics["routes"] == 4
-    rows = json.loads(scan.holds.read_text())
-    assert rows["metric"] is True
-    assert [row["route"] for row in rows["holds"]] == [1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4]
+    rows = Holds.load(scan.holds)
+    assert rows.metric is True
+    assert [row.route for row in rows.holds] == [1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4]
     names = {path.name for path in (scan.root / "page").iterdir()}
     assert names == {"viewer.js", "start.js", "first.glb", "first.js", "detail.glb", "detail.js"}
     script = (scan.root / "page" / "first.js").read_text()
@@ -61,7 +65,7 @@ class Opened(HTMLParser):
 
 def test_page_and_report_name_no_other_host(make_scan: MakeScan) -> None:
     scan = make_scan()
-    run(scan, ExportSettings(), Silent())
+    export_scan(scan)
     for path in (scan.page, scan.report):
         assert not re.search(r'(src|href)="(https?:)?//', path.read_text())
 
@@ -69,13 +73,14 @@ def test_page_and_report_name_no_other_host(make_scan: MakeScan) -> None:
 def test_names_stay_text(make_scan: MakeScan) -> None:
     hostile = "\"'><script>window.hacked=1</script>"
     scan = make_scan()
-    attributes = json.loads(scan.attributes.read_text())
-    attributes["instances"][1] |= {"type": hostile, "review": True}
-    attributes["left_out"] = [
-        {"id": 99, "class": "hold", "score": 0.1, "reason": hostile, "position": [0, 1.0, 2.5]}
-    ]
-    scan.attributes.write_text(json.dumps(attributes))
-    run(scan, ExportSettings(title=hostile), Silent())
+    found = Attributes.load(scan.attributes)
+    first, second, *others = found.instances
+    renamed = structs.replace(second, type=hostile, review=True)
+    doubtful = LeftOut(99, "hold", (0.0, 1.0, 2.5), 0.1, (), 0.1, hostile)
+    structs.replace(found, instances=(first, renamed, *others), left_out=(doubtful,)).save(
+        scan.attributes
+    )
+    export_scan(scan, ExportSettings(title=hostile))
     page, report = Opened(scan.page), Opened(scan.report)
     assert ("heading", hostile) in page.attributes
     assert page.tags.count("script") == 2
@@ -93,17 +98,40 @@ def test_a_name_that_a_template_lacks_is_an_error() -> None:
         render("page", "index.html.jinja", assets="page")
 
 
-@pytest.mark.parametrize("options", [{"holds": 0}, {"textured": False}, {"cameras": False}])
-def test_poor_scans_still_export(make_scan: MakeScan, options: dict[str, Any]) -> None:
-    scan = make_scan(cells=24, **options)
-    metrics = run(scan, ExportSettings(), Silent())
+def test_a_scan_without_holds_still_exports(make_scan: MakeScan) -> None:
+    scan = make_scan(cells=24, holds=0)
+    metrics = export_scan(scan)
     assert metrics["glb_triangles"] > 0
     assert scan.report.is_file()
 
 
+def test_a_wall_without_texture_still_exports(make_scan: MakeScan, tmp_path: Path) -> None:
+    """A gym merged of scans of which one has none."""
+    wall = replace(read_wall(make_scan(cells=24)), uv=None, texture=None)
+    scan = export_alone(tmp_path / "gym", wall, ExportSettings())
+    assert len(Holds.load(scan.holds).holds) == 12
+    for path in (scan.glb, scan.page, scan.page_assets / "first.glb"):
+        assert path.is_file()
+
+
+@pytest.mark.parametrize(
+    "name", [field.name for field in fields(Reads) if ARTIFACTS[field.name].made_by]
+)
+def test_what_is_missing_is_named_with_the_stage_that_makes_it(
+    make_scan: MakeScan, name: str
+) -> None:
+    scan = make_scan(cells=24)
+    path: Path = getattr(scan, name)
+    path.rename(path.with_name("gone"))
+    with pytest.raises(InputError, match=re.escape(str(path))) as caught:
+        export_scan(scan)
+    assert f"stage {ARTIFACTS[name].made_by} makes" in str(caught.value)
+    assert not scan.holds.exists()
+
+
 def test_report_tells_what_went_wrong(make_scan: MakeScan) -> None:
     scan = make_scan(metric=False)
-    run(scan, ExportSettings(), Silent())
+    export_scan(scan)
     text = scan.report.read_text()
     assert "unscaled" in text
     assert "3 of 4" in text
@@ -113,15 +141,15 @@ def test_report_tells_what_went_wrong(make_scan: MakeScan) -> None:
 
 def test_labels_of_another_mesh_are_refused(make_scan: MakeScan) -> None:
     scan = make_scan()
-    np.savez(scan.instances, face_instance=np.zeros(7, np.int32), face_score=np.zeros(7))
+    InstanceTable(np.zeros(7, np.int32), np.zeros(7, np.float32)).save(scan.instances)
     with pytest.raises(InputError, match="different runs"):
-        run(scan, ExportSettings(), Silent())
+        export_scan(scan)
 
 
 def test_same_input_same_files(make_scan: MakeScan) -> None:
     one, two = make_scan("one"), make_scan("two")
     for scan in (one, two):
-        run(scan, ExportSettings(title="same"), Silent())
+        export_scan(scan, ExportSettings(title="same"))
     for name in ("wall.glb", "holds.json", "page/first.glb", "index.html"):
         assert (one.root / name).read_bytes() == (two.root / name).read_bytes()
 
@@ -138,7 +166,7 @@ def test_without_meshoptimizer_it_says_so_and_goes_on(
             notes.append(message)
 
     scan = make_scan()
-    metrics = run(scan, ExportSettings(first_triangles=1000), Listener())
+    metrics = export_scan(scan, ExportSettings(first_triangles=1000), Listener())
     assert metrics["first_triangles"] == metrics["glb_triangles"]
     assert b"EXT_meshopt_compression" not in (scan.root / "page" / "first.glb").read_bytes()
     assert any("meshoptimizer is not installed" in note for note in notes)

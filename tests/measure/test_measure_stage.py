@@ -10,13 +10,15 @@ import numpy as np
 import pytest
 
 from walltopo.core import Camera, InputError, Silent, StageError, View
-from walltopo.core.files import hash_path, read_json, write_json
+from walltopo.core.files import hash_path
 from walltopo.measure.contract import ScaleSettings
-from walltopo.measure.stage import run
 from walltopo.measure.upright import TYPICAL_DISTANCE, turned_photos, up_from_cameras
 from walltopo.meshes.similarity import rotation_with_z
+from walltopo.pipeline.runner import run_stage
+from walltopo.scans.aligned import Aligned
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.model import read_views
+from walltopo.scans.scale import Frame, Scale
 
 CAMERA = Camera("SIMPLE_RADIAL", 320, 240, (250.0, 160.0, 120.0, 0.02))
 
@@ -72,18 +74,19 @@ class Notes(Silent):
         self.lines.append(message)
 
 
-def scaled(scan: ScanFolder, **settings: Any) -> tuple[dict[str, Any], dict[str, View]]:
-    run(scan, ScaleSettings(**settings), Silent())
-    return read_json(scan.scale), {view.name: view for view in read_views(scan.sparse)}
+def scaled(scan: ScanFolder, **settings: Any) -> tuple[Scale, dict[str, View]]:
+    run_stage(scan, "scale", ScaleSettings(**settings))
+    return Scale.load(scan.scale), {view.name: view for view in read_views(scan.sparse)}
 
 
 def test_without_a_measure_it_goes_on_unscaled_and_says_so(scan: ScanFolder) -> None:
     notes = Notes()
-    metrics = run(scan, ScaleSettings(), notes)
+    metrics = run_stage(scan, "scale", ScaleSettings(), notes)
     assert metrics["metric"] is False
     assert any("UNSCALED" in line for line in notes.lines)
-    record = read_json(scan.scale)
-    assert (record["method"], record["up_known"], record["floor_known"]) == ("none", False, False)
+    record = Scale.load(scan.scale)
+    assert (record.method, record.up_known, record.floor_known) == ("none", False, False)
+    assert record.notes == tuple(notes.lines)
     views = read_views(scan.sparse)
     # Level again although every photo looks up; the wall about 3 m away.
     assert np.degrees(np.arccos(up_from_cameras(views)[2])) < 1e-3
@@ -102,7 +105,7 @@ def test_distance_of_two_photos(scan: ScanFolder) -> None:
     record, views = scaled(scan, distance="p-0-p-4.jpg=5.0")
     apart = np.linalg.norm(views["p-0.jpg"].centre - views["p-4.jpg"].centre)
     assert apart == pytest.approx(5.0)
-    assert (record["metric"], record["method"], record["up_known"]) == (True, "distance", False)
+    assert (record.metric, record.method, record.up_known) == (True, "distance", False)
 
 
 def test_distance_of_two_marked_points(scan: ScanFolder, tmp_path: Path) -> None:
@@ -117,12 +120,12 @@ def test_distance_of_two_marked_points(scan: ScanFolder, tmp_path: Path) -> None
     file = tmp_path / "points.toml"
     file.write_text(text, encoding="utf-8")
     record, _ = scaled(scan, distance="left-top-right=1.0", points=str(file))
-    assert record["scale"] == pytest.approx(1 / np.hypot(0.5, 0.3), rel=1e-4)
+    assert record.scale == pytest.approx(1 / np.hypot(0.5, 0.3), rel=1e-4)
     for wrong, told in (("[20.0, 200.0]", "do not meet in one"), ("[900, 1]", "outside its photo")):
         line = next(line for line in text.splitlines() if line.startswith('"p-1.jpg"'))
         file.write_text(text.replace(line, f'"p-1.jpg" = {wrong}'), encoding="utf-8")
         with pytest.raises(InputError, match=told):
-            run(scan, ScaleSettings(distance="left-top-right=1.0", points=str(file)), Silent())
+            scaled(scan, distance="left-top-right=1.0", points=str(file))
 
 
 @pytest.mark.parametrize(
@@ -136,21 +139,23 @@ def test_distance_of_two_marked_points(scan: ScanFolder, tmp_path: Path) -> None
 )
 def test_a_wrong_distance_is_told(scan: ScanFolder, distance: str, told: str) -> None:
     with pytest.raises(InputError, match=told):
-        run(scan, ScaleSettings(distance=distance), Silent())
+        scaled(scan, distance=distance)
     assert not scan.scale.exists()
 
 
 def test_insisting_on_the_measure_fails_without_one(scan: ScanFolder) -> None:
     with pytest.raises(StageError, match="no plate is seen"):
-        run(scan, ScaleSettings(method="measure"), Silent())
+        scaled(scan, method="measure")
     assert not scan.sparse.exists()
 
 
 def test_a_reference_frame_is_kept_to_the_last_bit(scan: ScanFolder) -> None:
-    frame = {"metric": True, "up_known": True, "floor_known": True}
-    write_json(scan.work / "aligned.json", {"reference": "old", "frame": frame})
+    frame = Frame(metric=True, up_known=True, floor_known=True)
+    Aligned(
+        reference="old", align="constrained", reference_moved=0.0, shared_points=100, frame=frame
+    ).save(scan.aligned)
     record, views = scaled(scan)
-    assert (record["method"], record["metric"], record["floor_known"]) == ("reference", True, True)
+    assert (record.method, record.frame) == ("reference", frame)
     for view in read_views(scan.sparse_raw):
         assert np.array_equal(view.cam_from_world, views[view.name].cam_from_world)
 
@@ -158,7 +163,7 @@ def test_a_reference_frame_is_kept_to_the_last_bit(scan: ScanFolder) -> None:
 def test_a_rerun_replaces_the_old_result(scan: ScanFolder) -> None:
     scaled(scan)
     record, views = scaled(scan, distance="p-0-p-1=1.0")
-    assert record["method"] == "distance"
+    assert record.method == "distance"
     assert np.linalg.norm(views["p-0.jpg"].centre - views["p-1.jpg"].centre) == pytest.approx(1)
 
 
@@ -166,7 +171,7 @@ def test_a_failing_rerun_leaves_the_old_result(scan: ScanFolder) -> None:
     scaled(scan, distance="p-0-p-1=1.0")
     before = hash_path(scan.scale), hash_path(scan.sparse)
     with pytest.raises(StageError, match="no plate is seen"):
-        run(scan, ScaleSettings(method="measure"), Silent())
+        scaled(scan, method="measure")
     assert (hash_path(scan.scale), hash_path(scan.sparse)) == before
 
 

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from walltopo.core import InputError, Silent
-from walltopo.core.files import read_json
-from walltopo.photos import stage as ingest
+from walltopo.core import InputError
 from walltopo.photos.contract import IngestSettings
 from walltopo.photos.image_file import decode_photo
 from walltopo.photos.sources import find_sources
+from walltopo.pipeline.runner import run_stage
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.photo_list import Photo, PhotoList
 
 GPS_IFD, ORIENTATION, EXIF_IFD, FOCAL_35MM = 0x8825, 0x0112, 0x8769, 0xA405
 
@@ -35,12 +35,17 @@ def write_photos(folder: Path, count: int = 3) -> None:
 
 def ingested(tmp_path: Path, *sources: Path) -> ScanFolder:
     scan = ScanFolder(tmp_path / "scan")
-    ingest.run(scan, IngestSettings(), Silent(), sources)
+    run_stage(scan, "ingest", IngestSettings(), sources=sources)
     return scan
 
 
 def skipped_reasons(scan: ScanFolder) -> dict[str, str]:
-    return {item["source"]: item["reason"] for item in read_json(scan.photo_list)["skipped"]}
+    return {item.source: item.reason for item in PhotoList.load(scan.photo_list).skipped}
+
+
+def photo_of(scan: ScanFolder, source: str) -> Photo:
+    """The entry of the photo that was made from `source`."""
+    return next(p for p in PhotoList.load(scan.photo_list).photos if p.source == source)
 
 
 def test_orientation_focal_and_privacy(tmp_path: Path) -> None:
@@ -53,9 +58,9 @@ def test_orientation_focal_and_privacy(tmp_path: Path) -> None:
     exif[0x010F] = "A phone with a serial number"
     picture(9).save(folder / "turned.jpg", exif=exif)
     scan = ingested(tmp_path, folder)
-    record = next(p for p in read_json(scan.photo_list)["photos"] if p["source"] == "turned.jpg")
-    assert (record["width"], record["height"]) == (480, 640)
-    assert record["focal_px"] == pytest.approx(26 / 43.267 * 800, rel=1e-3)
+    record = photo_of(scan, "turned.jpg")
+    assert (record.width, record.height) == (480, 640)
+    assert record.focal_px == pytest.approx(26 / 43.267 * 800, rel=1e-3)
     for photo in scan.photos.iterdir():
         assert not dict(Image.open(photo).getexif())
         assert b"serial number" not in photo.read_bytes()
@@ -118,7 +123,7 @@ def test_too_few_photos_lists_reasons_and_keeps_the_old_scan(tmp_path: Path) -> 
     write_photos(bad, 2)
     (bad / "x.jpg").write_text("no")
     with pytest.raises(InputError, match=r"2 usable photos, at least 3(.|\n)*x.jpg: not an image"):
-        ingest.run(scan, IngestSettings(), Silent(), [bad])
+        run_stage(scan, "ingest", IngestSettings(), sources=[bad])
     assert len(list(scan.photos.iterdir())) == 3
 
 
@@ -130,7 +135,7 @@ def test_names_are_safe_unique_and_natural(tmp_path: Path) -> None:
         folder.mkdir(exist_ok=True)
         picture(k).save(folder / name)
     scan = ingested(tmp_path, first, second)
-    names = [p["name"] for p in read_json(scan.photo_list)["photos"]]
+    names = [p.name for p in PhotoList.load(scan.photo_list).photos]
     assert names == ["IMG_2_ü.jpg", "IMG_10_ü.jpg", "IMG_2_ü_2.jpg"]
 
 
@@ -141,9 +146,9 @@ def test_large_photos_are_reduced_with_their_focal(tmp_path: Path) -> None:
     exif.get_ifd(EXIF_IFD)[FOCAL_35MM] = 26
     picture(7, (4000, 3000)).save(folder / "big.jpg", exif=exif)
     scan = ingested(tmp_path, folder)
-    record = next(p for p in read_json(scan.photo_list)["photos"] if p["source"] == "big.jpg")
-    assert (record["width"], record["height"]) == (3200, 2400)
-    assert record["focal_px"] == pytest.approx(26 / 43.267 * 4000, rel=1e-3)
+    record = photo_of(scan, "big.jpg")
+    assert (record.width, record.height) == (3200, 2400)
+    assert record.focal_px == pytest.approx(26 / 43.267 * 4000, rel=1e-3)
 
 
 def test_video_frames_follow_the_motion(tmp_path: Path) -> None:

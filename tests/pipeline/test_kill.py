@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from walltopo.pipeline.runner import stage_names
+from walltopo.pipeline.stages import stage_names
 
 # Small and quick: the killed pipeline is the same code as on any other scene.
 SETTINGS = ["--set", "sparse.threads=1", "--set", "texture.size=512"]

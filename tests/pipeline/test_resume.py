@@ -2,71 +2,135 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
-from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import pytest
 
-from walltopo.core import EnvironmentLacksError, InputError, Progress, StageError
-from walltopo.core.files import atomic_path, read_json, write_json
-from walltopo.pipeline.runner import Stage, scan
+from walltopo.core import EnvironmentLacksError, InputError, StageError
+from walltopo.core.files import read_json
+from walltopo.pipeline.runner import scan
 from walltopo.pipeline.settings import Settings
+from walltopo.pipeline.stages import Stage
+from walltopo.scans.aligned import Aligned
+from walltopo.scans.context import Context
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.manifest import Metrics
+from walltopo.scans.model import SparseModel
+from walltopo.scans.photo_list import Photo, PhotoList
+from walltopo.scans.photo_set import PhotoSet
+from walltopo.scans.routes import Route, Routes
+from walltopo.scans.scale import Frame
+
+
+@dataclass(frozen=True)
+class IngestReads:
+    sources: tuple[Path, ...]
+
+
+@dataclass(frozen=True)
+class IngestWrites:
+    photos: PhotoSet
+    photo_list: PhotoList
+    metrics: Metrics
+
+
+@dataclass(frozen=True)
+class SparseReads:
+    photos: PhotoSet
+
+
+@dataclass(frozen=True)
+class SparseWrites:
+    sparse_raw: SparseModel
+    aligned: Aligned | None
+    metrics: Metrics
+
+
+@dataclass(frozen=True)
+class RoutesReads:
+    sparse_raw: SparseModel
+    aligned: Aligned | None
+
+
+@dataclass(frozen=True)
+class RoutesWrites:
+    routes: Routes
+    metrics: Metrics
 
 
 class Pipeline:
-    """ingest -> sparse -> routes, each writing one small file from the one before."""
+    """ingest -> sparse -> routes, each making a little from what the one before made."""
 
     def __init__(self) -> None:
         self.ran: list[str] = []
         self.fail: BaseException | None = None
+        self.reference = ""
 
-    def ingest(
-        self, scan: ScanFolder, settings: Any, progress: Progress, sources: Sequence[Path]
-    ) -> dict[str, Any]:
+    def ingest(self, reads: IngestReads, settings: Any, context: Context) -> IngestWrites:
         self.ran.append("ingest")
-        with atomic_path(scan.photos) as folder:
-            folder.mkdir()
-            for source in sources:
-                (folder / source.name).write_bytes(source.read_bytes())
-        write_json(scan.photo_list, {"photos": len(sources)})
-        return {"photos": len(sources)}
+        folder = context.scratch / "photos"
+        folder.mkdir()
+        for source in reads.sources:
+            (folder / source.name).write_bytes(source.read_bytes())
+        photos = tuple(Photo(s.name, 640, 480, None, s.name, 1.0) for s in reads.sources)
+        return IngestWrites(PhotoSet(folder), PhotoList(photos=photos), {"photos": len(photos)})
 
-    def sparse(self, scan: ScanFolder, settings: Any, progress: Progress) -> dict[str, Any]:
+    def sparse(self, reads: SparseReads, settings: Any, context: Context) -> SparseWrites:
         self.ran.append("sparse")
+        folder = context.scratch / "model"
+        folder.mkdir()
+        # Only the first letters count: an input may change without changing this output.
+        text = "".join(sorted(p.read_text()[0] for p in reads.photos.folder.iterdir()))
+        (folder / "images.txt").write_text(text)
         if self.fail is not None:
             raise self.fail
-        # Only the first letters count: an input may change without changing this output.
-        text = "".join(sorted(p.read_text()[0] for p in scan.photos.iterdir()))
-        with atomic_path(scan.sparse_raw) as path:
-            path.write_text(text)
-        return {"letters": text}
+        frame = Frame(metric=True, up_known=True, floor_known=True)
+        aligned = Aligned(
+            reference=self.reference,
+            align="rigid",
+            reference_moved=0.0,
+            shared_points=9,
+            frame=frame,
+        )
+        kept = aligned if self.reference else None
+        return SparseWrites(SparseModel(folder), kept, {"letters": text})
 
-    def routes(self, scan: ScanFolder, settings: Any, progress: Progress) -> dict[str, Any]:
+    def routes(self, reads: RoutesReads, settings: Any, context: Context) -> RoutesWrites:
         self.ran.append("routes")
-        write_json(scan.routes, {"text": scan.sparse_raw.read_text()})
-        return {}
+        text = (reads.sparse_raw.folder / "images.txt").read_text()
+        reference = reads.aligned.reference if reads.aligned else ""
+        return RoutesWrites(Routes(routes=(Route(1, text, reference),)), {})
 
 
 @pytest.fixture
 def pipeline(monkeypatch: pytest.MonkeyPatch) -> Pipeline:
     fake = Pipeline()
-    stages = []
-    for name, reads, writes in (
-        ("ingest", (), ("photos", "photo_list")),
-        ("sparse", ("photos",), ("sparse_raw",)),
-        ("routes", ("sparse_raw",), ("routes",)),
-    ):
-        module = ModuleType(f"fake_{name}")
-        module.run = getattr(fake, name)  # type: ignore[attr-defined]
-        monkeypatch.setitem(sys.modules, f"fake_{name}", module)
-        stages.append(Stage(name, f"fake_{name}", reads, writes))
-    monkeypatch.setattr("walltopo.pipeline.runner.STAGES", tuple(stages))
+    rooms: dict[str, tuple[type, type, Any]] = {
+        "ingest": (IngestReads, IngestWrites, fake.ingest),
+        "sparse": (SparseReads, SparseWrites, fake.sparse),
+        "routes": (RoutesReads, RoutesWrites, fake.routes),
+    }
+    for name, (reads, writes, run) in rooms.items():
+        contract, stage = ModuleType(f"fake_{name}.contract"), ModuleType(f"fake_{name}.stage")
+        vars(contract).update(Reads=reads, Writes=writes)
+        vars(stage).update(run=run)
+        for module in (contract, stage):
+            monkeypatch.setitem(sys.modules, module.__name__, module)
+    stages = tuple(Stage(name, f"fake_{name}") for name in rooms)
+    monkeypatch.setattr("walltopo.pipeline.runner.STAGES", stages)
+    monkeypatch.setattr("walltopo.pipeline.stages.STAGES", stages)
     return fake
+
+
+def route_of(out: Path) -> Route:
+    """The one route that the last stage wrote."""
+    (route,) = Routes.load(out / "routes.json").routes
+    return route
 
 
 @pytest.fixture
@@ -82,6 +146,7 @@ def test_a_second_run_computes_nothing(pipeline: Pipeline, photo: Path, tmp_path
     assert first.ran == ("ingest", "sparse", "routes")
     assert second.ran == ()
     assert second.metrics["sparse"] == {"letters": "a"}
+    assert route_of(tmp_path / "scan").name == "a"
 
 
 def test_a_change_runs_what_depends_on_it(pipeline: Pipeline, photo: Path, tmp_path: Path) -> None:
@@ -101,7 +166,7 @@ def test_a_setting_runs_its_stage(pipeline: Pipeline, photo: Path, tmp_path: Pat
 
 def test_a_missing_output_is_made_again(pipeline: Pipeline, photo: Path, tmp_path: Path) -> None:
     folder = scan(photo, tmp_path / "scan").folder
-    folder.sparse_raw.unlink()
+    shutil.rmtree(folder.sparse_raw)
     assert scan(photo, tmp_path / "scan").ran == ("sparse",)
 
 
@@ -131,8 +196,34 @@ def test_failures_are_recorded_and_resumed(
     with pytest.raises(type(error)):
         scan(photo, tmp_path / "scan")
     assert read_json(tmp_path / "scan" / "scan.json")["stages"]["sparse"]["state"] == state
+    folder = ScanFolder(tmp_path / "scan")
+    assert not list(folder.root.rglob(".partial-*")), "what was half made is gone"
+    assert not folder.sparse_raw.exists()
     pipeline.fail = None
     assert scan(photo, tmp_path / "scan").ran == ("sparse", "routes")
+
+
+def test_a_full_disk_is_told(pipeline: Pipeline, photo: Path, tmp_path: Path) -> None:
+    pipeline.fail = OSError(28, "No space left on device")
+    with pytest.raises(EnvironmentLacksError, match="space"):
+        scan(photo, tmp_path / "scan")
+
+
+def test_an_optional_output_comes_and_goes(pipeline: Pipeline, photo: Path, tmp_path: Path) -> None:
+    out = tmp_path / "scan"
+    folder = scan(photo, out).folder
+    assert not folder.aligned.exists()
+    pipeline.reference = "old gym"
+    assert scan(photo, out, from_stage="sparse", to_stage="sparse").ran == ("sparse",)
+    assert Aligned.load(folder.aligned).reference == "old gym"
+    assert scan(photo, out).ran == ("routes",)
+    assert route_of(out).colour == "old gym"
+    pipeline.reference = ""
+    assert scan(photo, out, from_stage="sparse", to_stage="sparse").ran == ("sparse",)
+    assert not folder.aligned.exists(), "the old one is taken away"
+    assert scan(photo, out).ran == ("routes",)
+    assert route_of(out).colour == ""
+    assert scan(photo, out).ran == (), "its absence is no missing output"
 
 
 def test_sources_are_remembered_even_when_moved(
@@ -162,14 +253,14 @@ def test_two_runs_at_once_are_refused(pipeline: Pipeline, photo: Path, tmp_path:
     out = tmp_path / "scan"
     caught: list[BaseException] = []
 
-    def again(*_: Any) -> dict[str, Any]:
+    def again(*_: Any) -> RoutesWrites:
         try:
             scan(photo, out)
         except EnvironmentLacksError as error:
             caught.append(error)
-        return {}
+        return RoutesWrites(Routes(routes=()), {})
 
-    sys.modules["fake_routes"].run = again  # type: ignore[attr-defined]
+    vars(sys.modules["fake_routes.stage"]).update(run=again)
     scan(photo, out)
     assert "another walltopo is at work" in str(caught[0])
 
@@ -184,9 +275,9 @@ def test_half_written_leftovers_are_swept(pipeline: Pipeline, photo: Path, tmp_p
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        ("{", "not valid JSON"),
-        ('{"version": 99}', "newer walltopo"),
-        ('{"version": 1}', "not a walltopo manifest"),
+        ("{", "JSON"),
+        ('{"version": 99}', "newer"),
+        ('{"version": 1}', "missing"),
     ],
 )
 def test_a_damaged_manifest_is_told(

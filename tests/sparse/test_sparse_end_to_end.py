@@ -11,13 +11,15 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from walltopo.core import InputError, Silent, StageError
-from walltopo.core.files import hash_path, read_json, write_json
+from walltopo.core.files import hash_path
 from walltopo.measure.contract import ScaleSettings
-from walltopo.measure.stage import run as scale
+from walltopo.pipeline.runner import run_stage
+from walltopo.scans.aligned import Aligned
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.model import read_views
+from walltopo.scans.photo_list import Photo, PhotoList
+from walltopo.scans.scale import Frame, Scale
 from walltopo.sparse.contract import SparseSettings
-from walltopo.sparse.stage import run as sparse
 
 Floats = NDArray[np.float64]
 SETTINGS: dict[str, Any] = {"first_octave": -1, "max_features": 4000, "threads": 2}
@@ -34,10 +36,8 @@ def put_photos(folder: Path, files: list[Path], focal: float | None) -> ScanFold
         with Image.open(file) as image:
             small = image.convert("RGB").reduce(2)
         small.save(scan.photos / file.name, quality=95)
-        entries.append(
-            {"name": file.name, "width": small.width, "height": small.height, "focal_px": focal}
-        )
-    write_json(scan.photo_list, {"version": 1, "photos": entries, "skipped": []})
+        entries.append(Photo(file.name, small.width, small.height, focal, file.name, 100.0))
+    PhotoList(photos=tuple(entries)).save(scan.photo_list)
     return scan
 
 
@@ -47,7 +47,8 @@ def chosen(folder: Path, numbers: list[int]) -> list[Path]:
 
 def true_centres(folder: Path, numbers: list[int]) -> Floats:
     poses = np.load(folder / "gt.npz")["cam_from_world"][numbers]
-    return -np.einsum("nji,nj->ni", poses[:, :, :3], poses[:, :, 3])
+    turned: Floats = np.einsum("nji,nj->ni", poses[:, :, :3], poses[:, :, 3])
+    return -turned
 
 
 def centres(scan: ScanFolder) -> Floats:
@@ -57,10 +58,10 @@ def centres(scan: ScanFolder) -> Floats:
 @pytest.fixture(scope="module")
 def reference(gym_a: Path, tmp_path_factory: pytest.TempPathFactory) -> ScanFolder:
     scan = put_photos(tmp_path_factory.mktemp("gym") / "scan", chosen(gym_a, GYM), 499.0)
-    metrics = sparse(scan, SparseSettings(**SETTINGS), Silent())
+    metrics = run_stage(scan, "sparse", SparseSettings(**SETTINGS))
     assert metrics["registered"] == len(GYM)
     assert metrics["unregistered"] == {}
-    assert scale(scan, ScaleSettings(), Silent())["method"] == "measure"
+    assert run_stage(scan, "scale", ScaleSettings())["method"] == "measure"
     return scan
 
 
@@ -70,16 +71,20 @@ def test_the_scan_is_metric_upright_and_on_the_floor(reference: ScanFolder, gym_
     apart = np.linalg.norm(found[:, None] - found[None], axis=2)
     real = np.linalg.norm(truth[:, None] - truth[None], axis=2)
     assert abs(apart.sum() / real.sum() - 1) < 0.004
-    record = read_json(reference.scale)
-    assert record["floor_known"]
-    assert [plate["ids"] for plate in record["plates"]] == [[0, 1, 2, 3]]
+    record = Scale.load(reference.scale)
+    assert record.frame == Frame(metric=True, up_known=True, floor_known=True)
+    assert [plate.ids for plate in record.plates] == [(0, 1, 2, 3)]
     # The world's origin lies below the middle of this plate, 4 mm of board, x along its top edge.
     sheet = [[-0.21, 0.21, 0.004], [0.21, 0.21, 0.004], [0.21, -0.21, 0.004], [-0.21, -0.21, 0.004]]
-    assert np.allclose(record["plates"][0]["corners"], sheet, atol=0.002)
+    assert np.allclose(record.plates[0].corners, sheet, atol=0.002)
 
 
 def test_a_second_run_reuses_features_and_is_the_same(reference: ScanFolder) -> None:
     before = hash_path(reference.sparse_raw)
+    frame = Scale.load(reference.scale).frame
+    Aligned(reference="old", align="rigid", reference_moved=0.0, shared_points=1, frame=frame).save(
+        reference.aligned
+    )
 
     class Steps(Silent):
         seen: list[str] = []  # noqa: RUF012
@@ -87,8 +92,9 @@ def test_a_second_run_reuses_features_and_is_the_same(reference: ScanFolder) -> 
         def step(self, what: str, total: int | None = None) -> None:
             self.seen.append(what)
 
-    sparse(reference, SparseSettings(**SETTINGS), Steps())
+    run_stage(reference, "sparse", SparseSettings(**SETTINGS), Steps())
     assert hash_path(reference.sparse_raw) == before
+    assert not reference.aligned.exists(), "a scan that is no update any more"
     assert Steps.seen == ["register photos", "refine all together"]
 
 
@@ -102,10 +108,13 @@ def test_an_update_lands_in_the_frame_of_its_reference(
     truth = true_centres(folder, RESET)[:, None] - true_centres(gym_a, GYM)[None]
     for align in ("constrained", "rigid"):
         settings = {**SETTINGS, "reference": str(reference.root), "align": align}
-        metrics = sparse(new, SparseSettings(**settings), Silent())
+        metrics = run_stage(new, "sparse", SparseSettings(**settings))
         assert metrics["registered"] == len(RESET)
         assert metrics["reference_moved"] <= 1e-9
-        assert scale(new, ScaleSettings(), Silent())["method"] == "reference"
+        aligned = Aligned.load(new.aligned)
+        assert (aligned.reference, aligned.align) == (str(reference.root), align)
+        assert aligned.frame == Scale.load(reference.scale).frame
+        assert run_stage(new, "scale", ScaleSettings())["method"] == "reference"
         assert hash_path(reference.root) == before
         names = [view.name for view in read_views(new.sparse)]
         assert names == [path.name for path in chosen(folder, RESET)]
@@ -121,7 +130,7 @@ def test_photos_of_another_wall_are_refused(
     new = put_photos(tmp_path / "new", files, None)
     settings: dict[str, Any] = {**SETTINGS, "reference": str(reference.root)}
     with pytest.raises(StageError, match="another wall"):
-        sparse(new, SparseSettings(**settings), Silent())
+        run_stage(new, "sparse", SparseSettings(**settings))
     assert hash_path(reference.root) == before
     assert not new.sparse_raw.exists()
 
@@ -131,12 +140,12 @@ def test_a_reference_without_cameras_or_of_itself_is_refused(
 ) -> None:
     (tmp_path / "empty").mkdir()
     for path, told in (
-        (tmp_path / "empty", "has no cameras"),
-        (tmp_path / "nowhere", "no such folder"),
-        (reference.root, "its own reference"),
+        (tmp_path / "empty", "cameras"),
+        (tmp_path / "nowhere", "no such"),
+        (reference.root, "own"),
     ):
         with pytest.raises(InputError, match=told):
-            sparse(reference, SparseSettings(reference=str(path)), Silent())
+            run_stage(reference, "sparse", SparseSettings(reference=str(path)))
 
 
 def test_photos_that_share_nothing_are_told(tmp_path: Path) -> None:
@@ -146,5 +155,5 @@ def test_photos_that_share_nothing_are_told(tmp_path: Path) -> None:
         files.append(tmp_path / f"{k}.png")
         Image.fromarray(noise).save(files[-1])
     scan = put_photos(tmp_path / "scan", files, None)
-    with pytest.raises(StageError, match="none of the 3 photos could be put together"):
-        sparse(scan, SparseSettings(**SETTINGS), Silent())
+    with pytest.raises(StageError, match="none of the 3"):
+        run_stage(scan, "sparse", SparseSettings(**SETTINGS))

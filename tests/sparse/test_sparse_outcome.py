@@ -11,10 +11,11 @@ import pytest
 from walltopo.core import InputError
 from walltopo.measure.plates import built_in_plates
 from walltopo.measure.stage import plates_without
+from walltopo.scans.photo_list import Photo
 from walltopo.sparse.colmap_worker import register_images
+from walltopo.sparse.jobs import camera_entries
 from walltopo.sparse.model_parts import match_keypoints
 from walltopo.sparse.outcome import why_unregistered
-from walltopo.sparse.stage import camera_entries
 
 
 def database_with(folder: Path, features: list[int]) -> Path:
@@ -61,11 +62,10 @@ def test_images_are_registered_once_and_in_order(tmp_path: Path) -> None:
 
 
 def test_photos_of_one_size_and_focal_share_a_camera() -> None:
-    photos: list[dict[str, Any]] = [
-        {"width": 1280, "height": 960, "focal_px": 998.0},
-        {"width": 960, "height": 1280, "focal_px": 998.0},
-        {"width": 1280, "height": 960, "focal_px": 998.0},
-        {"width": 1280, "height": 960, "focal_px": None},
+    sizes = [(1280, 960, 998.0), (960, 1280, 998.0), (1280, 960, 998.0), (1280, 960, None)]
+    photos = [
+        Photo(f"{k}.jpg", width, height, focal, f"{k}.jpg", 100.0)
+        for k, (width, height, focal) in enumerate(sizes)
     ]
     cameras, indices = camera_entries(photos)
     assert indices == [0, 1, 0, 2]

@@ -16,7 +16,27 @@ import msgspec
 
 from walltopo.core.errors import EnvironmentLacksError, InputError
 
-__all__ = ["atomic_path", "hash_path", "move_into_place", "read_json", "write_json"]
+__all__ = [
+    "atomic_path",
+    "hash_path",
+    "move_into_place",
+    "read_json",
+    "told_when_full",
+    "write_json",
+]
+
+
+@contextmanager
+def told_when_full(path: Path) -> Iterator[None]:
+    """Raise `EnvironmentLacksError` naming `path` where the disk is full in the block."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno in (28, 122):  # ENOSPC, EDQUOT
+            raise EnvironmentLacksError(
+                f"no space left while writing {path}", "Free some disk space and run again."
+            ) from error
+        raise
 
 
 @contextmanager
@@ -38,17 +58,12 @@ def atomic_path(path: Path) -> Iterator[Path]:
         raise EnvironmentLacksError(f"cannot write to {path.parent}: {error.strerror}") from error
     temporary = holder / path.name
     try:
-        yield temporary
-        if temporary.is_dir() and path.exists():
-            # A folder cannot be renamed over a full one: step the old one aside first.
-            path.rename(holder / "old")
-        temporary.replace(path)
-    except OSError as error:
-        if error.errno in (28, 122):  # ENOSPC, EDQUOT
-            raise EnvironmentLacksError(
-                f"no space left while writing {path}", "Free some disk space and run again."
-            ) from error
-        raise
+        with told_when_full(path):
+            yield temporary
+            if temporary.is_dir() and path.exists():
+                # A folder cannot be renamed over a full one: step the old one aside first.
+                path.rename(holder / "old")
+            temporary.replace(path)
     finally:
         shutil.rmtree(holder, ignore_errors=True)
 

@@ -29,7 +29,7 @@ from walltopo.core import (
     WalltopoError,
     settings_of,
 )
-from walltopo.core.files import hash_path
+from walltopo.core.files import hash_path, told_when_full
 from walltopo.pipeline.memory import peak_mb, reset_peak
 from walltopo.pipeline.settings import Settings
 from walltopo.pipeline.stages import SOURCES, STAGES, Stage, stage_index
@@ -247,7 +247,10 @@ def run_stage(
         given[SOURCES] = tuple(sources)
     folder.work.mkdir(parents=True, exist_ok=True)
     # On the scan's own disk, so that what is made there moves into place by a rename.
-    with tempfile.TemporaryDirectory(prefix=".partial-", dir=folder.root) as scratch:
+    with (
+        told_when_full(folder.root),
+        tempfile.TemporaryDirectory(prefix=".partial-", dir=folder.root) as scratch,
+    ):
         context = Context(
             scratch=Path(scratch),
             cache=folder.work,

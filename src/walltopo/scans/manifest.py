@@ -51,11 +51,11 @@ class Manifest(msgspec.Struct):
     stages : stage name to its last run.
     """
 
-    version: int = FORMAT_VERSION
-    walltopo: str = ""
-    settings: dict[str, dict[str, Any]] = {}
-    sources: list[str] = []
-    stages: dict[str, StageRecord] = {}
+    version: int
+    walltopo: str
+    settings: dict[str, dict[str, Any]]
+    sources: list[str]
+    stages: dict[str, StageRecord]
 
     @classmethod
     def load(cls, path: Path) -> Manifest:
@@ -63,10 +63,10 @@ class Manifest(msgspec.Struct):
 
         Raises
         ------
-        InputError : the file is damaged or was written by a newer walltopo.
+        InputError : the file is damaged, is no manifest or was written by a newer walltopo.
         """
         if not path.is_file():
-            return cls()
+            return cls(FORMAT_VERSION, walltopo="", settings={}, sources=[], stages={})
         data = read_json(path)
         version = data.get("version") if isinstance(data, dict) else None
         if isinstance(version, int) and version > FORMAT_VERSION:
