@@ -7,9 +7,9 @@ from collections.abc import Callable
 import numpy as np
 
 from walltopo.core import Mesh
-from walltopo.export.atlas import Detailed, retexture
+from walltopo.export.atlas import retexture
 from walltopo.export.contract import ExportSettings
-from walltopo.export.surface import split_at_borders
+from walltopo.export.surface import Look, split_at_borders
 from walltopo.export.tiers import TierBuilder
 from walltopo.export.wall import read_wall
 from walltopo.scans.folder import ScanFolder
@@ -36,9 +36,12 @@ def test_a_mat_does_not_hide_the_foot_of_an_overhang() -> None:
     uv[128:, :, 0] = 0.75
     picture = np.zeros((8, 8, 3), np.uint8)
     picture[:, :4, 0], picture[:, 4:, 2] = 200, 200
-    coarse = split_at_borders(Mesh(vertices, faces), np.zeros(256, np.int32))
-    surface, atlas = retexture(coarse, Detailed(vertices, faces, uv, picture), 256)
+    mesh, wall_alone = Mesh(vertices, faces), np.zeros(256, np.int32)
+    detailed = Look(split_at_borders(mesh, wall_alone, uv), picture)
+    new = retexture(split_at_borders(mesh, wall_alone), detailed, 256)
+    surface, atlas = new.surface, new.picture
     assert surface.uv is not None
+    assert atlas is not None
     corner = surface.triangles.astype(int)
     at = (surface.uv[corner].mean(axis=1) * 256).astype(int)
     shown = atlas[at[:, 1], at[:, 0]]

@@ -9,7 +9,8 @@ from walltopo.core import Progress
 from walltopo.export.contract import ExportSettings, Reads, Writes
 from walltopo.export.meshopt import available
 from walltopo.export.report import Facts, report_html
-from walltopo.export.tiers import Look, TierBuilder
+from walltopo.export.surface import Look
+from walltopo.export.tiers import TierBuilder
 from walltopo.export.wall import Wall, wall_of
 from walltopo.export.webpage import write_page, write_tier
 from walltopo.scans.context import Context

@@ -7,6 +7,7 @@ mixes two ids, and simplification cannot make one that does.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from walltopo.core import Mesh
 from walltopo.export.meshopt import available, simplify_indices
 
-__all__ = ["Surface", "mixed_triangles", "simplify", "split_at_borders"]
+__all__ = ["Look", "Surface", "mixed_triangles", "simplify", "split_at_borders"]
 
 # What an error of the whole texture's width weighs against one of the whole wall's size.
 UV_WEIGHT = 0.5
@@ -41,6 +42,19 @@ class Surface:
     normals: NDArray[np.float32]
     uv: NDArray[np.float32] | None = None
     colours: NDArray[np.uint8] | None = None
+
+    @cached_property
+    def mesh(self) -> Mesh:
+        """Its shape alone."""
+        return Mesh(self.positions.astype(np.float64), self.triangles.astype(np.int32))
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """A surface and the (H, W, 3) sRGB picture that its `uv` refer to; None without a texture."""
+
+    surface: Surface
+    picture: NDArray[np.uint8] | None
 
 
 def _smooth_normals(mesh: Mesh) -> NDArray[np.float32]:

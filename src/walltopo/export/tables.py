@@ -7,7 +7,7 @@ without a hold (deleted by an editor) keeps an empty row, so that ids stay those
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -81,39 +81,20 @@ SCHEMA: dict[str, Any] = {
 }
 
 
-def _of(rows: Sequence[dict[str, Any] | None], key: str, convert: Callable[[Any], Any]) -> Any:
-    return [convert(row.get(key) if row is not None else None) for row in rows]
+def _value(entry: dict[str, Any], value: Any) -> Any:
+    """A cell as its schema entry wants it; an empty one is "", [], zeros or the `noData` value."""
+    if entry["type"] == "STRING":
+        return "" if value is None else str(value)
+    if entry["type"] == "VEC3":
+        return [0.0, 0.0, 0.0] if value is None else value
+    if entry.get("array"):
+        return value or []
+    return entry.get("noData", 0) if value is None or not np.isfinite(value) else value
 
 
-def _as_text(value: Any) -> str:
-    return "" if value is None else str(value)
-
-
-def _as_number(value: Any) -> float:
-    return NO_NUMBER if value is None or not np.isfinite(value) else float(value)
-
-
-def _as_vector(value: Any) -> list[float]:
-    return [0.0, 0.0, 0.0] if value is None else [float(v) for v in value]
-
-
-_CONVERT: dict[str, Callable[[Any], Any]] = {
-    "route": lambda v: NO_ROUTE if v is None else int(v),
-    "id": lambda v: int(v or 0),
-    "score": lambda v: float(v or 0.0),
-    "position": _as_vector,
-    "normal": _as_vector,
-    "holds": lambda v: [int(item) for item in v or []],
-    "size_m": _as_number,
-    "area_m2": _as_number,
-    "length_m": _as_number,
-    "steepness_deg": _as_number,
-}
-
-
-def _columns(schema: dict[str, Any], rows: Sequence[dict[str, Any] | None]) -> list[Column]:
+def _columns(schema: dict[str, Any], rows: Sequence[dict[str, Any]]) -> list[Column]:
     return [
-        Column(name, entry, _of(rows, name, _CONVERT.get(name, _as_text)))
+        Column(name, entry, [_value(entry, row.get(name)) for row in rows])
         for name, entry in schema.items()
     ]
 
@@ -127,7 +108,7 @@ def hold_columns(holds: Sequence[HoldRow], most: int = 0) -> list[Column]:
     most : the highest feature id in the mesh (the table covers it even without a hold row).
     """
     count = max([most, *(hold.id for hold in holds)]) + 1
-    rows: list[dict[str, Any] | None] = [{"class": "none"} for _ in range(count)]
+    rows: list[dict[str, Any]] = [{"class": "none"} for _ in range(count)]
     rows[0] = {"class": "wall"}
     for hold in holds:
         rows[hold.id] = msgspec.to_builtins(hold)

@@ -5,21 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-import numpy as np
-from numpy.typing import NDArray
-
 from walltopo.core import StageError
-from walltopo.export.atlas import Detailed, retexture
+from walltopo.export.atlas import retexture
 from walltopo.export.contract import ExportSettings
 from walltopo.export.gltf import Packing, write_glb
 from walltopo.export.loose import without_loose
 from walltopo.export.meshopt import available
 from walltopo.export.picture import encode_picture
-from walltopo.export.surface import Surface, mixed_triangles, simplify, split_at_borders
+from walltopo.export.surface import Look, Surface, mixed_triangles, simplify, split_at_borders
 from walltopo.export.wall import Wall
 from walltopo.imaging.photo_file import read_rgb
 
-__all__ = ["TIERS", "Look", "Tier", "TierBuilder"]
+__all__ = ["TIERS", "Tier", "TierBuilder"]
 
 WEB = Packing(quantised=True, compressed=True, normals=False)
 
@@ -37,14 +34,6 @@ TIERS = {
     "detail": Tier(WEB, "WEBP"),
     "archive": Tier(Packing(), "JPEG"),
 }
-
-
-@dataclass(frozen=True, eq=False)
-class Look:
-    """A surface and the (H, W, 3) picture that its `uv` refer to; None without a texture."""
-
-    surface: Surface
-    picture: NDArray[np.uint8] | None
 
 
 class TierBuilder:
@@ -98,19 +87,10 @@ class TierBuilder:
         if finer.picture is None:
             return Look(simplify(self._plain, triangles), None)
         # The source's charts would tear: simplify without them, then draw new ones.
-        source, coarse = self._source(finer), simplify(self._plain, triangles)
         side = getattr(self.settings, f"{name}_texture")
-        surface, picture = retexture(coarse, source, side, oversample=2 if side <= 2048 else 1)
-        return Look(simplify(surface, 0), picture)
-
-    def _source(self, look: Look) -> Detailed:
-        surface = look.surface
-        assert surface.uv is not None
-        assert look.picture is not None
-        faces = surface.triangles.astype(np.int32)
-        return Detailed(
-            surface.positions.astype(np.float64), faces, surface.uv[faces], look.picture
-        )
+        coarse = simplify(self._plain, triangles)
+        new = retexture(coarse, finer, side, oversample=2 if side <= 2048 else 1)
+        return Look(simplify(new.surface, 0), new.picture)
 
     def glb(self, name: str) -> bytes:
         """The GLB of one tier: `first`, `detail` or `archive`."""

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh
 from walltopo.core.files import atomic_path
@@ -12,8 +14,13 @@ from walltopo.core.files import atomic_path
 __all__ = ["read_mesh", "write_ply"]
 
 
-def write_ply(path: Path, mesh: Mesh) -> None:
-    """Write a mesh as binary PLY (float32 vertices, uint8 colours if it has them); atomic."""
+def write_ply(path: Path, mesh: Mesh, instance: NDArray[np.int32] | None = None) -> None:
+    """Write a mesh as binary PLY (float32 vertices, uint8 colours if it has them); atomic.
+
+    Parameters
+    ----------
+    instance : (F,) written as the faces' property `instance`.
+    """
     colours = mesh.vertex_colours
     fields: list[tuple[str, str]] = [("x", "<f4"), ("y", "<f4"), ("z", "<f4")]
     header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(mesh.vertices)}"]
@@ -28,9 +35,14 @@ def write_ply(path: Path, mesh: Mesh) -> None:
     if colours is not None:
         for k, name in enumerate(("red", "green", "blue")):
             vertices[name] = colours[:, k]
-    faces = np.zeros(len(mesh.faces), dtype=[("n", "u1"), ("v", "<i4", (3,))])
-    faces["n"] = 3
-    faces["v"] = mesh.faces
+    face_fields: list[tuple[Any, ...]] = [("n", "u1"), ("v", "<i4", (3,))]
+    if instance is not None:
+        face_fields.append(("instance", "<i4"))
+        header.append("property int instance")
+    faces = np.zeros(len(mesh.faces), dtype=face_fields)
+    faces["n"], faces["v"] = 3, mesh.faces
+    if instance is not None:
+        faces["instance"] = instance
     with atomic_path(path) as temporary, temporary.open("wb") as stream:
         stream.write(("\n".join([*header, "end_header"]) + "\n").encode("ascii"))
         stream.write(vertices.tobytes())

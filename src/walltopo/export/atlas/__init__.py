@@ -6,6 +6,6 @@ along one direction) and they are filled with pictures of the detailed, textured
 along the same direction.
 """
 
-from walltopo.export.atlas.retexture import Detailed, retexture
+from walltopo.export.atlas.retexture import retexture
 
-__all__ = ["Detailed", "retexture"]
+__all__ = ["retexture"]

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from walltopo.core import Mesh
 from walltopo.export.parallel import Axes, axes_towards, render_parallel
 
 __all__ = ["chart_components", "choose_directions", "label_triangles", "neighbours"]
@@ -65,20 +66,16 @@ def neighbours(places: NDArray[np.int64], triangles: NDArray[np.int64]) -> NDArr
     return np.stack([owner[same], owner[same + 1]], axis=1)
 
 
-def _cost(
-    positions: Floats, triangles: NDArray[np.int64], normals: Floats, axes: Sequence[Axes]
-) -> NDArray[np.float32]:
-    """(T, K) what it costs to see a triangle along a direction: slant, and being hidden."""
-    centres = positions[triangles].mean(axis=1)
-    cost = np.empty((len(triangles), len(axes)), dtype=np.float32)
+def _cost(mesh: Mesh, normals: Floats, axes: Sequence[Axes]) -> NDArray[np.float32]:
+    """(F, K) what it costs to see a face along a direction: slant, and being hidden."""
+    centres = mesh.centroids
+    cost = np.empty((len(mesh.faces), len(axes)), dtype=np.float32)
     for k, way in enumerate(axes):
-        flat = way.flat(positions)
+        flat = way.flat(mesh.vertices)
         low, extent = flat.min(axis=0), np.ptp(flat, axis=0)
         scale = LOOK / max(float(extent.max()), 1e-9)
         width, height = (int(v) + 1 for v in np.ceil(extent * scale))
-        _, depth = render_parallel(
-            positions, triangles.astype(np.int32), way, low, scale, (width, height)
-        )
+        _, depth = render_parallel(mesh.vertices, mesh.faces, way, low, scale, (width, height))
         column, row = ((way.flat(centres) - low) * scale).astype(int).T
         front = depth[np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)]
         hidden = centres @ way.towards > front + 4.0 / scale
@@ -88,19 +85,15 @@ def _cost(
 
 
 def label_triangles(
-    positions: Floats,
-    triangles: NDArray[np.int64],
-    normals: Floats,
-    axes: Sequence[Axes],
-    pairs: NDArray[np.int64],
+    mesh: Mesh, axes: Sequence[Axes], pairs: NDArray[np.int64]
 ) -> NDArray[np.int64]:
-    """(T,) the direction each triangle is drawn along; neighbours agree where that costs little.
+    """(F,) the direction each face is drawn along; neighbours agree where that costs little.
 
     Iterated conditional modes on a Potts model: half of the triangles at a time, so that two
     neighbours do not swap for ever.
     """
     both = np.vstack([pairs, pairs[:, ::-1]])
-    cost = _cost(positions, triangles, _smooth(normals, both), axes)
+    cost = _cost(mesh, _smooth(mesh.normals, both), axes)
     label = cost.argmin(axis=1)
     for sweep in range(SWEEPS):
         agree = np.zeros_like(cost)

@@ -14,38 +14,20 @@ from walltopo.export.atlas.charts import (
     label_triangles,
     neighbours,
 )
-from walltopo.export.atlas.sight import Sight, crosses
+from walltopo.export.atlas.sight import Sight
 from walltopo.export.parallel import Axes
-from walltopo.export.surface import Surface
+from walltopo.export.surface import Look, Surface
 from walltopo.imaging.packing import fit_scale
 
-__all__ = ["Detailed", "retexture"]
+__all__ = ["retexture"]
 
 Floats = NDArray[np.float64]
 PAD = 2  # pixels of surroundings around each chart, for filtering
 MOST_PICTURE = 60_000_000  # pixels of one drawing
 
 
-@dataclass(frozen=True, eq=False)
-class Detailed:
-    """The textured mesh that the new picture is drawn from.
-
-    Parameters
-    ----------
-    vertices : (V, 3) float64.
-    faces : (F, 3) int32.
-    uv : (F, 3, 2) float32, origin at the picture's top left.
-    picture : (H, W, 3) uint8 sRGB.
-    """
-
-    vertices: Floats
-    faces: NDArray[np.int32]
-    uv: NDArray[np.float32]
-    picture: NDArray[np.uint8]
-
-
 def _drawing(
-    detailed: Detailed,
+    detailed: Look,
     face: NDArray[np.int32],
     axes: Axes,
     low: Floats,
@@ -55,13 +37,16 @@ def _drawing(
     """(H, W, 3) picture of the faces at (H, W) pixels where `wanted`, and which were drawn."""
     import cv2
 
+    assert detailed.surface.uv is not None
+    assert detailed.picture is not None
     height, width = wanted.shape
     drawn = wanted & (face >= 0)
     row, column = np.nonzero(drawn)
     number = face[row, column]
-    corner = (axes.flat(detailed.vertices)[detailed.faces[number]] - low) * scale
-    weight = _barycentric(np.stack([column + 0.5, row + 0.5], axis=-1), corner)
-    uv = (detailed.uv[number] * weight[..., None]).sum(axis=1)
+    corners = detailed.surface.mesh.faces[number]
+    flat = (axes.flat(detailed.surface.mesh.vertices)[corners] - low) * scale
+    weight = _barycentric(np.stack([column + 0.5, row + 0.5], axis=-1), flat)
+    uv = (detailed.surface.uv[corners] * weight[..., None]).sum(axis=1)
     tall, wide = detailed.picture.shape[:2]
     where = np.zeros((2, height, width), dtype=np.float32)
     where[0, row, column] = uv[:, 0] * wide - 0.5
@@ -96,45 +81,57 @@ def _barycentric(point: Floats, corner: Floats) -> Floats:
     return weight / weight.sum(axis=1, keepdims=True)
 
 
-def _charts(
-    surface: Surface,
-) -> tuple[NDArray[np.int64], NDArray[np.int64], list[Axes]]:
+def _charts(surface: Surface) -> tuple[NDArray[np.int64], NDArray[np.int64], list[Axes]]:
     """Direction and chart of each triangle, and the directions."""
-    positions = surface.positions.astype(np.float64)
-    triangles = surface.triangles.astype(np.int64)
-    corner = positions[triangles]
-    across = crosses(corner)
-    lengths = np.linalg.norm(across, axis=1)
-    normals = across / np.maximum(lengths, 1e-12)[:, None]
-    axes = choose_directions(normals, lengths)
+    mesh = surface.mesh
+    axes = choose_directions(mesh.normals, mesh.areas)
     # Hold borders split vertices; charts go across them.
     places = np.unique(surface.positions, axis=0, return_inverse=True)[1].ravel()
-    pairs = neighbours(places.astype(np.int64), triangles)
-    label = label_triangles(positions, triangles, normals, axes, pairs)
+    pairs = neighbours(places.astype(np.int64), mesh.faces.astype(np.int64))
+    label = label_triangles(mesh, axes, pairs)
     return label, chart_components(label, pairs), axes
 
 
-def retexture(
-    surface: Surface, detailed: Detailed, side: int, oversample: int = 1
-) -> tuple[Surface, NDArray[np.uint8]]:
+@dataclass(frozen=True, eq=False)
+class _Layout:
+    """Where each of n charts lies on the plane of its direction, and in the atlas.
+
+    Parameters
+    ----------
+    direction : (n,) index of the direction.
+    low : (n, 2) its rectangle's top-left corner on the plane, world units.
+    scale : atlas pixels per world unit.
+    sizes, places : (n, 2) atlas pixels of the rectangles with their padding.
+    side : of the atlas, pixels.
+    """
+
+    direction: NDArray[np.int64]
+    low: Floats
+    side: int
+    scale: float
+    sizes: NDArray[np.int64]
+    places: NDArray[np.int64]
+
+
+def retexture(surface: Surface, detailed: Look, side: int, oversample: int = 1) -> Look:
     """Give a surface its own atlas.
 
     Parameters
     ----------
     surface : simplified; its own `uv` is ignored.
-    detailed : the mesh before simplification.
+    detailed : the textured surface before simplification.
     side : of the new, square picture, pixels.
     oversample : draw that many times finer and average, for small pictures of fine textures.
 
     Returns
     -------
-    The surface with vertices split at chart borders and `uv`, and the (side, side, 3) picture.
+    The surface with vertices split at chart borders, and the (side, side, 3) picture.
     """
     import cv2
 
     label, chart, axes = _charts(surface)
     flat = np.empty((len(label), 3, 2))
-    corner = surface.positions.astype(np.float64)[surface.triangles.astype(np.int64)]
+    corner = surface.mesh.vertices[surface.mesh.faces]
     for k, way in enumerate(axes):
         flat[label == k] = way.flat(corner[label == k])
     count = int(chart.max()) + 1
@@ -145,51 +142,44 @@ def retexture(
     direction[chart] = label
     most = side / max(float((high - low).max()), 1e-9)
     scale, sizes, places = fit_scale(high - low, side, PAD, most)
-    positions = surface.positions.astype(np.float64)
-    triangles = surface.triangles.astype(np.int32)
-    parts = [(positions, triangles[label == k]) for k in range(len(axes))]
-    picture = _fill(detailed, parts, axes, direction, low, sizes, places, scale, side, oversample)
-    uv = ((flat - low[chart][:, None]) * scale + PAD + places[chart][:, None]) / side
+    layout = _Layout(direction, low, side, scale, sizes, places)
+    sight = Sight(detailed.surface.mesh, surface.mesh)
+    picture = _filled_atlas(detailed, sight, label, axes, layout, oversample)
     if oversample > 1:
         picture = np.asarray(cv2.resize(picture, (side, side), interpolation=cv2.INTER_AREA))
-    return _split(surface, chart, uv.astype(np.float32)), picture.astype(np.uint8)
+    uv = ((flat - low[chart][:, None]) * scale + PAD + places[chart][:, None]) / side
+    return Look(_split(surface, chart, uv.astype(np.float32)), picture.astype(np.uint8))
 
 
-def _fill(
-    detailed: Detailed,
-    parts: Sequence[tuple[Floats, NDArray[np.int32]]],
+def _filled_atlas(
+    detailed: Look,
+    sight: Sight,
+    label: NDArray[np.int64],
     axes: Sequence[Axes],
-    direction: NDArray[np.int64],
-    low: Floats,
-    sizes: NDArray[np.int64],
-    places: NDArray[np.int64],
-    scale: float,
-    side: int,
+    layout: _Layout,
     oversample: int,
 ) -> NDArray[np.uint8]:
     """The atlas: of one drawing a direction, the rectangle of each chart."""
-    fine = scale * oversample
-    atlas = np.full((side * oversample, side * oversample, 3), 128, dtype=np.uint8)
-    sight = Sight(detailed.vertices, detailed.faces)
-    for k, way in enumerate(axes):
-        charts = np.flatnonzero(direction == k)
-        if len(charts) == 0:
-            continue
-        start = low[charts].min(axis=0) - PAD / scale
-        end = (low[charts] + sizes[charts] / scale).max(axis=0)
+    fine, pad = layout.scale * oversample, PAD / layout.scale
+    atlas = np.full((layout.side * oversample,) * 2 + (3,), 128, dtype=np.uint8)
+    for k in np.unique(layout.direction).tolist():
+        charts = np.flatnonzero(layout.direction == k)
+        low, sizes = layout.low[charts], layout.sizes[charts]
+        start = low.min(axis=0) - pad
+        end = (low + sizes / layout.scale).max(axis=0)
         # Chart corners fall between the drawing's pixels: each is drawn to half a pixel.
         width, height = (int(v) + 2 for v in np.ceil((end - start) * fine))
         if width * height > MOST_PICTURE:
             raise ValueError(f"a drawing of {width}x{height} pixels is too large")
-        corner = np.rint((low[charts] - PAD / scale - start) * fine).astype(int).clip(0)
-        extent = sizes[charts] * oversample
+        corner = np.rint((low - pad - start) * fine).astype(int).clip(0)
+        rectangles = np.hstack([corner, sizes * oversample]).tolist()
         wanted = np.zeros((height, width), dtype=bool)
-        for (x, y), (w, h) in zip(corner.tolist(), extent.tolist(), strict=True):
+        for x, y, w, h in rectangles:
             wanted[y : y + h, x : x + w] = True
-        face = sight.faces_on(parts[k], way, start, fine, wanted)
-        drawing, drawn = _drawing(detailed, face, way, start, fine, wanted)
-        for number, (x, y), (w, h) in zip(charts, corner.tolist(), extent.tolist(), strict=True):
-            left, top = (places[number] * oversample).tolist()
+        face = sight.faces_on(label == k, axes[k], start, fine, wanted)
+        drawing, drawn = _drawing(detailed, face, axes[k], start, fine, wanted)
+        for (x, y, w, h), place in zip(rectangles, layout.places[charts], strict=True):
+            left, top = (place * oversample).tolist()
             part = np.s_[y : y + h, x : x + w]
             patch = _filled(drawing[part], drawn[part])
             atlas[top : top + patch.shape[0], left : left + patch.shape[1]] = patch

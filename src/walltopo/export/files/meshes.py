@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import colorsys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import Mesh
 from walltopo.core.files import atomic_path, write_json
 from walltopo.export.picture import encode_picture, texels
 from walltopo.export.surface import Surface, split_at_borders
@@ -49,9 +49,7 @@ def write_painted_ply(path: Path, wall: Wall) -> None:
     colours = instance_colours(ids)
     paint = np.array([colours[i] for i in ids], dtype=np.uint8)
     vertex = paint[np.searchsorted(ids, surface.feature)]
-    write_ply(
-        path, Mesh(surface.positions.astype(np.float64), surface.triangles.astype(np.int32), vertex)
-    )
+    write_ply(path, replace(surface.mesh, vertex_colours=vertex))
     listing = [{"id": i, "rgb": list(colours[i])} for i in ids]
     write_json(path.with_suffix(".colours.json"), {"version": 1, "wall": 0, "colours": listing})
 
@@ -67,29 +65,7 @@ def _colours(wall: Wall) -> NDArray[np.uint8] | None:
 
 def write_labelled_ply(path: Path, wall: Wall) -> None:
     """Binary PLY: vertex colours, and per face its hold id as the property `instance`."""
-    colours = _colours(wall)
-    vertex_type: list[tuple[str, str]] = [("x", "<f4"), ("y", "<f4"), ("z", "<f4")]
-    header = ["ply", "format binary_little_endian 1.0"]
-    header += [f"element vertex {len(wall.mesh.vertices)}"]
-    header += [f"property float {axis}" for axis in "xyz"]
-    if colours is not None:
-        vertex_type += [("red", "u1"), ("green", "u1"), ("blue", "u1")]
-        header += [f"property uchar {name}" for name in ("red", "green", "blue")]
-    header += [f"element face {len(wall.mesh.faces)}"]
-    header += ["property list uchar int vertex_indices", "property int instance", "end_header"]
-    vertices = np.zeros(len(wall.mesh.vertices), dtype=vertex_type)
-    for k, axis in enumerate("xyz"):
-        vertices[axis] = wall.mesh.vertices[:, k]
-    if colours is not None:
-        for k, name in enumerate(("red", "green", "blue")):
-            vertices[name] = colours[:, k]
-    face_type = [("n", "u1"), ("v", "<i4", (3,)), ("instance", "<i4")]
-    faces = np.zeros(len(wall.mesh.faces), dtype=face_type)
-    faces["n"], faces["v"], faces["instance"] = 3, wall.mesh.faces, wall.face_instance
-    with atomic_path(path) as temporary, temporary.open("wb") as stream:
-        stream.write(("\n".join(header) + "\n").encode("ascii"))
-        stream.write(vertices.tobytes())
-        stream.write(faces.tobytes())
+    write_ply(path, replace(wall.mesh, vertex_colours=_colours(wall)), wall.face_instance)
 
 
 def _obj_faces(surface: Surface, rows: NDArray[np.int64]) -> str:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from walltopo.export.parallel import Axes, axes_towards, render_parallel
 from walltopo.export.picture import texels
-from walltopo.export.surface import Surface
+from walltopo.export.surface import Look
 
 __all__ = ["Canvas", "base_colours", "paper_view"]
 
@@ -68,11 +68,11 @@ def paper_view(
     return Canvas(axes, origin, scale, face)
 
 
-def base_colours(surface: Surface, texture: NDArray[np.uint8] | None) -> NDArray[np.uint8]:
+def base_colours(look: Look) -> NDArray[np.uint8]:
     """(T, 3) one colour a triangle: of the texture, of the vertices, or shaded grey."""
-    corners = surface.triangles.astype(np.int64)
-    if surface.uv is not None and texture is not None:
-        return texels(texture, surface.uv[corners].mean(axis=1))
+    surface, corners = look.surface, look.surface.mesh.faces
+    if surface.uv is not None and look.picture is not None:
+        return texels(look.picture, surface.uv[corners].mean(axis=1))
     if surface.colours is not None:
         return surface.colours[corners].mean(axis=1).astype(np.uint8)
     shade = 130 + 90 * np.abs(surface.normals[corners].mean(axis=1) @ np.array([0.5, 0.4, 0.76]))

@@ -14,7 +14,7 @@ from walltopo.export.parallel import front_direction
 from walltopo.export.report.canvas import Canvas, base_colours, paper_view
 from walltopo.export.report.coverage import THIN, count_views, thin_spots
 from walltopo.export.report.pictures import data_url
-from walltopo.export.tiers import Look
+from walltopo.export.surface import Look
 from walltopo.scans.holds import HoldRow
 
 __all__ = ["CameraMark", "Drawing", "Maps", "SpotMark", "draw_maps"]
@@ -138,10 +138,9 @@ def draw_maps(first: Look, views: Sequence[View], holds: Sequence[HoldRow], metr
     views : registered photos, at least one.
     holds : rows of `holds.json`; they say where the climbing surface is.
     """
-    surface = first.surface
-    mesh = Mesh(surface.positions.astype(np.float64), surface.triangles.astype(np.int32))
+    mesh = first.surface.mesh
     front = front_direction(mesh)
-    colours = base_colours(surface, first.picture)
+    colours = base_colours(first)
 
     counts = count_views(mesh, views)
     canvas = paper_view(mesh.vertices, mesh.faces, -front, UP, WIDTH)

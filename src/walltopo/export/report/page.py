@@ -8,8 +8,8 @@ from walltopo.export.contract import ExportSettings
 from walltopo.export.report.facts import Facts
 from walltopo.export.report.maps import draw_maps
 from walltopo.export.report.pictures import thumbnail
+from walltopo.export.surface import Look
 from walltopo.export.templating import render
-from walltopo.export.tiers import Look
 from walltopo.export.wall import Wall
 
 __all__ = ["report_html"]
