@@ -6,13 +6,14 @@ VENV := .venv
 BIN := $(VENV)/bin
 PAGE := demo-scan/index.html
 
-.PHONY: help demo test lint docs viewer pictures system system-venv system-compiler browser clean
+.PHONY: help demo test lint docs wheels viewer pictures system system-venv system-compiler browser clean
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make demo     set up, scan the bundled photos, name the page to open"
 	@echo "make test     set up everything, run all tests"
-	@echo "make lint     ruff and mypy"
+	@echo "make lint     ruff, mypy, import floors"
+	@echo "make wheels   wheels and source archives of both distributions in dist/"
 	@echo "make docs     write the generated parts of docs/"
 	@echo "make viewer   build the web viewer into the package (needs node)"
 	@echo "make pictures GYM=SCAN SPRAYWALL=SCAN   retake the README's pictures"
@@ -26,7 +27,7 @@ $(VENV)/pip-ready:
 	$(PYTHON) -m venv $(VENV)
 	@touch $@
 
-$(VENV)/core-ready: $(VENV)/pip-ready pyproject.toml lab/pyproject.toml constraints.txt
+$(VENV)/core-ready: $(VENV)/pip-ready pyproject.toml lab/pyproject.toml VERSION constraints.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e .
 	@command -v c++ >/dev/null || $(MAKE) --no-print-directory system-compiler || true
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[web]' \
@@ -42,17 +43,22 @@ demo: $(VENV)/core-ready
 	$(BIN)/walltopo scan examples/demo-photos -o demo-scan
 
 test: $(VENV)/dev-ready browser
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --cov=walltopo --cov-report=term:skip-covered
 
 lint: $(VENV)/dev-ready
 	$(BIN)/ruff format --check src lab tests examples conftest.py
 	$(BIN)/ruff check src lab tests examples conftest.py
 	$(BIN)/mypy
+	$(BIN)/lint-imports
 
 docs: $(VENV)/dev-ready
 	COLUMNS=1000 $(BIN)/walltopo settings --markdown > docs/settings.md
 	$(BIN)/python -m walltopo.scans.schemas docs/schemas
 	WALLTOPO_WRITE_DOCS=1 $(BIN)/python -m pytest tests/scan/test_bad_input.py -k write_the_table
+
+wheels: $(VENV)/dev-ready
+	$(BIN)/python -m build --outdir dist .
+	$(BIN)/python -m build --outdir dist lab
 
 viewer:
 	cd viewer && npm ci --no-audit --no-fund && npm run build

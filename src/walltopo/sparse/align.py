@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, StageError
@@ -32,7 +33,14 @@ from walltopo.scans.photo_set import PhotoSet
 from walltopo.scans.scale import Frame, Scale
 from walltopo.sparse.colmap_process import run_worker
 from walltopo.sparse.contract import SparseSettings, Writes
-from walltopo.sparse.jobs import camera_entries, keep_database, known_features, mapping_job
+from walltopo.sparse.job import CameraEntry, ImageEntry, Job, KnownFeatures, MapTask
+from walltopo.sparse.jobs import (
+    camera_entries,
+    features_job,
+    keep_database,
+    known_features,
+    photo_ids,
+)
 from walltopo.sparse.model_parts import KeptImage, match_keypoints, rebuild
 from walltopo.sparse.outcome import describe_model, why_unregistered
 
@@ -73,7 +81,7 @@ def align_to_reference(
     reference = _open_reference(folder, settings)
     job = _update_job(folder, photos, reference, settings, context.cache)
     keep_database(job, folder.folder)
-    run_worker({**job, "map": None}, context.progress)
+    run_worker(job, context.progress)
     align = _constrained if settings.align == "constrained" else _rigid
     model, moved, shared = align(photos, reference, job, context)
     reasons = _reasons(photos, model, job)
@@ -133,7 +141,7 @@ def _update_job(
     reference: _Reference,
     settings: SparseSettings,
     cache: Path,
-) -> dict[str, Any]:
+) -> Job:
     """New photos are images 1 to n, the reference's n + 1 on; likewise the cameras."""
     root = cache / "both"
     root.mkdir(parents=True, exist_ok=True)
@@ -143,54 +151,44 @@ def _update_job(
         os.symlink(target.resolve(), link, target_is_directory=True)
     cameras, indices = camera_entries(photos)
     images = [
-        {"name": f"{_NEW}/{photo.name}", "camera": index}
+        ImageEntry(f"{_NEW}/{photo.name}", index)
         for photo, index in zip(photos, indices, strict=True)
     ]
     places = {old: len(cameras) + k for k, old in enumerate(sorted(reference.model.cameras))}
     for old in sorted(reference.model.cameras):
         camera = reference.model.cameras[old]
-        cameras.append(
-            {
-                "model": camera.model.name,
-                "width": int(camera.width),
-                "height": int(camera.height),
-                "params": [float(value) for value in camera.params],
-                "prior": True,
-            }
-        )
+        params = tuple(float(value) for value in camera.params)
+        width, height = int(camera.width), int(camera.height)
+        cameras.append(CameraEntry(camera.model.name, width, height, params, True))
     images += [
-        {"name": f"{_REFERENCE}/{image.name}", "camera": places[image.camera_id]}
+        ImageEntry(f"{_REFERENCE}/{image.name}", places[image.camera_id])
         for image in reference.images
     ]
-    job = mapping_job(cache / "aligned-features" / "features.db", root, settings)
-    job["cameras"], job["images"] = cameras, images
-    if (known := known_features(job, reference.scan.work, reference.scan.photos)) is not None:
-        names = {f"{_REFERENCE}/{image.name}": str(image.name) for image in reference.images}
-        # A copy: to open a database is to write beside it, and the reference is only read.
-        copy = cache / "reference-features.db"
-        shutil.copyfile(known, copy)
-        job["known_features"] = {"database": str(copy), "names": names}
-    job["pairing"]["new"] = list(range(1, len(photos) + 1))
-    job["pairing"]["reference"] = list(range(len(photos) + 1, len(images) + 1))
-    return job
+    new, old_ids = photo_ids(photos), range(len(photos) + 1, len(images) + 1)
+    database = cache / "aligned-features" / "features.db"
+    job = features_job(database, root, settings, cameras, images, new, old_ids)
+    known = known_features(job, reference.scan.work, reference.scan.photos)
+    if known is None:
+        return job
+    names = {f"{_REFERENCE}/{image.name}": str(image.name) for image in reference.images}
+    # A copy: to open a database is to write beside it, and the reference is only read.
+    copy = cache / "reference-features.db"
+    shutil.copyfile(known, copy)
+    return replace(job, known_features=KnownFeatures(str(copy), names))
 
 
-def _mapped(job: dict[str, Any], context: Context, **given: Any) -> Any | None:
+def _mapped(job: Job, task: MapTask, context: Context) -> Any | None:
     """The mapper's best model from the job's features and matches; None where it made none."""
-    task = {
-        "output": str(context.cache / "mapping"),
-        "reference": "",
-        "constant_cameras": [],
-        "held_images": [],
-        "only": [],
-        **given,
-    }
-    result = run_worker({**job, "pairing": None, "map": task}, context.progress)
-    return open_model(Path(result["best"])) if result["best"] else None
+    result = run_worker(replace(job, pairing=None, map=task), context.progress)
+    return open_model(Path(result.best)) if result.best else None
+
+
+def _output(context: Context) -> str:
+    return str(context.cache / "mapping")
 
 
 def _constrained(
-    photos: Sequence[Photo], reference: _Reference, job: dict[str, Any], context: Context
+    photos: Sequence[Photo], reference: _Reference, job: Job, context: Context
 ) -> tuple[Any, float, int]:
     """New cameras mapped into the fixed reference: the new part, how far the old moved, ties."""
     known = _reference_for_mapper(reference, job)
@@ -198,8 +196,14 @@ def _constrained(
     shutil.rmtree(start, ignore_errors=True)
     start.mkdir(parents=True)
     known.write(start)
-    held = {"constant_cameras": sorted(known.cameras), "held_images": sorted(known.images)}
-    model = _mapped(job, context, reference=str(start), expected=len(photos), **held)
+    task = MapTask(
+        _output(context),
+        len(photos),
+        reference=str(start),
+        constant_cameras=tuple(sorted(known.cameras)),
+        held_images=tuple(sorted(known.images)),
+    )
+    model = _mapped(job, task, context)
     if model is None:
         raise StageError(_not_this_wall(0, len(photos), reference))
     moved = _moved(known, model)
@@ -208,7 +212,7 @@ def _constrained(
             f"the reference's cameras moved by {moved:.1e} while they were to be held: "
             "a defect of this COLMAP; use sparse.align=rigid"
         )
-    new_ids = set(job["pairing"]["new"])
+    new_ids = set(photo_ids(photos))
     ties = sum(
         1
         for point in model.points3D.values()
@@ -217,33 +221,33 @@ def _constrained(
     return _new_part(model, new_ids), moved, ties
 
 
-def _reference_for_mapper(reference: _Reference, job: dict[str, Any]) -> Any:
+def _reference_for_mapper(reference: _Reference, job: Job) -> Any:
     """The reference's model with the ids of the database and the keypoints found there."""
     import pycolmap
 
-    first = len(job["pairing"]["new"]) + 1
+    first = 1 + sum(entry.name.startswith(f"{_NEW}/") for entry in job.images)
     kept: list[KeptImage] = []
-    with pycolmap.Database.open(job["database"]) as db:
+    with pycolmap.Database.open(job.database) as db:
         for number, image in enumerate(reference.images, start=first):
             found = np.asarray(db.read_keypoints(number), dtype=np.float64)[:, :2]
             old = np.array([point.xy for point in image.points2D]).reshape(-1, 2)
             wanted = np.array([point.has_point3D() for point in image.points2D], dtype=np.bool_)
-            entry = job["images"][number - 1]
+            entry = job.images[number - 1]
             index = match_keypoints(old, found, wanted)
-            kept.append(KeptImage(image, number, entry["name"], entry["camera"] + 1, found, index))
+            kept.append(KeptImage(image, number, entry.name, entry.camera + 1, found, index))
     cameras = {entry.source.camera_id: entry.camera_id for entry in kept}
     return rebuild(reference.model, kept, cameras)
 
 
 def _rigid(
-    photos: Sequence[Photo], reference: _Reference, job: dict[str, Any], context: Context
+    photos: Sequence[Photo], reference: _Reference, job: Job, context: Context
 ) -> tuple[Any, float, int]:
     """The new photos mapped alone, then one similarity through the shared points."""
     import pycolmap
 
     count = len(photos)
-    names = [entry["name"] for entry in job["images"][:count]]
-    alone = _mapped(job, context, only=names, expected=count)
+    names = tuple(entry.name for entry in job.images[:count])
+    alone = _mapped(job, MapTask(_output(context), count, only=names), context)
     if alone is None:
         raise StageError(f"none of the {count} new photos could be put together")
     known = _reference_for_mapper(reference, job)
@@ -251,22 +255,22 @@ def _rigid(
     centres = np.array([image.projection_center() for image in known.images.values()])
     tolerance = _RIGID_TOLERANCE * float(np.ptp(centres, axis=0).max())
     try:
-        fit, good = fit_similarity_robust(source, target, tolerance, job["seed"], rounds=2000)
+        fit, good = fit_similarity_robust(source, target, tolerance, job.seed, rounds=2000)
     except InputError as error:
         raise StageError(_not_this_wall(0, count, reference)) from error
     if good.sum() < _LEAST_SHARED_POINTS:
         raise StageError(_not_this_wall(0, count, reference))
     alone.transform(pycolmap.Sim3d(fit.scale, pycolmap.Rotation3d(fit.rotation), fit.translation))
-    return _new_part(alone, set(job["pairing"]["new"])), 0.0, int(good.sum())
+    return _new_part(alone, set(photo_ids(photos))), 0.0, int(good.sum())
 
 
-def _shared_points(alone: Any, known: Any, job: dict[str, Any]) -> tuple[Floats, Floats]:
+def _shared_points(alone: Any, known: Any, job: Job) -> tuple[Floats, Floats]:
     """Points (n, 3) of the new model and of the reference that verified matches connect."""
     import pycolmap
 
-    count = len(job["pairing"]["new"])
+    count = sum(entry.name.startswith(f"{_NEW}/") for entry in job.images)
     pairs: set[tuple[int, int]] = set()
-    with pycolmap.Database.open(job["database"]) as db:
+    with pycolmap.Database.open(job.database) as db:
         for pair, geometry in zip(*db.read_two_view_geometries(), strict=True):
             a, b = pycolmap.pair_id_to_image_pair(pair)
             if not (a <= count < b) or a not in alone.images or b not in known.images:
@@ -308,11 +312,11 @@ def _moved(before: Any, after: Any) -> float:
     return worst
 
 
-def _reasons(photos: Sequence[Photo], model: Any, job: dict[str, Any]) -> dict[str, str]:
+def _reasons(photos: Sequence[Photo], model: Any, job: Job) -> dict[str, str]:
     registered = {str(image.name) for image in model.images.values() if image.has_pose}
     named = {photo.name: f"{_NEW}/{photo.name}" for photo in photos}
     missing = {name: named[name] for name in named if name not in registered}
-    return why_unregistered(Path(job["database"]), missing, {})
+    return why_unregistered(Path(job.database), missing, {})
 
 
 def _not_this_wall(registered: int, photos: int, reference: _Reference) -> str:

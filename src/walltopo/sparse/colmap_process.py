@@ -11,8 +11,11 @@ from collections import deque
 from contextlib import suppress
 from typing import Any
 
+import msgspec
+
 from walltopo.core import Progress, SettingsError, StageError
 from walltopo.sparse.contract import SparseSettings
+from walltopo.sparse.job import Job, Mapped
 
 __all__ = ["check_supported", "run_worker"]
 
@@ -45,8 +48,8 @@ def check_supported(settings: SparseSettings) -> None:
         )
 
 
-def run_worker(job: dict[str, Any], progress: Progress) -> dict[str, Any]:
-    """Run one job of `worker` and return its closing fields.
+def run_worker(job: Job, progress: Progress) -> Mapped:
+    """Run one job of `colmap_worker`; what it mapped (nothing, where it only found features).
 
     The child has its own session, so that Ctrl-C reaches only this process; it is then killed.
 
@@ -56,8 +59,8 @@ def run_worker(job: dict[str, Any], progress: Progress) -> dict[str, Any]:
     """
     # COLMAP has threads of its own; BLAS on several would also make the last bits differ.
     environment = {**os.environ, "PYTHONUNBUFFERED": "1", "OPENBLAS_NUM_THREADS": "1"}
-    if job["threads"] > 0:
-        environment["OMP_NUM_THREADS"] = str(job["threads"])
+    if job.threads > 0:
+        environment["OMP_NUM_THREADS"] = str(job.threads)
     child = subprocess.Popen(
         [sys.executable, "-m", "walltopo.sparse.colmap_worker"],
         stdin=subprocess.PIPE,
@@ -75,7 +78,7 @@ def run_worker(job: dict[str, Any], progress: Progress) -> dict[str, Any]:
     try:
         # A child that dies at once breaks the pipe; its output and exit code say why.
         with suppress(BrokenPipeError):
-            child.stdin.write(json.dumps(job) + "\n")
+            child.stdin.write(msgspec.json.encode(job).decode("utf-8") + "\n")
             child.stdin.flush()
         for line in child.stdout:
             listener.hear(line.rstrip("\n"))
@@ -89,7 +92,7 @@ def run_worker(job: dict[str, Any], progress: Progress) -> dict[str, Any]:
         with suppress(BrokenPipeError):
             child.stdin.close()
     listener.check(code)
-    return listener.result
+    return msgspec.convert(listener.result, Mapped)
 
 
 class _Listener:

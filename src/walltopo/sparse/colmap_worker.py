@@ -1,8 +1,9 @@
 """The child process that calls COLMAP: features, matches, mapping.
 
 It is a process of its own because COLMAP ends the whole process on a failed internal check,
-holds on to Ctrl-C, and logs to stderr; `engine.run_worker` is its only caller. It reads one job
-(JSON) from stdin, and writes events as lines that begin with `EVENT` between COLMAP's log lines.
+holds on to Ctrl-C, and logs to stderr; `colmap_process.run_worker` is its only caller. It reads a
+`Job` (JSON) from stdin, and writes events as lines that begin with `EVENT` between COLMAP's log
+lines.
 """
 
 from __future__ import annotations
@@ -13,10 +14,14 @@ import shutil
 import statistics
 import sys
 import threading
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from walltopo.core import WalltopoError
+from walltopo.sparse.job import CameraEntry, ImageEntry, Job, MapTask, Pairing
 from walltopo.sparse.pairs import choose_pairs, in_tiles
 
 __all__ = ["EVENT", "main"]
@@ -29,7 +34,7 @@ _BLOCK = 100  # pairs matched between two progress lines, and lost at most by a 
 
 def main() -> int:
     """Run the job that stands on stdin; 0, or 1 after an `error` event."""
-    job = json.loads(sys.stdin.readline())
+    job = msgspec.json.decode(sys.stdin.readline(), type=Job)
     # stdin closes when the parent dies: nobody would read the result, so do not compute on.
     threading.Thread(target=_end_with_parent, daemon=True).start()
     try:
@@ -50,27 +55,27 @@ def _event(**fields: Any) -> None:
     sys.stdout.flush()
 
 
-def _run(job: dict[str, Any]) -> None:
+def _run(job: Job) -> None:
     import pycolmap
 
-    database = Path(job["database"])
+    database = Path(job.database)
     database.parent.mkdir(parents=True, exist_ok=True)
-    pycolmap.set_random_seed(job["seed"])
-    register_images(database, job["cameras"], job["images"])
-    if job["pairing"]:
+    pycolmap.set_random_seed(job.seed)
+    register_images(database, job.cameras, job.images)
+    if job.pairing is not None:
         _adopt_features(database, job)
         _extract(database, job)
-        _match(database, job)
-    if job["map"]:
-        _map(database, job)
+        _match(database, job, job.pairing)
+    if job.map is not None:
+        _map(database, job, job.map)
 
 
 def register_images(
-    database: Path, cameras: list[dict[str, Any]], images: list[dict[str, Any]]
+    database: Path, cameras: Sequence[CameraEntry], images: Sequence[ImageEntry]
 ) -> None:
     """Write cameras and images before any feature, so that ids never depend on thread timing.
 
-    `images[k]` gets image id k + 1; `images[k]["camera"]` is an index into `cameras`.
+    `images[k]` gets image id k + 1; `images[k].camera` is an index into `cameras`.
     """
     import pycolmap
 
@@ -80,53 +85,53 @@ def register_images(
         db.clear_all_tables()
         for number, entry in enumerate(cameras, start=1):
             camera = pycolmap.Camera(
-                model=entry["model"],
-                width=entry["width"],
-                height=entry["height"],
-                params=entry["params"],
+                model=entry.model,
+                width=entry.width,
+                height=entry.height,
+                params=list(entry.params),
             )
             camera.camera_id = number
-            camera.has_prior_focal_length = entry["prior"]
+            camera.has_prior_focal_length = entry.prior
             db.write_camera(camera, use_camera_id=True)
             rig = pycolmap.Rig(rig_id=number)
             rig.add_ref_sensor(camera.sensor_id)
             db.write_rig(rig, use_rig_id=True)
-        for number, entry in enumerate(images, start=1):
-            image = pycolmap.Image(name=entry["name"], camera_id=entry["camera"] + 1)
+        for number, photo in enumerate(images, start=1):
+            image = pycolmap.Image(name=photo.name, camera_id=photo.camera + 1)
             image.image_id = number
             db.write_image(image, use_image_id=True)
-            frame = pycolmap.Frame(frame_id=number, rig_id=entry["camera"] + 1)
+            frame = pycolmap.Frame(frame_id=number, rig_id=photo.camera + 1)
             frame.add_data_id(image.data_id)
             db.write_frame(frame, use_frame_id=True)
 
 
-def _adopt_features(database: Path, job: dict[str, Any]) -> None:
+def _adopt_features(database: Path, job: Job) -> None:
     """Copy features that another scan already found in the same photos with the same settings."""
     import pycolmap
 
-    source = job.get("known_features")
-    if not source or not Path(source["database"]).is_file():
+    source = job.known_features
+    if source is None or not Path(source.database).is_file():
         return
     with (
         pycolmap.Database.open(database) as db,
-        pycolmap.Database.open(source["database"]) as known,
+        pycolmap.Database.open(source.database) as known,
     ):
         by_name = {str(image.name): image.image_id for image in known.read_all_images()}
-        for number, entry in enumerate(job["images"], start=1):
-            old = by_name.get(source["names"].get(entry["name"], ""))
+        for number, entry in enumerate(job.images, start=1):
+            old = by_name.get(source.names.get(entry.name, ""))
             if old is None or not known.exists_descriptors(old) or db.exists_descriptors(number):
                 continue
             db.write_keypoints(number, known.read_keypoints(old))
             db.write_descriptors(number, known.read_descriptors(old))
 
 
-def _extract(database: Path, job: dict[str, Any]) -> None:
+def _extract(database: Path, job: Job) -> None:
     import pycolmap
 
     with pycolmap.Database.open(database) as db:
         missing = [
-            entry["name"]
-            for number, entry in enumerate(job["images"], start=1)
+            entry.name
+            for number, entry in enumerate(job.images, start=1)
             if not (db.exists_keypoints(number) and db.exists_descriptors(number))
         ]
     _event(step="features", total=len(missing))
@@ -134,23 +139,23 @@ def _extract(database: Path, job: dict[str, Any]) -> None:
         return
     options = pycolmap.FeatureExtractionOptions()
     options.use_gpu = False
-    options.num_threads = job["threads"]
-    options.sift.max_num_features = job["max_features"]
-    options.sift.first_octave = job["first_octave"]
+    options.num_threads = job.threads
+    options.sift.max_num_features = job.max_features
+    options.sift.first_octave = job.first_octave
     pycolmap.extract_features(
         database,
-        job["image_root"],
+        job.image_root,
         missing,
         extraction_options=options,
         device=pycolmap.Device.cpu,
     )
 
 
-def _match(database: Path, job: dict[str, Any]) -> None:
+def _match(database: Path, job: Job, pairing: Pairing) -> None:
     import pycolmap
 
     with pycolmap.Database.open(database) as db:
-        wanted = choose_pairs(db, job["pairing"], job["seed"])
+        wanted = choose_pairs(db, pairing, job.seed)
         done = {
             (a, b)
             for a, b in wanted
@@ -160,59 +165,56 @@ def _match(database: Path, job: dict[str, Any]) -> None:
     _event(step="matches", total=len(pairs), block=_BLOCK)
     if not pairs:
         return
-    names = [entry["name"] for entry in job["images"]]
+    names = [entry.name for entry in job.images]
     listing = database.with_suffix(".pairs.txt")
     listing.write_text("".join(f"{names[a - 1]} {names[b - 1]}\n" for a, b in pairs), "utf-8")
     matching = pycolmap.FeatureMatchingOptions()
     matching.use_gpu = False
-    matching.num_threads = job["threads"]
+    matching.num_threads = job.threads
     verification = pycolmap.TwoViewGeometryOptions()
-    verification.ransac.random_seed = job["seed"]
-    verification.min_num_inliers = job["min_matches"]
-    pairing = pycolmap.ImportedPairingOptions()
-    pairing.match_list_path = listing
-    pairing.block_size = _BLOCK
-    pycolmap.match_image_pairs(
-        database, matching, pairing, verification, device=pycolmap.Device.cpu
-    )
+    verification.ransac.random_seed = job.seed
+    verification.min_num_inliers = job.min_matches
+    listed = pycolmap.ImportedPairingOptions()
+    listed.match_list_path = listing
+    listed.block_size = _BLOCK
+    pycolmap.match_image_pairs(database, matching, listed, verification, device=pycolmap.Device.cpu)
     listing.unlink()
 
 
-def _map(database: Path, job: dict[str, Any]) -> None:
+def _map(database: Path, job: Job, task: MapTask) -> None:
     import pycolmap
 
-    task = job["map"]
     options = pycolmap.IncrementalPipelineOptions()
     # Sums over several threads differ in the last bits, and mapping amplifies them: it stays on
     # one, so that a resumed scan ends with the same model.
     options.num_threads = 1
-    options.random_seed = job["seed"]
+    options.random_seed = job.seed
     options.mapper.num_threads = 1
-    options.mapper.random_seed = job["seed"]
-    options.min_num_matches = job["min_matches"]
+    options.mapper.random_seed = job.seed
+    options.min_num_matches = job.min_matches
     options.min_model_size = 3
     options.ba_min_num_residuals_for_cpu_multi_threading = 2**31 - 1
-    options.image_names = task["only"]
-    if task["reference"]:
+    options.image_names = list(task.only)
+    if task.reference:
         # Photos of the reference without a match must be known to the mapper all the same.
         options.load_all_images = True
         options.fix_existing_frames = True
-        options.constant_cameras = set(task["constant_cameras"])
+        options.constant_cameras = set(task.constant_cameras)
         options.multiple_models = False
-    _event(step="register", total=task["expected"])
-    output = Path(task["output"])
+    _event(step="register", total=task.expected)
+    output = Path(task.output)
     shutil.rmtree(output, ignore_errors=True)
     output.mkdir(parents=True)
     models = pycolmap.incremental_mapping(
-        database, job["image_root"], output, options, input_path=task["reference"]
+        database, job.image_root, output, options, input_path=task.reference
     )
     sizes = {str(key): model.num_reg_images() for key, model in models.items()}
     best = max(models, key=lambda key: (models[key].num_reg_images(), -key), default=None)
     if best is not None:
         # A model that is continued is written to the folder itself.
-        place = output if task["reference"] else output / str(best)
+        place = output if task.reference else output / str(best)
         _event(step="refine", total=1)
-        refine(models[best], set(task["held_images"]), set(task["constant_cameras"]))
+        refine(models[best], set(task.held_images), set(task.constant_cameras))
         models[best].write(place)
         _event(models=sizes, best=str(place))
     else:

@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from walltopo.sparse.job import Pairing
+
 __all__ = ["bags_of_words", "choose_pairs", "exhaustive", "in_tiles", "nearest_pairs", "sequential"]
 
 Pair = tuple[int, int]
@@ -38,7 +40,7 @@ def in_tiles(pairs: Iterable[Pair]) -> list[Pair]:
     return sorted(pairs, key=lambda p: (p[0] // _TILE, p[1] // _TILE, p))
 
 
-def choose_pairs(database: Any, pairing: dict[str, Any], seed: int) -> set[Pair]:
+def choose_pairs(database: Any, pairing: Pairing, seed: int) -> set[Pair]:
     """Pairs of image ids to match.
 
     Parameters
@@ -48,19 +50,19 @@ def choose_pairs(database: Any, pairing: dict[str, Any], seed: int) -> set[Pair]
         `reference_retrieved` (counts).
     seed : of the visual words.
     """
-    new, reference = pairing["new"], pairing["reference"]
-    few = len(new) <= pairing["exhaustive_max"]
-    few_reference = len(reference) <= pairing["reference_retrieved"]
+    new, reference = pairing.new, pairing.reference
+    few = len(new) <= pairing.exhaustive_max
+    few_reference = len(reference) <= pairing.reference_retrieved
     if few and few_reference:
         return exhaustive(new) | {_ordered(a, b) for a in new for b in reference}
     bags = bags_of_words([_descriptors(database, number) for number in [*new, *reference]], seed)
     bags_new, bags_reference = bags[: len(new)], bags[len(new) :]
-    pairs = exhaustive(new) if few else sequential(new, pairing["sequential"])
+    pairs = exhaustive(new) if few else sequential(new, pairing.sequential)
     if not few:
-        pairs |= nearest_pairs(new, bags_new, new, bags_new, pairing["retrieved"])
+        pairs |= nearest_pairs(new, bags_new, new, bags_new, pairing.retrieved)
     if reference:
         pairs |= nearest_pairs(
-            new, bags_new, reference, bags_reference, pairing["reference_retrieved"]
+            new, bags_new, reference, bags_reference, pairing.reference_retrieved
         )
     return pairs
 

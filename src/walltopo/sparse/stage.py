@@ -9,6 +9,8 @@ import shutil
 from collections.abc import Sequence
 from pathlib import Path
 
+from msgspec.structs import replace
+
 from walltopo.core import InputError, StageError
 from walltopo.scans.context import Context
 from walltopo.scans.model import SparseModel
@@ -17,7 +19,14 @@ from walltopo.scans.photo_set import PhotoSet
 from walltopo.sparse.align import align_to_reference
 from walltopo.sparse.colmap_process import check_supported, run_worker
 from walltopo.sparse.contract import Reads, SparseSettings, Writes
-from walltopo.sparse.jobs import camera_entries, database_of, keep_database, mapping_job
+from walltopo.sparse.job import ImageEntry, MapTask
+from walltopo.sparse.jobs import (
+    camera_entries,
+    database_of,
+    features_job,
+    keep_database,
+    photo_ids,
+)
 from walltopo.sparse.outcome import (
     describe_model,
     other_models,
@@ -73,26 +82,16 @@ def _reconstruct(
 ) -> Path:
     """Map the photos on their own; the folder of the largest model (below `work/`)."""
     cameras, indices = camera_entries(photos)
-    job = mapping_job(database_of(context.cache), folder.folder, settings)
-    job["cameras"] = cameras
-    job["images"] = [
-        {"name": photo.name, "camera": index} for photo, index in zip(photos, indices, strict=True)
-    ]
-    job["pairing"]["new"] = list(range(1, len(photos) + 1))
-    job["map"] = {
-        "output": str(context.cache / "mapping"),
-        "reference": "",
-        "constant_cameras": [],
-        "held_images": [],
-        "only": [],
-        "expected": len(photos),
-    }
+    images = [ImageEntry(photo.name, index) for photo, index in zip(photos, indices, strict=True)]
+    database, ids = database_of(context.cache), photo_ids(photos)
+    job = features_job(database, folder.folder, settings, cameras, images, ids)
     keep_database(job, folder.folder)
     # Mapping gets a process of its own: COLMAP's random state would differ between a run that
     # matched photos first and one that found them matched.
-    run_worker({**job, "map": None}, context.progress)
-    result = run_worker({**job, "pairing": None}, context.progress)
-    models = result["models"]
+    run_worker(job, context.progress)
+    task = MapTask(str(context.cache / "mapping"), len(photos))
+    result = run_worker(replace(job, pairing=None, map=task), context.progress)
+    models = result.models
     if not models:
         raise StageError(
             f"none of the {len(photos)} photos could be put together",
@@ -105,4 +104,4 @@ def _reconstruct(
             f"the photos fall into {len(models)} groups that do not connect "
             f"({', '.join(map(str, counts))} photos); the largest is kept"
         )
-    return Path(result["best"])
+    return Path(result.best)
