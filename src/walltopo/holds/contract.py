@@ -91,7 +91,7 @@ class ClassifySettings:
     classes: Annotated[
         str,
         about(
-            "A classes.toml: type, colour, maker and role that the model's classes mean",
+            "A classes.toml: type, colour and role that the model's classes mean",
             content=(".",),
         ),
     ] = ""

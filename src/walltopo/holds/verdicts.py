@@ -93,7 +93,7 @@ def follow(hold: Hold, verdict: Verdict, meaning: Meaning, certain: float) -> Ho
         return hold
     if verdict.confidence < certain:
         return replace(hold, type=UNKNOWN, type_confidence=0.0)
-    changes: dict[str, object] = {"maker": meaning.maker}
+    changes: dict[str, object] = {}
     if meaning.type != UNKNOWN:
         changes |= {"type": meaning.type, "type_confidence": verdict.confidence}
     if meaning.colour:

@@ -34,14 +34,6 @@ class RoutesSettings:
     resolution: Annotated[
         float, about("Resolution of Louvain: larger gives more, smaller routes", low=0, high=100)
     ] = 0.5
-    maker_weight: Annotated[
-        float,
-        about(
-            "How much less similar two holds of one colour are whose makers are known and differ",
-            low=0,
-            high=1,
-        ),
-    ] = 0.75
     link: Annotated[
         Literal["colour", "paint"],
         about(

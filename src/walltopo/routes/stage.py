@@ -14,7 +14,6 @@ from walltopo.routes.contract import Reads, RoutesSettings, Writes
 from walltopo.routes.edits import RouteBook, apply_route_edits
 from walltopo.routes.geodesic import pair_lengths
 from walltopo.routes.grouping import Grouping, group_by_paint, group_holds
-from walltopo.routes.makers import kinship
 from walltopo.routes.order import describe_route, memberships
 from walltopo.routes.paint import FLATTEN, balanced_paint
 from walltopo.routes.proxy import build_proxy
@@ -55,7 +54,6 @@ def _group(mesh: Mesh, holds: Sequence[Hold], settings: RoutesSettings, unit: fl
         far=settings.max_hold_dist * unit,
         ratio=settings.flatten_ratio,
         resolution=settings.resolution,
-        kinship=lambda pairs: kinship(holds, pairs, settings.maker_weight),
         seed=settings.seed,
     )
 
