@@ -37,13 +37,6 @@ class DenseSettings:
         int, about("longer side of the photos that stereo sees", unit="px", low=200, high=8000)
     ] = 1600
     neighbours: Annotated[int, about("stereo partners that each photo chooses", low=1, high=20)] = 4
-    best_angle_deg: Annotated[
-        float,
-        about("triangulation angle that stereo partners should have", unit="deg", low=1, high=40),
-    ] = 9.0
-    agree: Annotated[
-        int, about("stereo pairs that must agree on a depth (fewer if fewer exist)", low=1)
-    ] = 2
     confirm: Annotated[
         Literal["auto", "always", "never"],
         about(

@@ -45,7 +45,6 @@ class ExportSettings:
     archive_texture: Annotated[
         int, about("longest side of the texture in wall.glb", unit="px", low=64, high=16384)
     ] = 8192
-    texture_quality: Annotated[int, about("WebP and JPEG quality", unit="%", low=1, high=100)] = 80
     title: Annotated[str, about("title of the page and the report; empty: the folder's name")] = ""
     thumbnails: Annotated[bool, about("write hold pictures into the report")] = True
 

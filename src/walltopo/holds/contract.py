@@ -42,21 +42,6 @@ class ClassifySettings:
             high=0.1,
         ),
     ] = 0.005
-    long_side: Annotated[
-        int, about("Photos are read at most this long", unit="px", low=200, high=8000)
-    ] = 1600
-    erode: Annotated[
-        int,
-        about(
-            "Pixels taken off the rim of a hold before its colour is read",
-            unit="px",
-            low=0,
-            high=20,
-        ),
-    ] = 2
-    max_views: Annotated[
-        int, about("Views whose pixels are kept for the colour of one hold", low=1, high=200)
-    ] = 12
     cutouts: Annotated[int, about("Cutouts kept per hold", low=1, high=50)] = 6
     cutout_px: Annotated[
         int, about("Longest side of a kept cutout", unit="px", low=32, high=1024)

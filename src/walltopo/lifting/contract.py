@@ -61,15 +61,6 @@ class LiftParams:
             "longer side of the label image, 0 = that of the masks", unit="px", low=0, high=65536
         ),
     ] = 0
-    cell_resolution: Annotated[
-        float,
-        about(
-            "cell of the spatial hash that finds candidate pairs (reference)", unit="m", low=1e-9
-        ),
-    ] = 0.1
-    cell_share: Annotated[
-        float, about("the same, normalised as visibility_share", low=1e-6, high=0.999999)
-    ] = 0.02
     resolution: Annotated[
         float, about("Louvain resolution: larger gives more, smaller clusters", low=0.0)
     ] = 1.0
@@ -87,9 +78,6 @@ class LiftParams:
     drop_fused: Annotated[
         bool, about("robust: ignore masks that most other views see as several objects")
     ] = True
-    least_overlap: Annotated[
-        float, about("robust: masks overlapping less are not connected", low=0.0, high=1.0)
-    ] = 0.1
     cohesion: Annotated[
         float,
         about("robust: clusters merge at this mean overlap of their masks", low=0.01, high=0.99),
@@ -113,14 +101,6 @@ class LiftParams:
             high=1.0,
         ),
     ] = 0.15
-    least_score: Annotated[
-        float,
-        about(
-            "robust: an instance of a lower score (support x mask score x agreement) is dropped",
-            low=0.0,
-            high=1.0,
-        ),
-    ] = 0.0
     border_band: Annotated[
         float,
         about(

@@ -41,15 +41,9 @@ class RoutesSettings:
             "whose light is too uneven to name colours (see docs/routes.md)"
         ),
     ] = "colour"
-    paint_resolution: Annotated[
-        float, about("With link = paint: resolution of Louvain over all colours", low=0, high=100)
-    ] = 2.0
     min_holds: Annotated[
         int, about("Groups with fewer holds are left without a route", low=1, high=50)
     ] = 2
-    proxy_faces: Annotated[
-        int, about("Triangles of the simplified wall that paths run on", low=100, high=2_000_000)
-    ] = 20_000
     bridge_gap: Annotated[
         float,
         about(

@@ -19,12 +19,6 @@ __all__ = ["Reads", "SparseSettings", "Writes"]
 class SparseSettings:
     """How photos are matched and registered (COLMAP through pycolmap)."""
 
-    features: Annotated[
-        Literal["sift", "aliked"],
-        about(
-            "kind of local feature; aliked needs a pycolmap built with ONNX and is refused without"
-        ),
-    ] = "sift"
     max_features: Annotated[
         int, about("most features kept of one photo", unit="features", low=500, high=65536)
     ] = 8192
