@@ -47,7 +47,8 @@ class ScaleSettings:
         Literal["auto", "markers", "corners"],
         about(
             "estimation of the measure: markers (PnP per marker and photo, averaged), corners "
-            "(triangulated, one similarity), auto = whichever fits the photos better"
+            "(triangulated, one similarity), auto = whichever fits the photos better",
+            expert=True,
         ),
     ] = "auto"
 

@@ -26,7 +26,13 @@ class IngestSettings:
         about("photos whose shorter side is below this are skipped", unit="px", low=64, high=4000),
     ] = 320
     max_aspect: Annotated[
-        float, about("photos longer than this ratio (panoramas) are skipped", low=1.0, high=100.0)
+        float,
+        about(
+            "photos longer than this ratio (panoramas) are skipped",
+            low=1.0,
+            high=100.0,
+            expert=True,
+        ),
     ] = 2.6
     video_max_frames: Annotated[
         int, about("most frames taken from one video", unit="frames", low=3, high=5000)

@@ -21,7 +21,9 @@ class TextureSettings:
     size: Annotated[
         int, about("side of the square texture atlas", unit="px", low=256, high=16384)
     ] = 4096
-    blend: Annotated[bool, about("level exposure between photos and seams between charts")] = True
+    blend: Annotated[
+        bool, about("level exposure between photos and seams between charts", expert=True)
+    ] = True
 
     def __post_init__(self) -> None:
         check_settings(self, "texture")
