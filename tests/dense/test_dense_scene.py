@@ -204,7 +204,7 @@ def test_without_overlap_there_is_a_clear_error() -> None:
 
 def test_neighbours_are_near_and_not_oneself() -> None:
     world, _, _ = scene()
-    partners = choose_neighbours(world, 3, 9.0)
+    partners = choose_neighbours(world, 3)
     assert all(0 < len(p) == len(set(p)) for p in partners)
     assert all(k not in p for k, p in enumerate(partners))
     assert all(k in partners[j] for k, p in enumerate(partners) for j in p)
@@ -270,7 +270,7 @@ def test_depths_need_agreement() -> None:
     other = one.copy()
     other[:60], other[60:, :60] = 2.01, 2.2
     other[:60, :60] = np.nan
-    depth, weight, support = agreeing_depth([one, other], here, [left, right], 2)
+    depth, weight, support = agreeing_depth([one, other], here, [left, right])
     assert depth[:60, :60] == pytest.approx(2.0)
     assert depth[:60, 60:] == pytest.approx(2.005, abs=1e-3)
     assert depth[60:, 60:] == pytest.approx(2.0)
@@ -289,7 +289,7 @@ def test_a_pair_has_no_say_where_its_partner_does_not_look() -> None:
     )
     shape = (pinhole.height, pinhole.width)
     wall, false = np.full(shape, 2.0, np.float32), np.full(shape, 1.2, np.float32)
-    depth, _, support = agreeing_depth([wall, false], here, [near, aside], 2)
+    depth, _, support = agreeing_depth([wall, false], here, [near, aside])
     u = np.arange(pinhole.width) + 0.5
     points = np.column_stack([(u - pinhole.cx) / pinhole.fx * 2.0, 0 * u, 0 * u])
     seen = aside.project(points)[:, 0]

@@ -242,7 +242,7 @@ def test_a_classifier_of_cutouts_names_types_and_roles(scan: ScanFolder, tmp_pat
     entry.key, entry.value = "names", '["reddish", "greenish", "bluish"]'
     onnx.save(model, tmp_path / "m.onnx")
     (tmp_path / "classes.toml").write_text(
-        '[[class]]\nname = "reddish"\ntype = "jug"\nmaker = "Acme"\n'
+        '[[class]]\nname = "reddish"\ntype = "jug"\n'
         '[[class]]\nname = "bluish"\ntype = "jug"\ncolour = "sea"\nrole = "downclimb"\n'
     )
     settings = ClassifySettings(
@@ -251,7 +251,7 @@ def test_a_classifier_of_cutouts_names_types_and_roles(scan: ScanFolder, tmp_pat
     classify(scan, settings)
     holds = {hold.id: hold for hold in read_holds(scan)}
     assert [holds[k].type for k in (1, 2, 4, 5)] == ["jug", "jug", "jug", "volume"]
-    assert (holds[1].maker, holds[1].colour, holds[1].role) == ("Acme", "red", "hold")
+    assert (holds[1].colour, holds[1].role) == ("red", "hold")
     assert (holds[2].colour, holds[2].role) == ("sea", "downclimb")
     assert "sea" in {entry.name for entry in Attributes.load(scan.attributes).palette}
     assert holds[6].type == "unknown"  # no photo shows it

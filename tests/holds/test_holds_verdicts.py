@@ -75,8 +75,8 @@ def test_the_heaviest_cutouts_decide() -> None:
 
 def test_a_hold_follows_its_class() -> None:
     sure = Verdict("x", 0.8)
-    jug = follow(HOLD, sure, Meaning("jug", maker="Acme"), 0.5)
-    assert (jug.type, jug.type_confidence, jug.maker, jug.colour) == ("jug", 0.8, "Acme", "red")
+    jug = follow(HOLD, sure, Meaning("jug"), 0.5)
+    assert (jug.type, jug.type_confidence, jug.colour) == ("jug", 0.8, "red")
     assert (jug.role, jug.review) == ("hold", False)
     blue = follow(HOLD, sure, Meaning("unknown", "blue"), 0.5)
     assert (blue.type, blue.colour, blue.colour_confidence) == ("crimp", "blue", 0.8)
@@ -86,9 +86,9 @@ def test_a_hold_follows_its_class() -> None:
 
 
 def test_what_is_not_certain_is_unknown() -> None:
-    doubted = follow(HOLD, Verdict("x", 0.4), Meaning("jug", "blue", "Acme", "downclimb"), 0.5)
+    doubted = follow(HOLD, Verdict("x", 0.4), Meaning("jug", "blue", "downclimb"), 0.5)
     assert (doubted.type, doubted.type_confidence) == ("unknown", 0.0)
-    assert (doubted.colour, doubted.maker, doubted.role) == ("red", "", "hold")
+    assert (doubted.colour, doubted.role) == ("red", "hold")
 
 
 def test_what_the_model_doubts_is_for_review() -> None:

@@ -302,7 +302,7 @@ def test_a_reference_counts_by_what_is_used_of_it_and_a_choice_is_no_path(
     scan(photo, tmp_path / "scan", settings)
     pipeline.ran.clear()
     (reference / "report.html").write_text("new")
-    Path(settings.sparse.features).mkdir()  # a folder named like the choice
+    Path(settings.sparse.align).mkdir()  # a folder named like the choice
     scan(photo, tmp_path / "scan", settings)
     assert pipeline.ran == []
     (reference / "sparse" / "cameras.bin").write_text("moved")

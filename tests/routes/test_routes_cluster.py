@@ -233,22 +233,3 @@ def test_stage_reads_and_writes_the_scan_folder(tmp_path: Path) -> None:
     scan.attributes.write_text('{"instances": [{"id": 1}]}')
     with pytest.raises(InputError, match=r"instances\[0\]"):
         run_stage(scan, "routes", RoutesSettings())
-
-
-def test_touching_routes_of_one_colour_are_split_where_makers_differ() -> None:
-    """Two columns half a metre apart: by distance one route, by maker two."""
-
-    def made(holds: list[Hold], maker: str) -> list[Hold]:
-        return [replace(hold, maker=maker) for hold in holds]
-
-    left, right = column(1.0, "red", 1), column(1.5, "red", 21)
-    one, _ = find_routes(wall(), [*left, *right], RoutesSettings())
-    assert len(one) == 1
-    told = [*made(left, "Acme"), *made(right, "Bolt")]
-    two, _ = find_routes(wall(), told, RoutesSettings())
-    assert [set(route.holds) for route in two] == [{h.id for h in left}, {h.id for h in right}]
-    off, _ = find_routes(wall(), told, RoutesSettings(maker_weight=0))
-    assert len(off) == 1
-    # A maker that is not known differs from none.
-    half, _ = find_routes(wall(), [*made(left, "Acme"), *right], RoutesSettings())
-    assert len(half) == 1

@@ -10,9 +10,8 @@ from typing import Any
 
 import pytest
 
-from walltopo.core import SettingsError, Silent, StageError
-from walltopo.sparse.colmap_process import check_supported, run_worker
-from walltopo.sparse.contract import SparseSettings
+from walltopo.core import Silent, StageError
+from walltopo.sparse.colmap_process import run_worker
 
 
 class Recorder(Silent):
@@ -115,10 +114,3 @@ def test_the_worker_tells_what_is_wrong_with_its_job(tmp_path: Path) -> None:
     }  # fmt: skip
     with pytest.raises(StageError, match="COLMAP failed"):
         run_worker(job, Silent())
-
-
-def test_features_that_would_end_the_process_are_refused() -> None:
-    with pytest.raises(SettingsError, match="ONNX"):
-        check_supported(SparseSettings(features="aliked"))
-    with pytest.raises(SettingsError, match=r"sparse\.features: expected one of sift"):
-        SparseSettings(features="surf")  # type: ignore[arg-type]

@@ -50,16 +50,16 @@ def test_cutouts_that_cannot_be_shown_are_errors() -> None:
         square(crop, np.ones((4, 4), np.bool_), 64)
 
 
-def test_classes_say_type_colour_maker_and_role(tmp_path: Path) -> None:
+def test_classes_say_type_colour_and_role(tmp_path: Path) -> None:
     path = tmp_path / "classes.toml"
     path.write_text(
-        '[[class]]\nname = "acme red jug"\ntype = "jug"\ncolour = "red"\nmaker = "Acme"\n'
+        '[[class]]\nname = "acme red jug"\ntype = "jug"\ncolour = "red"\n'
         '[[class]]\nname = "big grey"\nrole = "downclimb"\n'
     )
     given = read_classes(path)
     names = ["acme red jug", "big grey", "crimp", "volume", "downclimb"]
     assert meanings_of(names, given) == [
-        Meaning("jug", "red", "Acme", "hold"),
+        Meaning("jug", "red", "hold"),
         Meaning("big grey", role="downclimb"),
         Meaning("crimp"),
         Meaning("volume", role="volume"),

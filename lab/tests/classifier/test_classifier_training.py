@@ -137,14 +137,14 @@ def test_the_command_trains_a_network_that_names_shapes(folders: Path, tmp_path:
     from walltopo.holds.classifier_model import open_classifier
     from walltopo.holds.classifier_picture import square
 
-    (folders / "classes.toml").write_text('[[class]]\nname = "ring"\nmaker = "Acme"\n')
+    (folders / "classes.toml").write_text('[[class]]\nname = "ring"\ncolour = "sea"\n')
     out = tmp_path / "shapes.onnx"
     words = ["train", "classifier", str(folders), "-o", str(out), "--side", "32"]
     assert main([*words, "--epochs", "30", "--batch", "12", "--rate", "4e-3"]) == 0
     classifier = open_classifier(out)
     assert classifier.names == KINDS
     assert classifier.side == 32
-    assert classifier.meaning("ring").maker == "Acme"
+    assert classifier.meaning("ring").colour == "sea"
     rng = np.random.default_rng(5)
     fresh = [(kind, draw(kind, rng)) for kind in KINDS for _ in range(5)]
     pictures = [square(p[..., :3], p[..., 3] > 0, 32) for _, p in fresh]

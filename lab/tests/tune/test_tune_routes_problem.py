@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from walltopo.core import Mesh
-from walltopo.routes.contract import RoutesSettings
-from walltopo.routes.proxy import build_proxy
+from walltopo.routes.proxy import PROXY_FACES, build_proxy
 from walltopo_lab.tune.routes_problem import RoutesProblem, RoutesWall
 from walltopo_lab.tune.walls import scan_names
 
@@ -20,7 +19,7 @@ def flat_wall(name: str, routes: tuple[int, ...]) -> RoutesWall:
     quads = [(first, first + 1, first + 13), (first + 1, first + 14, first + 13)]
     mesh = Mesh(vertices, np.vstack([np.column_stack(q) for q in quads]).astype(np.int32))
     points = np.array([[1.1, 0, 0.6], [1.3, 0, 1.4], [5.1, 0, 0.6], [5.3, 0, 1.4]])
-    proxy = build_proxy(mesh.vertices, mesh.faces, points, RoutesSettings().proxy_faces)
+    proxy = build_proxy(mesh.vertices, mesh.faces, points, PROXY_FACES)
     return RoutesWall(name, points, ("red",) * 4, routes, proxy)
 
 

@@ -20,6 +20,8 @@ Depth = NDArray[np.float32]
 _DISPARITY_SIGMA = 0.5
 # Depths agree when they differ by less than this many joint standard deviations.
 _TOLERANCE = 3.0
+# Maps that must lie within tolerance of each other, where as many have a say.
+_AGREE = 2
 # A pair matches nothing reliably this close to the partner's border, pixels: the squares that
 # it compares, at half size, reach across it.
 _BLIND = 16.0
@@ -72,7 +74,7 @@ def _agree(
 
 
 def agreeing_depth(
-    maps: Sequence[Depth], view: View, partners: Sequence[View], agree: int
+    maps: Sequence[Depth], view: View, partners: Sequence[View]
 ) -> tuple[Depth, Depth, NDArray[np.uint8]]:
     """Merge several depth maps of one photo into the depth that most of them support.
 
@@ -84,7 +86,6 @@ def agreeing_depth(
     maps : per stereo pair, (H, W) float32 z-depth, NaN where unknown.
     view : the photo's pinhole view.
     partners : the other photo's pinhole view of each pair; one farther off is more precise.
-    agree : how many maps must lie within tolerance of each other, where as many have a say.
 
     Returns
     -------
@@ -106,7 +107,7 @@ def agreeing_depth(
         np.stack([intrinsics(other) for other in partners]),
         np.array([[other.camera.width, other.camera.height] for other in partners], dtype=float),
         np.stack([other.cam_from_world @ back for other in partners]),
-        agree,
+        _AGREE,
         depth,
         weight,
         support,

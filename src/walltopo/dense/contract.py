@@ -31,33 +31,38 @@ class DenseSettings:
             unit="px",
             low=0.5,
             high=50,
+            expert=True,
         ),
     ] = 3.0
     max_size: Annotated[
         int, about("longer side of the photos that stereo sees", unit="px", low=200, high=8000)
     ] = 1600
-    neighbours: Annotated[int, about("stereo partners that each photo chooses", low=1, high=20)] = 4
-    best_angle_deg: Annotated[
-        float,
-        about("triangulation angle that stereo partners should have", unit="deg", low=1, high=40),
-    ] = 9.0
-    agree: Annotated[
-        int, about("stereo pairs that must agree on a depth (fewer if fewer exist)", low=1)
-    ] = 2
+    neighbours: Annotated[
+        int, about("stereo partners that each photo chooses", low=1, high=20, expert=True)
+    ] = 4
     confirm: Annotated[
         Literal["auto", "always", "never"],
         about(
             "whether another photo's depth must confirm each; auto: in scans of over 12 photos, "
-            "and there the depths of a single stereo pair"
+            "and there the depths of a single stereo pair",
+            expert=True,
         ),
     ] = "auto"
     min_part: Annotated[
         float,
-        about("loose parts smaller than this many metres (or 3 % of the scene) are crumbs", low=0),
+        about(
+            "loose parts smaller than this many metres (or 3 % of the scene) are crumbs",
+            low=0,
+            expert=True,
+        ),
     ] = 0.3
     max_hole: Annotated[
         float,
-        about("holes up to this diameter, in metres (or 1 % of the scene), are closed", low=0),
+        about(
+            "holes up to this diameter, in metres (or 1 % of the scene), are closed",
+            low=0,
+            expert=True,
+        ),
     ] = 0.1
     max_gap: Annotated[
         float,
@@ -65,6 +70,7 @@ class DenseSettings:
             "gaps up to this width, in metres (or 0.2 % of the scene), are closed, however long",
             low=0,
             high=0.2,
+            expert=True,
         ),
     ] = 0.02
     openmvs_bin: Annotated[

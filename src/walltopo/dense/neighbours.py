@@ -21,7 +21,9 @@ Floats = NDArray[np.float64]
 _MIN_SHARED = 12
 # Points that lie closer than this to the direction of the baseline cannot be rectified usefully.
 _MIN_ASIDE = np.deg2rad(18.0)
-# Width (natural logarithm) of the preference for the best angle.
+# The triangulation angle that partners should have, and the width (natural logarithm) of that
+# preference.
+_BEST_ANGLE = float(np.deg2rad(9.0))
 _ANGLE_SPREAD = 0.55
 # What a point still counts for once a partner at the best angle sees it.
 _LEFT_OVER = 0.3
@@ -39,7 +41,7 @@ def _unit(vectors: Floats) -> Floats:
     return vectors / np.where(lengths > 0, lengths, 1.0)
 
 
-def _point_worth(scene: Scene, i: int, j: int, shared: NDArray[np.int64], best: float) -> Floats:
+def _point_worth(scene: Scene, i: int, j: int, shared: NDArray[np.int64]) -> Floats:
     """(n,) worth of the pair at each shared point: 1 at the best triangulation angle."""
     a, b = scene.views[i], scene.views[j]
     baseline = b.centre - a.centre
@@ -50,11 +52,11 @@ def _point_worth(scene: Scene, i: int, j: int, shared: NDArray[np.int64], best: 
     rays_b = _unit(scene.points[shared] - b.centre)
     forward = np.maximum(np.abs(rays_a @ baseline), np.abs(rays_b @ baseline)) / length
     angle = np.arccos(np.clip((rays_a * rays_b).sum(axis=1), -1.0, 1.0))
-    offset = np.log(np.maximum(angle, 1e-4) / best) / _ANGLE_SPREAD
+    offset = np.log(np.maximum(angle, 1e-4) / _BEST_ANGLE) / _ANGLE_SPREAD
     return np.where(forward < np.cos(_MIN_ASIDE), np.exp(-0.5 * offset**2), 0.0)
 
 
-def choose_neighbours(scene: Scene, count: int, best_angle_deg: float) -> list[list[int]]:
+def choose_neighbours(scene: Scene, count: int) -> list[list[int]]:
     """Stereo partners of each view, best first.
 
     A partner should see much of the same surface under about the best angle, first of all what
@@ -65,7 +67,6 @@ def choose_neighbours(scene: Scene, count: int, best_angle_deg: float) -> list[l
     ----------
     scene : views and points.
     count : partners wanted.
-    best_angle_deg : triangulation angle preferred.
 
     Returns
     -------
@@ -73,7 +74,6 @@ def choose_neighbours(scene: Scene, count: int, best_angle_deg: float) -> list[l
     it, if they are useful to it; empty where nothing overlaps.
     """
     n = len(scene.views)
-    best = float(np.deg2rad(best_angle_deg))
     visible = np.zeros((n, len(scene.points)), dtype=np.bool_)
     for k, seen in enumerate(scene.seen):
         visible[k, seen] = True
@@ -85,7 +85,7 @@ def choose_neighbours(scene: Scene, count: int, best_angle_deg: float) -> list[l
         for j in range(n):
             shared = np.flatnonzero(visible[j, own])
             if j != i and len(shared) >= _MIN_SHARED:
-                worth[j, shared] = _point_worth(scene, i, j, own[shared], best)
+                worth[j, shared] = _point_worth(scene, i, j, own[shared])
         total = worth.sum(axis=1)
         useful[i] = total > _LEAST_WORTH * total.max()
         worth[~useful[i]] = 0.0

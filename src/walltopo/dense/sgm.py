@@ -94,7 +94,7 @@ def depth_maps(
             progress.detail(f"{view.name}: no stereo partner")
             continue
         others = [views[j] for j in partners[k]]
-        depth, weight, pairs = agreeing_depth(maps, view, others, settings.agree)
+        depth, weight, pairs = agreeing_depth(maps, view, others)
         weight *= np.float32(edge**2)
         useless = (weight < 1.0 / _MAX_SIGMA_EDGES**2) | clipped(images[k])
         depth[useless], weight[useless] = 0.0, 0.0
@@ -153,7 +153,7 @@ def sgm_mesh(
     """
     few = len(scene.views) <= _FEW_PHOTOS
     count = max(settings.neighbours, _FEW_PARTNERS if few else 0)
-    partners = choose_neighbours(scene, count, settings.best_angle_deg)
+    partners = choose_neighbours(scene, count)
     maps = list(depth_maps(scene, load, partners, settings, edge, progress))
     if settings.confirm != "never":
         maps = _consistent(maps, scene, partners, edge, _unless_pairs(settings, few), progress)

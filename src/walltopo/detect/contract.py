@@ -30,7 +30,7 @@ class DetectSettings:
     ] = ""
     sam: Annotated[
         Literal["mobile-sam", "sam-b", "sam2.1-t", "sam2.1-b"],
-        about("which Segment Anything draws the masks of the -sam families"),
+        about("which Segment Anything draws the masks of the -sam families", expert=True),
     ] = "mobile-sam"
     score: Annotated[
         float,
@@ -54,7 +54,11 @@ class DetectSettings:
     tile: Annotated[
         int,
         about(
-            "resized photos larger than this are looked at in tiles", unit="px", low=128, high=8192
+            "resized photos larger than this are looked at in tiles",
+            unit="px",
+            low=128,
+            high=8192,
+            expert=True,
         ),
     ] = 1664
     batch: Annotated[
@@ -63,11 +67,12 @@ class DetectSettings:
             "tiles the network looks at in one go, if its file allows; 0: as many as memory takes",
             low=0,
             high=256,
+            expert=True,
         ),
     ] = 0
-    overlap: Annotated[int, about("overlap of neighbouring tiles", unit="px", low=0, high=2048)] = (
-        192
-    )
+    overlap: Annotated[
+        int, about("overlap of neighbouring tiles", unit="px", low=0, high=2048, expert=True)
+    ] = 192
     device: Annotated[
         Literal["auto", "cpu", "cuda"],
         about("where the network runs; auto takes a GPU if there is one"),

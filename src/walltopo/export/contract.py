@@ -37,17 +37,24 @@ class ExportSettings:
         int, about("most triangles in wall.glb; 0 keeps every triangle of the mesh", low=0)
     ] = 0
     first_texture: Annotated[
-        int, about("longest side of the first tier's texture", unit="px", low=64, high=16384)
+        int,
+        about(
+            "longest side of the first tier's texture", unit="px", low=64, high=16384, expert=True
+        ),
     ] = 2048
     detail_texture: Annotated[
-        int, about("longest side of the detail tier's texture", unit="px", low=64, high=16384)
+        int,
+        about(
+            "longest side of the detail tier's texture", unit="px", low=64, high=16384, expert=True
+        ),
     ] = 4096
     archive_texture: Annotated[
-        int, about("longest side of the texture in wall.glb", unit="px", low=64, high=16384)
+        int,
+        about(
+            "longest side of the texture in wall.glb", unit="px", low=64, high=16384, expert=True
+        ),
     ] = 8192
-    texture_quality: Annotated[int, about("WebP and JPEG quality", unit="%", low=1, high=100)] = 80
     title: Annotated[str, about("title of the page and the report; empty: the folder's name")] = ""
-    thumbnails: Annotated[bool, about("write hold pictures into the report")] = True
 
     def __post_init__(self) -> None:
         check_settings(self, "export")

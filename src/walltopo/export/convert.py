@@ -38,8 +38,7 @@ def _usdz(path: Path, wall: Wall, settings: ExportSettings) -> None:
 
     look, picture = TierBuilder(wall, settings).look("first"), None
     if look.picture is not None:
-        longest, quality = settings.first_texture, settings.texture_quality
-        picture, _ = encode_picture(look.picture, longest, "JPEG", quality)
+        picture, _ = encode_picture(look.picture, settings.first_texture, "JPEG")
     write_usdz(path, look.surface, picture)
 
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 __all__ = ["encode_picture", "texels"]
 
+QUALITY = 80  # percent, of the pictures in a GLB or USDZ
 # Of each format: its MIME type, and what Pillow's encoder takes besides the quality.
 FORMATS = {
     "WEBP": ("image/webp", {"method": 4}),
@@ -25,7 +26,7 @@ def texels(picture: NDArray[np.uint8], uv: NDArray[np.floating]) -> NDArray[np.u
 
 
 def encode_picture(
-    picture: NDArray[np.uint8], longest: int, kind: str, quality: int
+    picture: NDArray[np.uint8], longest: int, kind: str, quality: int = QUALITY
 ) -> tuple[bytes, str]:
     """An (H, W, 3) picture at most `longest` pixels long, as WEBP or JPEG: bytes and MIME type."""
     from PIL import Image

@@ -91,7 +91,7 @@ def run(reads: Reads, settings: ExportSettings, context: Context) -> Writes:
     report = context.scratch / "report.html"
     size = made.glb.path.stat().st_size
     facts = Facts.of(reads, context.records)
-    text = report_html(wall, facts, made.first, settings, size, made.page.path.name)
+    text = report_html(wall, facts, made.first, size, made.page.path.name)
     report.write_text(text, encoding="utf-8")
     progress.advance()
     volumes = sum(hold.kind == "volume" for hold in wall.holds)

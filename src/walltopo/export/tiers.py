@@ -98,7 +98,7 @@ class TierBuilder:
         picture = None
         if look.picture is not None:
             longest = getattr(settings, f"{name}_texture")
-            picture = encode_picture(look.picture, longest, tier.picture, settings.texture_quality)
+            picture = encode_picture(look.picture, longest, tier.picture)
         return write_glb(
             look.surface,
             self.wall.holds,

@@ -1,4 +1,4 @@
-"""What a classifier's class says of a hold: type, colour, maker, role.
+"""What a classifier's class says of a hold: type, colour, role.
 
 A gym names its classes as it likes. Their meaning is given in a `classes.toml`::
 
@@ -6,7 +6,6 @@ A gym names its classes as it likes. Their meaning is given in a `classes.toml`:
     name = "red jug"          # as the network calls it
     type = "jug"              # default: the name
     colour = "red"            # default: left to the palette
-    maker = "Acme"            # default: not told
     role = "hold"             # hold, volume (of every route), downclimb (of none)
 
 Classes that are not listed mean a type of that name; classes called volume or downclimb have
@@ -27,7 +26,7 @@ from walltopo.core import InputError
 __all__ = ["ROLES", "Meaning", "meanings_from_json", "meanings_of", "read_classes", "to_json"]
 
 ROLES = ("hold", "volume", "downclimb")
-KEYS = ("type", "colour", "maker", "role")
+KEYS = ("type", "colour", "role")
 
 
 @dataclass(frozen=True)
@@ -37,13 +36,12 @@ class Meaning:
     Parameters
     ----------
     type : of the hold.
-    colour, maker : "" where the class does not tell.
+    colour : "" where the class does not tell.
     role : one of `ROLES`.
     """
 
     type: str
     colour: str = ""
-    maker: str = ""
     role: str = "hold"
 
     def __post_init__(self) -> None:

@@ -18,6 +18,7 @@ __all__ = ["Coloured", "HoldPaint", "assign_colours", "find_palette", "paint_ove
 
 Floats = NDArray[np.float64]
 
+MOST_VIEWS = 12  # views that the colour of one hold is taken from
 WHITE_LEVEL = 0.80  # luminance given to the brightest paint of a scan (white paint: 0.7 to 0.85)
 SAME = 1.0  # times `colour_spread`: nearer to a colour of the holds, a volume has that colour
 REACH = 3.0  # times `colour_spread`: farther from every palette entry a colour is unknown
@@ -68,7 +69,6 @@ def paint_over_views(
     views: Mapping[int, Sequence[HoldView]],
     light: SceneLight,
     positions: Mapping[int, Floats],
-    max_views: int,
 ) -> dict[int, HoldPaint]:
     """Each hold's colour under one light: the weighted median over its best views.
 
@@ -81,7 +81,7 @@ def paint_over_views(
     """
     paints: dict[int, HoldPaint] = {}
     for hold, seen in views.items():
-        best = sorted(seen, key=lambda view: (-view.quality, view.photo))[:max_views]
+        best = sorted(seen, key=lambda view: (-view.quality, view.photo))[:MOST_VIEWS]
         local = float(light.at(positions[hold][None])[0])
         rows = np.array([view.linear * np.exp(-light.gain[view.photo] - local) for view in best])
         weights = np.array([view.quality for view in best])

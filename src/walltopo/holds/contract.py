@@ -42,24 +42,9 @@ class ClassifySettings:
             high=0.1,
         ),
     ] = 0.005
-    long_side: Annotated[
-        int, about("Photos are read at most this long", unit="px", low=200, high=8000)
-    ] = 1600
-    erode: Annotated[
-        int,
-        about(
-            "Pixels taken off the rim of a hold before its colour is read",
-            unit="px",
-            low=0,
-            high=20,
-        ),
-    ] = 2
-    max_views: Annotated[
-        int, about("Views whose pixels are kept for the colour of one hold", low=1, high=200)
-    ] = 12
-    cutouts: Annotated[int, about("Cutouts kept per hold", low=1, high=50)] = 6
+    cutouts: Annotated[int, about("Cutouts kept per hold", low=1, high=50, expert=True)] = 6
     cutout_px: Annotated[
-        int, about("Longest side of a kept cutout", unit="px", low=32, high=1024)
+        int, about("Longest side of a kept cutout", unit="px", low=32, high=1024, expert=True)
     ] = 160
     colour_spread: Annotated[
         float,
@@ -71,7 +56,12 @@ class ClassifySettings:
     ] = 0.13
     lightness_weight: Annotated[
         float,
-        about("Weight of lightness against hue and chroma when colours are grouped", low=0, high=2),
+        about(
+            "Weight of lightness against hue and chroma when colours are grouped",
+            low=0,
+            high=2,
+            expert=True,
+        ),
     ] = 0.7
     palette: Annotated[
         str,
@@ -91,7 +81,7 @@ class ClassifySettings:
     classes: Annotated[
         str,
         about(
-            "A classes.toml: type, colour, maker and role that the model's classes mean",
+            "A classes.toml: type, colour and role that the model's classes mean",
             content=(".",),
         ),
     ] = ""
@@ -99,7 +89,8 @@ class ClassifySettings:
         Literal["sharp", "area"],
         about(
             "What a cutout weighs when the model's confidences are summed: its area, or its sharp, "
-            "unhidden area"
+            "unhidden area",
+            expert=True,
         ),
     ] = "sharp"
     review_below: Annotated[
@@ -107,7 +98,13 @@ class ClassifySettings:
     ] = 0.25
     typical_hold: Annotated[
         float,
-        about("Median hold size assumed where the scan has no scale", unit="m", low=0.02, high=1),
+        about(
+            "Median hold size assumed where the scan has no scale",
+            unit="m",
+            low=0.02,
+            high=1,
+            expert=True,
+        ),
     ] = 0.15
     downclimb: Annotated[
         str,

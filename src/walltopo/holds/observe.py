@@ -16,6 +16,8 @@ from walltopo.scans.photo_set import PhotoSet
 __all__ = ["observe"]
 
 Floats = NDArray[np.float64]
+LONG_SIDE = 1600  # pixels: photos are read at most this long
+ERODE = 2  # pixels taken off the rim of a hold before its colour is read
 PATCHES = 60  # wall patches along the longest side of the wall
 
 
@@ -40,8 +42,8 @@ def observe(
         load,
         mesh,
         face_instance,
-        long_side=settings.long_side,
-        erode=settings.erode,
+        long_side=LONG_SIDE,
+        erode=ERODE,
         crop_px=settings.cutout_px,
     )
     for holds, light in stream:

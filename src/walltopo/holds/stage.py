@@ -104,7 +104,7 @@ def _colours(
 ) -> tuple[Sequence[Entry], dict[int, Coloured]]:
     """The palette, and the colour of each instance that a photo shows."""
     places = {number: shape.position for number, shape in wall.shapes.items()}
-    paints = paint_over_views(looks.seen, looks.light, places, settings.max_views)
+    paints = paint_over_views(looks.seen, looks.light, places)
     scale = {"spread": settings.colour_spread, "lightness_weight": settings.lightness_weight}
     volumes = {number for number, kind in wall.lifted.kinds.items() if kind == "volume"}
     sure = {number: paints[number] for number in looks.seen if number not in wall.doubts}

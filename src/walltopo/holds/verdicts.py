@@ -28,6 +28,9 @@ __all__ = [
 ]
 
 
+MOST_CUTOUTS = 12  # of one hold that the classifier looks at
+
+
 def classifier_of(settings: ClassifySettings) -> CutoutClassifier | None:
     """The classifier that the settings name; None where types come from the shape."""
     if not settings.model:
@@ -63,13 +66,13 @@ def verdicts(
     classifier: CutoutClassifier,
     seen: Mapping[int, Sequence[HoldView]],
     weighting: str,
-    max_views: int,
+    most: int = MOST_CUTOUTS,
 ) -> dict[int, Verdict]:
     """The class of each hold that a photo shows.
 
     Parameters
     ----------
-    seen : hold id to its cutouts; the `max_views` heaviest are looked at.
+    seen : hold id to its cutouts; the `most` heaviest are looked at.
     """
     found: dict[int, Verdict] = {}
     for hold, views in seen.items():
@@ -77,7 +80,7 @@ def verdicts(
         if not shown:
             continue
         weights = cutout_weights(shown, weighting)
-        best = np.argsort(-weights, kind="stable")[:max_views]
+        best = np.argsort(-weights, kind="stable")[:most]
         pictures = [square(shown[k].crop, shown[k].mask, classifier.side) for k in best]
         confidences = classifier.confidences(np.stack(pictures))
         found[hold] = judge(confidences, weights[best], classifier.names)
@@ -93,7 +96,7 @@ def follow(hold: Hold, verdict: Verdict, meaning: Meaning, certain: float) -> Ho
         return hold
     if verdict.confidence < certain:
         return replace(hold, type=UNKNOWN, type_confidence=0.0)
-    changes: dict[str, object] = {"maker": meaning.maker}
+    changes: dict[str, object] = {}
     if meaning.type != UNKNOWN:
         changes |= {"type": meaning.type, "type_confidence": verdict.confidence}
     if meaning.colour:
@@ -113,7 +116,7 @@ def followed(
 
     Holds that it is not sure of are for review.
     """
-    said = verdicts(classifier, seen, settings.cutout_weight, settings.max_views)
+    said = verdicts(classifier, seen, settings.cutout_weight)
     result = []
     for hold in holds:
         verdict = said.get(hold.id)

@@ -45,6 +45,7 @@ class LiftParams:
             "the same, normalised: tan(pi/2 n) times the mean camera-to-object distance",
             low=1e-6,
             high=0.999999,
+            expert=True,
         ),
     ] = 0.76
     easing_power: Annotated[
@@ -53,25 +54,22 @@ class LiftParams:
             "how a score falls with distance: (1 - distance/visibility) ** 4**power",
             low=-1.0,
             high=1.0,
+            expert=True,
         ),
     ] = 0.0
     mask_resolution: Annotated[
         int,
         about(
-            "longer side of the label image, 0 = that of the masks", unit="px", low=0, high=65536
+            "longer side of the label image, 0 = that of the masks",
+            unit="px",
+            low=0,
+            high=65536,
+            expert=True,
         ),
     ] = 0
-    cell_resolution: Annotated[
-        float,
-        about(
-            "cell of the spatial hash that finds candidate pairs (reference)", unit="m", low=1e-9
-        ),
-    ] = 0.1
-    cell_share: Annotated[
-        float, about("the same, normalised as visibility_share", low=1e-6, high=0.999999)
-    ] = 0.02
     resolution: Annotated[
-        float, about("Louvain resolution: larger gives more, smaller clusters", low=0.0)
+        float,
+        about("Louvain resolution: larger gives more, smaller clusters", low=0.0, expert=True),
     ] = 1.0
     threshold: Annotated[
         float,
@@ -82,29 +80,43 @@ class LiftParams:
         ),
     ] = 0.5
     drop_duplicates: Annotated[
-        bool, about("robust: of two masks of the same object in one photo keep the surer one")
+        bool,
+        about(
+            "robust: of two masks of the same object in one photo keep the surer one", expert=True
+        ),
     ] = True
     drop_fused: Annotated[
-        bool, about("robust: ignore masks that most other views see as several objects")
+        bool,
+        about("robust: ignore masks that most other views see as several objects", expert=True),
     ] = True
-    least_overlap: Annotated[
-        float, about("robust: masks overlapping less are not connected", low=0.0, high=1.0)
-    ] = 0.1
     cohesion: Annotated[
         float,
-        about("robust: clusters merge at this mean overlap of their masks", low=0.01, high=0.99),
+        about(
+            "robust: clusters merge at this mean overlap of their masks",
+            low=0.01,
+            high=0.99,
+            expert=True,
+        ),
     ] = 0.25
     objective: Annotated[
         Literal["potts", "modularity"],
         about(
-            "robust: what clusters maximise; modularity (by `resolution`) is the published choice"
+            "robust: what clusters maximise; modularity (by `resolution`) is the published choice",
+            expert=True,
         ),
     ] = "potts"
     rounds: Annotated[
         int,
-        about("robust: how often masks are handed to the instance they fit best", low=0, high=20),
+        about(
+            "robust: how often masks are handed to the instance they fit best",
+            low=0,
+            high=20,
+            expert=True,
+        ),
     ] = 2
-    fill_pinholes: Annotated[bool, about("robust: fill small holes inside an instance")] = True
+    fill_pinholes: Annotated[
+        bool, about("robust: fill small holes inside an instance", expert=True)
+    ] = True
     least_support: Annotated[
         float,
         about(
@@ -113,14 +125,6 @@ class LiftParams:
             high=1.0,
         ),
     ] = 0.15
-    least_score: Annotated[
-        float,
-        about(
-            "robust: an instance of a lower score (support x mask score x agreement) is dropped",
-            low=0.0,
-            high=1.0,
-        ),
-    ] = 0.0
     border_band: Annotated[
         float,
         about(
@@ -128,15 +132,20 @@ class LiftParams:
             unit="px",
             low=0.0,
             high=15.0,
+            expert=True,
         ),
     ] = 4.0
     sample_px: Annotated[
-        float, about("robust: larger triangles get several samples", unit="px", low=0.5)
+        float,
+        about("robust: larger triangles get several samples", unit="px", low=0.5, expert=True),
     ] = 32.0
     most_splits: Annotated[
-        int, about("robust: at most this number squared of samples a triangle", low=1, high=64)
+        int,
+        about(
+            "robust: at most this number squared of samples a triangle", low=1, high=64, expert=True
+        ),
     ] = 8
-    seed: Annotated[int, about("seed of Louvain and of the sampled rays", low=0)] = 0
+    seed: Annotated[int, about("seed of Louvain and of the sampled rays", low=0, expert=True)] = 0
 
     def __post_init__(self) -> None:
         check_settings(self, "lift")

@@ -29,7 +29,6 @@ def resolve_lengths(params: LiftParams, mesh: Mesh, views: Sequence[View]) -> Li
         params,
         normalised=False,
         visibility_distance=length_of_share(params.visibility_share, mean),
-        cell_resolution=length_of_share(params.cell_share, mean),
     )
 
 

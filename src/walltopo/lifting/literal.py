@@ -30,6 +30,8 @@ Ints = NDArray[np.int32]
 # distance: duplicates of a triangle are seen together, and Embree's rays are float32.
 NEARER = 1e-5
 TIE = 1e-6  # see merge.TIE
+# Cells of the spatial hash along the visibility distance; their size changes no result.
+CELLS = 80
 
 
 @dataclass
@@ -197,7 +199,7 @@ def lift_reference(
         projections += found
         for triangle, d in negative.items():
             uncovered[triangle] += d
-    edges = projection_graph(projections, mesh, params.cell_resolution)
+    edges = projection_graph(projections, mesh, params.visibility_distance / CELLS)
     clusters = _clusters(projections, edges, params, partition)
     return _merge(mesh, projections, clusters, uncovered, params.threshold)
 

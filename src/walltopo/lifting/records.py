@@ -39,7 +39,7 @@ def scored_instances(
     count = int(max(cluster.max(initial=-1), winner.max(initial=-1))) + 1
     claims = claims_of(evidence, pairs, winner, count)
     scores = _scores(evidence, claims, cluster, pairs.area, params.least_support)
-    kept = np.flatnonzero((scores > 0) & (scores >= params.least_score) & (claims.area > 0))
+    kept = np.flatnonzero((scores > 0) & (claims.area > 0))
     number = np.zeros(count + 1, dtype=np.int32)  # the last entry serves cluster -1
     number[kept] = np.arange(1, len(kept) + 1)
     face_instance = np.zeros(len(mesh.faces), dtype=np.int32)

@@ -30,6 +30,8 @@ JUDGES = 0.3
 # A part: this share of another view's mask lies within the judged one, and it makes up at least
 # this share of it.
 WITHIN, PART = 0.7, 0.15
+# Masks that overlap less are not connected.
+TOUCHES = 0.1
 # A mask belongs to the instance that it overlaps most, at least this much.
 FITS = 0.25
 # One mask over this share of the judged one confirms it.
@@ -72,7 +74,7 @@ def _cluster(pairs: Covisible, usable: NDArray[np.bool_], params: LiftParams) ->
         pairs.q_seen >= JUDGES * pairs.area[pairs.q]
     )
     weight = pairs.iou
-    edge = (pairs.p < pairs.q) & covered & (weight >= params.least_overlap)
+    edge = (pairs.p < pairs.q) & covered & (weight >= TOUCHES)
     edge &= usable[pairs.p] & usable[pairs.q]
     graph = pairs.p[edge], pairs.q[edge], weight[edge]
     if params.objective == "modularity":

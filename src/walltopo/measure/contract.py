@@ -47,17 +47,10 @@ class ScaleSettings:
         Literal["auto", "markers", "corners"],
         about(
             "estimation of the measure: markers (PnP per marker and photo, averaged), corners "
-            "(triangulated, one similarity), auto = whichever fits the photos better"
+            "(triangulated, one similarity), auto = whichever fits the photos better",
+            expert=True,
         ),
     ] = "auto"
-    max_disagreement: Annotated[
-        float,
-        about("relative difference of scale at which a plate disagrees with the others", low=1e-4),
-    ] = 0.01
-    max_residual: Annotated[
-        float,
-        about("root mean square of a plate's corner residuals at which it disagrees", unit="mm"),
-    ] = 5.0
 
     def __post_init__(self) -> None:
         check_settings(self, "scale")

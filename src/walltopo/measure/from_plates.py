@@ -22,10 +22,12 @@ from walltopo.measure.plates import Plate
 from walltopo.measure.rays import triangulate
 from walltopo.meshes.similarity import Similarity, fit_plane, rotation_with_z
 
-__all__ = ["Measure", "PlateReport", "measure_from_plates"]
+__all__ = ["MOST_DISAGREEMENT", "Measure", "PlateReport", "measure_from_plates"]
 
 Floats = NDArray[np.float64]
 
+MOST_DISAGREEMENT = 0.01  # relative difference of scale at which a plate is left out
+_MOST_RESIDUAL_MM = 5.0  # root mean square of a plate's corner residuals at which it is left out
 _FLOOR_TILT_DEG = 40.0  # of a plate against the cameras' up, beyond which it does not lie flat
 _UNEVEN = 0.03  # m; a plate further from the common floor plane than this is reported
 
@@ -85,8 +87,6 @@ def measure_from_plates(
     up: Floats,
     *,
     way: str = "auto",
-    max_disagreement: float = 0.01,
-    max_residual_mm: float = 5.0,
 ) -> tuple[Measure | None, tuple[PlateReport, ...], tuple[str, ...]]:
     """Scale, up and the world frame from the markers seen in posed photos.
 
@@ -97,8 +97,6 @@ def measure_from_plates(
     plates : the known geometries.
     up : (3,) unit, a rough up in the model frame (from the cameras).
     way : "markers", "corners" or "auto" (per plate whichever fits the photos better).
-    max_disagreement : relative difference of scale at which a plate is named and left out.
-    max_residual_mm : root mean square residual at which a plate is named and left out.
 
     Returns
     -------
@@ -115,8 +113,8 @@ def measure_from_plates(
     for plate in plates:
         own = [d for d in detections if d.marker in plate.ids and d.dictionary == plate.dictionary]
         if _seen(own):
-            _fit_plate(plate, own, by_name, way, max_residual_mm, outcome)
-    _leave_out_disagreeing(outcome, max_disagreement)
+            _fit_plate(plate, own, by_name, way, outcome)
+    _leave_out_disagreeing(outcome)
     good = [fit for fit in outcome.fits if fit.plate.label not in outcome.problems]
     reports = _reports(outcome, good)
     notes = tuple(f"plate {label}: {problem}" for label, problem in outcome.problems.items())
@@ -148,7 +146,6 @@ def _fit_plate(
     detections: Sequence[Detection],
     views: dict[str, View],
     way: str,
-    max_residual_mm: float,
     outcome: _Outcome,
 ) -> None:
     label = plate.label
@@ -179,10 +176,10 @@ def _fit_plate(
     # Polished, sound ways meet in one optimum; then the first one stands.
     best = min(fits, key=lambda fit: round(fit.error_px, 2))
     outcome.fits.append(best)
-    if best.residual_mm > max_residual_mm:
+    if best.residual_mm > _MOST_RESIDUAL_MM:
         outcome.problems[label] = (
             f"its corners miss their places by {best.residual_mm:.1f} mm (root mean square; at "
-            f"most {max_residual_mm:g}): bent, moved between photos, or not of this shape"
+            f"most {_MOST_RESIDUAL_MM:g}): bent, moved between photos, or not of this shape"
         )
 
 
@@ -212,13 +209,13 @@ def _two_places(seen: Sequence[Sighting]) -> bool:
     return again is not None
 
 
-def _leave_out_disagreeing(outcome: _Outcome, max_disagreement: float) -> None:
+def _leave_out_disagreeing(outcome: _Outcome) -> None:
     """Name the plates whose scale is off the median of all; two that differ cannot be judged."""
     fits = [fit for fit in outcome.fits if fit.plate.label not in outcome.problems]
     if len(fits) < 2:
         return
     scales = np.array([fit.scale for fit in fits])
-    agree = np.abs(scales[:, None] / scales[None, :] - 1) <= max_disagreement
+    agree = np.abs(scales[:, None] / scales[None, :] - 1) <= MOST_DISAGREEMENT
     most = int(agree.sum(axis=1).argmax())
     if 2 * agree[most].sum() <= len(fits):
         told = "; ".join(f"{fit.plate.label}: {fit.scale / scales.min():.4f}" for fit in fits)

@@ -13,7 +13,12 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError, Progress, StageError, View
 from walltopo.measure.contract import Reads, ScaleSettings, Writes
-from walltopo.measure.from_plates import Measure, PlateReport, measure_from_plates
+from walltopo.measure.from_plates import (
+    MOST_DISAGREEMENT,
+    Measure,
+    PlateReport,
+    measure_from_plates,
+)
 from walltopo.measure.known_distance import named_points, scale_from_distance
 from walltopo.measure.markers import Detection, detect_markers
 from walltopo.measure.plates import Plate, built_in_plates, read_plates
@@ -149,7 +154,7 @@ def _against_reference(
         # No plate is needed here, so that one which cannot be used is not worth a line.
         return [], ()
     off = measure.world_from_model.scale - 1
-    if abs(off) > settings.max_disagreement:
+    if abs(off) > MOST_DISAGREEMENT:
         notes.append(
             f"the measure in the new photos makes this frame {100 * off:+.1f} % larger than the "
             "reference says; the reference's scale is kept"
@@ -189,8 +194,6 @@ def _by_measure(
         plates,
         up,
         way=settings.way,
-        max_disagreement=settings.max_disagreement,
-        max_residual_mm=settings.max_residual,
     )
     return measure, reports, list(notes)
 

@@ -26,22 +26,14 @@ class IngestSettings:
         about("photos whose shorter side is below this are skipped", unit="px", low=64, high=4000),
     ] = 320
     max_aspect: Annotated[
-        float, about("photos longer than this ratio (panoramas) are skipped", low=1.0, high=100.0)
+        float,
+        about(
+            "photos longer than this ratio (panoramas) are skipped",
+            low=1.0,
+            high=100.0,
+            expert=True,
+        ),
     ] = 2.6
-    min_sharpness: Annotated[
-        float, about("variance of the Laplacian at 1024 px below which a photo is blurred", low=0.0)
-    ] = 3.0
-    relative_sharpness: Annotated[
-        float,
-        about("photos below this share of the set's median sharpness are blurred", low=0, high=1),
-    ] = 0.04
-    duplicate_difference: Annotated[
-        float, about("mean grey difference (of 255) under which two photos are the same", low=0.0)
-    ] = 0.6
-    video_motion: Annotated[
-        float,
-        about("camera motion between kept video frames, as a share of the width", low=0, high=1),
-    ] = 0.08
     video_max_frames: Annotated[
         int, about("most frames taken from one video", unit="frames", low=3, high=5000)
     ] = 150

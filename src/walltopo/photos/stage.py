@@ -34,6 +34,12 @@ __all__ = ["run"]
 
 _FEWEST = 3
 _JPEG_QUALITY = 95
+# A photo is blurred below this variance of its Laplacian at 1024 px, and below this share of the
+# set's median.
+_LEAST_SHARPNESS = 3.0
+_LEAST_SHARPNESS_SHARE = 0.04
+# Mean grey difference (of 255) under which two photos show the same.
+_SAME_DIFFERENCE = 0.6
 
 
 @dataclass(frozen=True)
@@ -73,7 +79,7 @@ def run(reads: Reads, settings: IngestSettings, context: Context) -> Writes:
             photos.append(item)
         else:
             skipped.append(item)
-    photos, rejected = _select(photos, settings)
+    photos, rejected = _select(photos)
     skipped += rejected
     if len(photos) < _FEWEST:
         raise InputError(_too_few(photos, skipped), "Add photos of the wall and run again.")
@@ -184,16 +190,14 @@ def _store(
     )
 
 
-def _select(
-    photos: Sequence[_Photo], settings: IngestSettings
-) -> tuple[list[_Photo], list[SkippedFile]]:
+def _select(photos: Sequence[_Photo]) -> tuple[list[_Photo], list[SkippedFile]]:
     """Leave out the blurred and the repeated."""
     kept: list[_Photo] = []
     rejected: list[SkippedFile] = []
     median = float(np.median([photo.sharpness for photo in photos])) if photos else 0.0
-    least = max(settings.min_sharpness, settings.relative_sharpness * median)
+    least = max(_LEAST_SHARPNESS, _LEAST_SHARPNESS_SHARE * median)
     for photo in photos:
-        twin = next((k for k in kept if _same(k, photo, settings)), None)
+        twin = next((k for k in kept if _same(k, photo)), None)
         if photo.sharpness < least:
             reason = f"blurred (sharpness {photo.sharpness:.1f}, the set's median {median:.0f})"
             rejected.append(SkippedFile(photo.source, reason))
@@ -204,10 +208,10 @@ def _select(
     return kept, rejected
 
 
-def _same(a: _Photo, b: _Photo, settings: IngestSettings) -> bool:
+def _same(a: _Photo, b: _Photo) -> bool:
     if (a.width > a.height) != (b.width > b.height):
         return False
-    return float(np.abs(a.thumbnail - b.thumbnail).mean()) < settings.duplicate_difference
+    return float(np.abs(a.thumbnail - b.thumbnail).mean()) < _SAME_DIFFERENCE
 
 
 def _too_few(photos: Sequence[_Photo], skipped: Sequence[SkippedFile]) -> str:

@@ -16,6 +16,7 @@ __all__ = ["VIDEO_SUFFIXES", "pick_frames"]
 
 VIDEO_SUFFIXES = {".mp4", ".mov", ".m4v", ".avi", ".mkv", ".webm"}
 _LOOK_RATE_HZ = 6.0  # frames looked at per second; walking pace needs no more
+_MOTION = 0.08  # camera motion between kept frames, as a share of the width
 
 Rgb = NDArray[np.uint8]
 
@@ -24,7 +25,7 @@ def pick_frames(path: Path, settings: IngestSettings) -> list[tuple[str, Rgb]]:
     """Names and pixels of the frames worth keeping.
 
     The camera's motion is added up frame by frame; whenever it passes
-    `settings.video_motion` of the width, the sharpest frame of that stretch is kept.
+    `_MOTION` of the width, the sharpest frame of that stretch is kept.
 
     Raises
     ------
@@ -41,10 +42,10 @@ def pick_frames(path: Path, settings: IngestSettings) -> list[tuple[str, Rgb]]:
         quality = sharpness(frame)
         if best is None or quality > best[0]:
             best = (quality, number, frame)
-        if travelled >= settings.video_motion:
+        if travelled >= _MOTION:
             kept.append((f"{path.stem}_{best[1]:06d}", best[2]))
             best, travelled = None, 0.0
-    if best is not None and (not kept or travelled >= settings.video_motion / 2):
+    if best is not None and (not kept or travelled >= _MOTION / 2):
         kept.append((f"{path.stem}_{best[1]:06d}", best[2]))
     if len(kept) > settings.video_max_frames:
         chosen = np.linspace(0, len(kept) - 1, settings.video_max_frames).round().astype(int)

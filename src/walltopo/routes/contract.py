@@ -29,19 +29,16 @@ class RoutesSettings:
     ] = 1.6
     flatten_ratio: Annotated[
         float,
-        about("The vertical part of a path counts by this factor (routes go up)", low=0, high=1),
+        about(
+            "The vertical part of a path counts by this factor (routes go up)",
+            low=0,
+            high=1,
+            expert=True,
+        ),
     ] = 0.2
     resolution: Annotated[
         float, about("Resolution of Louvain: larger gives more, smaller routes", low=0, high=100)
     ] = 0.5
-    maker_weight: Annotated[
-        float,
-        about(
-            "How much less similar two holds of one colour are whose makers are known and differ",
-            low=0,
-            high=1,
-        ),
-    ] = 0.75
     link: Annotated[
         Literal["colour", "paint"],
         about(
@@ -49,15 +46,9 @@ class RoutesSettings:
             "whose light is too uneven to name colours (see docs/routes.md)"
         ),
     ] = "colour"
-    paint_resolution: Annotated[
-        float, about("With link = paint: resolution of Louvain over all colours", low=0, high=100)
-    ] = 2.0
     min_holds: Annotated[
         int, about("Groups with fewer holds are left without a route", low=1, high=50)
     ] = 2
-    proxy_faces: Annotated[
-        int, about("Triangles of the simplified wall that paths run on", low=100, high=2_000_000)
-    ] = 20_000
     bridge_gap: Annotated[
         float,
         about(
@@ -65,6 +56,7 @@ class RoutesSettings:
             unit="m",
             low=0,
             high=5,
+            expert=True,
         ),
     ] = 0.5
     typical_hold: Annotated[
@@ -74,18 +66,23 @@ class RoutesSettings:
             unit="m",
             low=0.02,
             high=1,
+            expert=True,
         ),
     ] = 0.15
     ambiguous_above: Annotated[
         float,
         about(
-            "A second route with at least this probability makes a hold ambiguous", low=0, high=0.5
+            "A second route with at least this probability makes a hold ambiguous",
+            low=0,
+            high=0.5,
+            expert=True,
         ),
     ] = 0.3
     threads: Annotated[
-        int, about("Worker threads for the paths; 0: as many as cores", low=0, high=256)
+        int,
+        about("Worker threads for the paths; 0: as many as cores", low=0, high=256, expert=True),
     ] = 0
-    seed: Annotated[int, about("Seed of Louvain", low=0)] = 0
+    seed: Annotated[int, about("Seed of Louvain", low=0, expert=True)] = 0
 
     def __post_init__(self) -> None:
         check_settings(self, "routes")

@@ -33,7 +33,6 @@ Ints = NDArray[np.int64]
 RESTARTS = 8  # Louvain runs with different node orders; the best modularity wins
 
 Lengths = Callable[[Ints], Floats]
-Kinship = Callable[[Ints], Floats]
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,7 +159,6 @@ def group_holds(
     far: float,
     ratio: float,
     resolution: float,
-    kinship: Kinship | None = None,
     seed: int = 0,
 ) -> Grouping:
     """Group holds into routes, each colour by itself.
@@ -172,12 +170,9 @@ def group_holds(
     lengths : called once with (P, 2) pairs of hold numbers, returns (P,) flattened path
         lengths (inf where there is no path).
     near, far, ratio, resolution : see `params.RoutesSettings`.
-    kinship : (P, 2) pairs to (P,) factors in (0, 1] on their similarity (`kinship`).
     """
     pairs = candidate_pairs(points, labels, ratio, far)
     weights = similarity(lengths(pairs), near, far) if len(pairs) else np.zeros(0)
-    if kinship is not None:
-        weights = weights * kinship(pairs)
     links = _links(len(points), pairs, weights)
     group = np.full(len(points), -1, dtype=np.int64)
     count = 0

@@ -20,6 +20,7 @@ __all__ = [
     "FAINT",
     "FLATTEN",
     "REACH",
+    "RESOLUTION",
     "SHARPEN",
     "balanced_paint",
     "cues_of",
@@ -32,6 +33,7 @@ Ints = NDArray[np.int64]
 REACH = 2.2  # metres: flattened paths from which on two holds are never linked
 FLATTEN = 0.2  # factor on the vertical part of a path; the fit knows no other
 SHARPEN = 3  # power of the probability: Louvain wants few, sure links
+RESOLUTION = 2.0  # of Louvain, over all colours
 FAINT = 0.01  # links below are left out
 
 WEIGHTS = (1.396, -3.006, -18.504, -2.768, 0.324, -1.729, 0.201, -10.911)

@@ -25,11 +25,20 @@ from numpy.typing import NDArray
 
 from walltopo.core import StageError
 
-__all__ = ["Proxy", "build_proxy", "fill_small_holes", "manifold", "simplify", "weld"]
+__all__ = [
+    "PROXY_FACES",
+    "Proxy",
+    "build_proxy",
+    "fill_small_holes",
+    "manifold",
+    "simplify",
+    "weld",
+]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+PROXY_FACES = 20_000  # triangles of the stand-in that a scan uses
 MAX_LOOP = 60  # edges of the longest boundary loop that is filled
 FLOATER = 2e-3  # share of the wall's area below which a loose part is a crumb
 MARGIN = 2e-3  # anchors keep this barycentric distance from edges, so that no triangle is empty

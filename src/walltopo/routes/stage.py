@@ -14,10 +14,9 @@ from walltopo.routes.contract import Reads, RoutesSettings, Writes
 from walltopo.routes.edits import RouteBook, apply_route_edits
 from walltopo.routes.geodesic import pair_lengths
 from walltopo.routes.grouping import Grouping, group_by_paint, group_holds
-from walltopo.routes.makers import kinship
 from walltopo.routes.order import describe_route, memberships
-from walltopo.routes.paint import FLATTEN, balanced_paint
-from walltopo.routes.proxy import build_proxy
+from walltopo.routes.paint import FLATTEN, RESOLUTION, balanced_paint
+from walltopo.routes.proxy import PROXY_FACES, build_proxy
 from walltopo.scans.attributes import UNKNOWN, Hold
 from walltopo.scans.context import Context
 from walltopo.scans.edits import RouteEdits
@@ -32,7 +31,7 @@ Ints = NDArray[np.int64]
 
 def _group(mesh: Mesh, holds: Sequence[Hold], settings: RoutesSettings, unit: float) -> Grouping:
     points = np.array([hold.position for hold in holds], dtype=np.float64).reshape(-1, 3)
-    proxy = build_proxy(mesh.vertices, mesh.faces, points, settings.proxy_faces)
+    proxy = build_proxy(mesh.vertices, mesh.faces, points, PROXY_FACES)
     threads = settings.threads or os.cpu_count() or 1
 
     gap = settings.bridge_gap * unit
@@ -44,7 +43,7 @@ def _group(mesh: Mesh, holds: Sequence[Hold], settings: RoutesSettings, unit: fl
             balanced_paint(linear_from_srgb8(rgb), tint),
             lambda pairs: pair_lengths(proxy, pairs, FLATTEN, gap, threads),
             unit=unit,
-            resolution=settings.paint_resolution,
+            resolution=RESOLUTION,
             seed=settings.seed,
         )
     return group_holds(
@@ -55,7 +54,6 @@ def _group(mesh: Mesh, holds: Sequence[Hold], settings: RoutesSettings, unit: fl
         far=settings.max_hold_dist * unit,
         ratio=settings.flatten_ratio,
         resolution=settings.resolution,
-        kinship=lambda pairs: kinship(holds, pairs, settings.maker_weight),
         seed=settings.seed,
     )
 

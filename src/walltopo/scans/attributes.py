@@ -48,7 +48,6 @@ class Hold(msgspec.Struct, frozen=True, eq=True):
     photos : names of the photos that show it, best first.
     role : see `Role`.
     review : someone should have a look.
-    maker : who made it, as a classifier tells; "" where none does.
     wall_tint : relative colour of the wall around it, RGB, mean 1.
     """
 
@@ -67,7 +66,6 @@ class Hold(msgspec.Struct, frozen=True, eq=True):
     photos: tuple[str, ...] = ()
     role: Role = "hold"
     review: bool = False
-    maker: str = ""
     wall_tint: Point = (1.0, 1.0, 1.0)
 
     def __post_init__(self) -> None:

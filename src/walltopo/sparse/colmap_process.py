@@ -13,11 +13,10 @@ from typing import Any
 
 import msgspec
 
-from walltopo.core import Progress, SettingsError, StageError
-from walltopo.sparse.contract import SparseSettings
+from walltopo.core import Progress, StageError
 from walltopo.sparse.job import Job, Mapped
 
-__all__ = ["check_supported", "run_worker"]
+__all__ = ["run_worker"]
 
 _EVENT = "@walltopo "
 _WHAT = {
@@ -31,21 +30,6 @@ _BLOCK = re.compile(r"\] Processing block \[")
 _BLOCK_DONE = re.compile(r"\] in [\d.]+s")
 _REGISTER = re.compile(r"Registering (initial image pair|image) #\d+")
 _GLOG = re.compile(r"^[IWEF]\d{8} [\d:.]+ +\d+ [\w.]+:\d+\] ?")
-
-
-def check_supported(settings: SparseSettings) -> None:
-    """Refuse what would end COLMAP's process instead of giving an error.
-
-    Raises
-    ------
-    SettingsError : names the setting and what to use instead.
-    """
-    if settings.features != "sift":
-        raise SettingsError(
-            f"sparse.features: {settings.features} features need a COLMAP built with ONNX; "
-            "the pycolmap of PyPI is built without and would end the process",
-            "Use sparse.features=sift.",
-        )
 
 
 def run_worker(job: Job, progress: Progress) -> Mapped:

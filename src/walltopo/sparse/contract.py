@@ -19,37 +19,56 @@ __all__ = ["Reads", "SparseSettings", "Writes"]
 class SparseSettings:
     """How photos are matched and registered (COLMAP through pycolmap)."""
 
-    features: Annotated[
-        Literal["sift", "aliked"],
-        about(
-            "kind of local feature; aliked needs a pycolmap built with ONNX and is refused without"
-        ),
-    ] = "sift"
     max_features: Annotated[
         int, about("most features kept of one photo", unit="features", low=500, high=65536)
     ] = 8192
     first_octave: Annotated[
         int,
         about(
-            "SIFT octave to start at: -1 doubles the photo first (4 times slower)", low=-1, high=2
+            "SIFT octave to start at: -1 doubles the photo first (4 times slower)",
+            low=-1,
+            high=2,
+            expert=True,
         ),
     ] = 0
     exhaustive_max: Annotated[
-        int, about("up to this many photos every pair is matched", unit="photos", low=2, high=2000)
+        int,
+        about(
+            "up to this many photos every pair is matched",
+            unit="photos",
+            low=2,
+            high=2000,
+            expert=True,
+        ),
     ] = 200
     sequential: Annotated[
         int,
-        about("beyond that: each photo is matched with this many next ones in name order", low=1),
+        about(
+            "beyond that: each photo is matched with this many next ones in name order",
+            low=1,
+            expert=True,
+        ),
     ] = 10
     retrieved: Annotated[
         int,
-        about("beyond that: and with this many of the most similar photos", unit="photos", low=1),
+        about(
+            "beyond that: and with this many of the most similar photos",
+            unit="photos",
+            low=1,
+            expert=True,
+        ),
     ] = 30
     min_matches: Annotated[
-        int, about("least verified matches that make a pair of photos count", unit="matches", low=8)
+        int,
+        about(
+            "least verified matches that make a pair of photos count",
+            unit="matches",
+            low=8,
+            expert=True,
+        ),
     ] = 15
     threads: Annotated[int, about("CPU threads; 0 = all", unit="threads", low=0, high=512)] = 0
-    seed: Annotated[int, about("seed of every random step", low=0, high=2**31 - 1)] = 0
+    seed: Annotated[int, about("seed of every random step", low=0, high=2**31 - 1, expert=True)] = 0
     reference: Annotated[
         str,
         about(
@@ -67,7 +86,11 @@ class SparseSettings:
     reference_retrieved: Annotated[
         int,
         about(
-            "reference photos that each new photo is matched with", unit="photos", low=2, high=1000
+            "reference photos that each new photo is matched with",
+            unit="photos",
+            low=2,
+            high=1000,
+            expert=True,
         ),
     ] = 20
 

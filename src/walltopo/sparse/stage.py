@@ -17,7 +17,7 @@ from walltopo.scans.model import SparseModel
 from walltopo.scans.photo_list import Photo
 from walltopo.scans.photo_set import PhotoSet
 from walltopo.sparse.align import align_to_reference
-from walltopo.sparse.colmap_process import check_supported, run_worker
+from walltopo.sparse.colmap_process import run_worker
 from walltopo.sparse.contract import Reads, SparseSettings, Writes
 from walltopo.sparse.job import ImageEntry, MapTask
 from walltopo.sparse.jobs import (
@@ -47,9 +47,7 @@ def run(reads: Reads, settings: SparseSettings, context: Context) -> Writes:
     ------
     InputError : no photos, or a reference that cannot be used.
     StageError : COLMAP failed, or no two photos could be put together.
-    SettingsError : an option this COLMAP would end the process on.
     """
-    check_supported(settings)
     photos = _photos(reads)
     if settings.reference:
         return align_to_reference(reads.photos, photos, settings, context)

@@ -28,6 +28,9 @@ Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]
 Load = Callable[[str], Image]
 
+_GUTTER = 3  # pixels that a chart's colours run beyond its border
+_SMOOTHNESS = 1.0  # preference for large charts over the best photo of each triangle
+
 _TINY_CHART = 10
 # Texels per photo pixel below which a texture is too poor to be of use.
 _LEAST_SCALE = 0.05
@@ -74,7 +77,7 @@ def make_texture(
     candidates = find_candidates(mesh, views, load, progress)
     progress.step("choosing one photo per triangle")
     adjacent = neighbours_of(mesh.faces)
-    label = choose_labels(candidates, adjacent, settings.smoothness)
+    label = choose_labels(candidates, adjacent, _SMOOTHNESS)
     if not (label >= 0).any():
         raise StageError(
             "no photo sees any triangle of the mesh",
@@ -141,10 +144,8 @@ def _layout(
         np.minimum.at(low, number, pixels[seen, corner])
         np.maximum.at(high, number, pixels[seen, corner])
     cells, cell_side = unseen_cells(len(flat) - len(seen))
-    scale, _, packed = fit_scale(
-        high - low, settings.size, settings.gutter, 1.0, _LEAST_SCALE, cell_side
-    )
-    place = packed + settings.gutter
+    scale, _, packed = fit_scale(high - low, settings.size, _GUTTER, 1.0, _LEAST_SCALE, cell_side)
+    place = packed + _GUTTER
     texels = np.zeros_like(pixels)
     shift = place[:count][number] - low[number] * scale
     texels[seen] = pixels[seen] * np.float32(scale) + shift[:, None, :].astype(np.float32)

@@ -21,14 +21,9 @@ class TextureSettings:
     size: Annotated[
         int, about("side of the square texture atlas", unit="px", low=256, high=16384)
     ] = 4096
-    gutter: Annotated[
-        int, about("pixels that a chart's colours run beyond its border", unit="px", low=1, high=32)
-    ] = 3
-    smoothness: Annotated[
-        float,
-        about("preference for large charts over the best photo per triangle", low=0.0, high=20.0),
-    ] = 1.0
-    blend: Annotated[bool, about("level exposure between photos and seams between charts")] = True
+    blend: Annotated[
+        bool, about("level exposure between photos and seams between charts", expert=True)
+    ] = True
 
     def __post_init__(self) -> None:
         check_settings(self, "texture")

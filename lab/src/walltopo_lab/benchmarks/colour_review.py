@@ -41,7 +41,7 @@ def coloured(gym: Path, settings: ClassifySettings) -> list[tuple[float, bool]]:
     positions = {number: shape.position for number, shape in shapes.items()}
     seen = {number: rows for number, rows in sorted(seen.items()) if number in positions}
     volumes = {number for number, kind in kinds.items() if kind == "volume"}
-    paints = paint_over_views(seen, light, positions, settings.max_views)
+    paints = paint_over_views(seen, light, positions)
     spread, weight = settings.colour_spread, settings.lightness_weight
     palette = find_palette(paints, volumes, spread=spread, lightness_weight=weight)
     found = assign_colours(paints, palette, spread=spread, lightness_weight=weight)

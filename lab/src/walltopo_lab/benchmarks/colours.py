@@ -66,7 +66,7 @@ def paints_of(
     positions = {number: shape.position for number, shape in shapes.items()}
     seen = {number: rows for number, rows in sorted(seen.items()) if number in positions}
     volumes = {number for number, kind in kinds.items() if kind == "volume"}
-    return paint_over_views(seen, light, positions, settings.max_views), colours, volumes
+    return paint_over_views(seen, light, positions), colours, volumes
 
 
 def setters_palette(

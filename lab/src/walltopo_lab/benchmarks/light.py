@@ -144,7 +144,7 @@ def ari(holds: PhotoHolds, way: str) -> float:
             paint,
             lambda pairs: straight(points, pairs, likeness.FLATTEN),
             unit=1.0,
-            resolution=settings.paint_resolution,
+            resolution=likeness.RESOLUTION,
             seed=seed,
         )
     else:
@@ -200,7 +200,7 @@ def fit(photos: list[DimPhoto]) -> None:
     """Print the weights, and ARI on gyms left out of a fit: other settings, other colours."""
     holds = [of_generated(photo) for photo in photos]
     part = [int(photo.name.split("_")[0]) % 2 for photo in photos]
-    usual = likeness.SHARPEN, RoutesSettings().paint_resolution
+    usual = likeness.SHARPEN, likeness.RESOLUTION
     for sharpen, resolution in [(k, r) for k in (2, 3, 4) for r in (1.5, 2.0, 2.5, 3.0)]:
         told = _left_out(holds, part, sharpen, resolution)
         print(f"sharpen {sharpen}, resolution {resolution}: {told}")

@@ -182,7 +182,7 @@ def of_another_generator(classifier: CutoutClassifier, data: Path) -> None:
     truth = {("gym-a", number): kinds[number] for number in said}
     relief = {("gym-a", number): name for number, name in said.items()}
     looks = {number: rows for number, rows in seen.items() if number in said}
-    found = verdicts(classifier, looks, settings.cutout_weight, settings.max_views)
+    found = verdicts(classifier, looks, settings.cutout_weight)
     table(classifier, truth, relief, {("gym-a", number): one for number, one in found.items()})
 
 

@@ -16,7 +16,7 @@ EXAMPLES = """\
 examples:
   walltopo train classifier gym1 gym2 -o types.onnx               # scans, holds corrected by hand
   walltopo train classifier gym1 -o holds.onnx --label colour+type
-  walltopo train classifier cutouts/ -o makers.onnx               # cutouts/<class>/*.webp
+  walltopo train classifier cutouts/ -o sets.onnx                 # cutouts/<class>/*.webp
   walltopo train classifier gym1 -o yolo.onnx --family yolo       # needs the ultralytics extra
 then
   walltopo scan photos/ gym3 --set classify.model=types.onnx
@@ -76,7 +76,7 @@ def add_classifier_word(
         "--classes",
         type=Path,
         metavar="TOML",
-        help="what classes mean (type, colour, maker, role), kept in the file; see docs/colours.md",
+        help="what classes mean (type, colour, role), kept in the file; see docs/colours.md",
     )
     add_options(parser, ClassifierSettings)
     parser.set_defaults(run=run)

@@ -14,7 +14,7 @@ from walltopo.meshes.ply import read_mesh
 from walltopo.routes.contract import RoutesSettings
 from walltopo.routes.geodesic import pair_lengths
 from walltopo.routes.grouping import group_holds
-from walltopo.routes.proxy import Proxy, build_proxy
+from walltopo.routes.proxy import PROXY_FACES, Proxy, build_proxy
 from walltopo.scans.attributes import Hold, read_holds
 from walltopo.scans.folder import ScanFolder
 from walltopo_lab.evaluate.align import align_views
@@ -65,7 +65,7 @@ def load_routes_wall(wall: Wall) -> RoutesWall:
         routes = [truth.instances[t].route for _, t in matched]
     if len(points) < 2:
         raise InputError(f"{wall.name}: fewer than two holds with a known route")
-    proxy = build_proxy(mesh.vertices, mesh.faces, points, RoutesSettings().proxy_faces)
+    proxy = build_proxy(mesh.vertices, mesh.faces, points, PROXY_FACES)
     return RoutesWall(wall.name, points, tuple(colours), tuple(routes), proxy)
 
 

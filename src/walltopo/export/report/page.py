@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from walltopo.export.contract import ExportSettings
 from walltopo.export.report.facts import Facts
 from walltopo.export.report.maps import draw_maps
 from walltopo.export.report.pictures import thumbnail
@@ -24,9 +23,7 @@ def _median_edge(wall: Wall) -> float:
     return float(np.median(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)))
 
 
-def report_html(
-    wall: Wall, facts: Facts, first: Look, settings: ExportSettings, glb_bytes: int, page: str
-) -> str:
+def report_html(wall: Wall, facts: Facts, first: Look, glb_bytes: int, page: str) -> str:
     """The report: one file that needs no other, and asks no other host for anything.
 
     Parameters
@@ -39,7 +36,7 @@ def report_html(
         return thumbnail(facts.folder.path(name), 220)
 
     def cutout(hold: int) -> str | None:
-        file = facts.cutouts.get(hold) if settings.thumbnails else None
+        file = facts.cutouts.get(hold)
         return thumbnail(file, 128) if file else None
 
     doubtful = [hold for hold in wall.holds if hold.review]
