@@ -154,31 +154,11 @@ def fill_small_holes(
 
 def _nearest_on_triangles(point: Floats, corners: Floats) -> tuple[int, Floats]:
     """The triangle nearest to a point and the barycentric coordinates of the foot point."""
-    a, ab, ac = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    best, best_weights = np.full(len(a), np.inf), np.zeros((len(a), 3))
-    # Unconstrained foot point in the plane, where it lies inside.
-    d00, d01, d11 = ((x * y).sum(1) for x, y in ((ab, ab), (ab, ac), (ac, ac)))
-    ap = point - a
-    d20, d21 = (ap * ab).sum(1), (ap * ac).sum(1)
-    determinant = np.maximum(d00 * d11 - d01 * d01, 1e-300)
-    v, w = (d11 * d20 - d01 * d21) / determinant, (d00 * d21 - d01 * d20) / determinant
-    candidates = [np.column_stack([1 - v - w, v, w])]
-    for i, j in ((0, 1), (1, 2), (2, 0)):
-        edge = corners[:, j] - corners[:, i]
-        along = ((point - corners[:, i]) * edge).sum(1) / np.maximum((edge**2).sum(1), 1e-300)
-        t = np.clip(along, 0, 1)
-        weights = np.zeros((len(a), 3))
-        weights[:, i], weights[:, j] = 1 - t, t
-        candidates.append(weights)
-    for weights in candidates:
-        inside = np.asarray((weights >= -1e-12).all(axis=1))
-        foot = np.einsum("nk,nkd->nd", weights * inside[:, None], corners)
-        distance = np.where(inside, np.linalg.norm(foot - point, axis=1), np.inf)
-        closer = distance < best
-        best = np.where(closer, distance, best)
-        best_weights[closer] = weights[closer]
-    winner = int(best.argmin())
-    return winner, best_weights[winner]
+    from trimesh.triangles import closest_point, points_to_barycentric
+
+    feet = closest_point(corners, np.broadcast_to(point, (len(corners), 3)))
+    winner = int(np.linalg.norm(feet - point, axis=1).argmin())
+    return winner, points_to_barycentric(corners[[winner]], feet[[winner]])[0]
 
 
 def _insert_anchors(vertices: Floats, faces: Ints, anchors: Floats) -> tuple[Floats, Ints, Ints]:
