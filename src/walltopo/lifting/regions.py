@@ -16,8 +16,6 @@ Floats = NDArray[np.float64]
 PINHOLE = 0.05
 
 
-
-
 def fill_pinholes(neighbours: Ints, areas: Floats, winner: Ints) -> Ints:
     """Give small holes that one cluster encloses to it.
 
