@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
-from walltopo.dense.clean import split_fans
 from walltopo.dense.gaps import sew_gaps
 from walltopo.meshes.check import check_mesh
-from walltopo.meshes.topology import boundary_loops, compact, doubled
+from walltopo.meshes.holes import boundary_loops
+from walltopo.meshes.topology import compact, doubled, split_fans
 
 Floats = NDArray[np.float64]
 

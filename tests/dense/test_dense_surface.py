@@ -17,13 +17,13 @@ from walltopo.dense.clean import (
     fill_holes,
     make_manifold,
     smooth,
-    split_fans,
 )
 from walltopo.dense.marching_cubes import cube_table, extract
 from walltopo.dense.remesh import collapse_short_edges
 from walltopo.dense.tsdf import BLOCK, Volume
 from walltopo.meshes.check import check_mesh
-from walltopo.meshes.topology import boundary_loops, edges_of
+from walltopo.meshes.holes import boundary_loops
+from walltopo.meshes.topology import edges_of, split_fans
 
 Floats = NDArray[np.float64]
 

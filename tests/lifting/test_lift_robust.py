@@ -13,8 +13,9 @@ from walltopo.lifting import LiftParams, lift
 from walltopo.lifting.border import STEPS, reach_of, stamp_borders
 from walltopo.lifting.contract import Method
 from walltopo.lifting.potts import potts_clusters
-from walltopo.lifting.regions import fill_pinholes, neighbours_of
+from walltopo.lifting.regions import fill_pinholes
 from walltopo.lifting.tidy import tidy_order
+from walltopo.meshes.neighbours import face_neighbours
 
 Bumps = tuple[Mesh, list[View], np.ndarray]
 
@@ -234,7 +235,7 @@ def test_potts_clusters_do_not_depend_on_what_else_there_is() -> None:
 def test_pinholes() -> None:
     # A strip of 12 triangles: each shares an edge with the next.
     faces = np.array([[k, k + 1, k + 2] for k in range(12)], dtype=np.int32)
-    neighbours = neighbours_of(faces, 14)
+    neighbours = face_neighbours(faces)
     assert sorted(neighbours[5].tolist()) == [-1, 4, 6]
     areas = np.ones(12)
     winner = np.array([0, 0, 0, 0, -1, 0, 0, 1, 1, 1, 1, 0], dtype=np.int32)

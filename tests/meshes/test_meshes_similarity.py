@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from walltopo.core import InputError
+from walltopo.core import InputError, Mesh
 from walltopo.meshes.similarity import (
     Similarity,
     fit_plane,
@@ -43,6 +43,24 @@ def test_after_is_doing_one_and_then_the_other(a: Similarity, b: Similarity, see
 def test_inverse_undoes(a: Similarity, seed: int) -> None:
     points = cloud(seed)
     assert np.allclose(a.inverse().apply(a.apply(points)), points, atol=1e-8)
+
+
+@given(similarities(), similarities(), similarities(), st.integers(0, 99))
+def test_the_order_of_brackets_does_not_matter(
+    a: Similarity, b: Similarity, c: Similarity, seed: int
+) -> None:
+    points = cloud(seed)
+    one, other = c.after(b).after(a), c.after(b.after(a))
+    assert np.allclose(one.apply(points), other.apply(points), rtol=1e-9, atol=1e-6)
+
+
+@given(similarities())
+def test_a_mesh_keeps_its_faces_and_its_shape(a: Similarity) -> None:
+    mesh = Mesh(cloud(3), np.arange(12, dtype=np.int32).reshape(-1, 3))
+    moved = a.mesh(mesh)
+    np.testing.assert_array_equal(moved.faces, mesh.faces)
+    assert np.allclose(moved.areas, a.scale**2 * mesh.areas)
+    assert np.allclose(moved.normals, mesh.normals @ a.rotation.T)
 
 
 @given(similarities(), st.integers(0, 99))

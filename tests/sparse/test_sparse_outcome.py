@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +12,7 @@ from walltopo.measure.plates import built_in_plates
 from walltopo.measure.stage import plates_without
 from walltopo.scans.photo_list import Photo
 from walltopo.sparse.colmap_worker import register_images
+from walltopo.sparse.job import CameraEntry, ImageEntry
 from walltopo.sparse.jobs import camera_entries
 from walltopo.sparse.model_parts import match_keypoints
 from walltopo.sparse.outcome import why_unregistered
@@ -23,9 +23,8 @@ def database_with(folder: Path, features: list[int]) -> Path:
     import pycolmap
 
     path = folder / "f.db"
-    camera: dict[str, Any] = {"model": "SIMPLE_RADIAL", "width": 64, "height": 48, "prior": False}
-    camera["params"] = [60.0, 32.0, 24.0, 0.0]
-    images = [{"name": f"{k}.jpg", "camera": 0} for k in range(len(features))]
+    camera = CameraEntry("SIMPLE_RADIAL", 64, 48, (60.0, 32.0, 24.0, 0.0), prior=False)
+    images = [ImageEntry(f"{k}.jpg", 0) for k in range(len(features))]
     register_images(path, [camera], images)
     with pycolmap.Database.open(path) as db:
         for number, count in enumerate(features, start=1):
@@ -50,10 +49,9 @@ def test_images_are_registered_once_and_in_order(tmp_path: Path) -> None:
     import pycolmap
 
     path = tmp_path / "f.db"
-    camera: dict[str, Any] = {"model": "SIMPLE_PINHOLE", "width": 64, "height": 48, "prior": False}
-    camera["params"] = [60.0, 32.0, 24.0]
+    camera = CameraEntry("SIMPLE_PINHOLE", 64, 48, (60.0, 32.0, 24.0), prior=False)
     for _ in range(2):
-        register_images(path, [camera], [{"name": f"{k}.jpg", "camera": 0} for k in range(2)])
+        register_images(path, [camera], [ImageEntry(f"{k}.jpg", 0) for k in range(2)])
     with pycolmap.Database.open(path) as db:
         assert [(i.image_id, str(i.name)) for i in db.read_all_images()] == [
             (1, "0.jpg"),
@@ -69,8 +67,8 @@ def test_photos_of_one_size_and_focal_share_a_camera() -> None:
     ]
     cameras, indices = camera_entries(photos)
     assert indices == [0, 1, 0, 2]
-    assert [camera["prior"] for camera in cameras] == [True, True, False]
-    assert cameras[2]["params"] == [1.2 * 1280, 640, 480, 0.0]
+    assert [camera.prior for camera in cameras] == [True, True, False]
+    assert cameras[2].params == (1.2 * 1280, 640, 480, 0.0)
 
 
 def test_the_same_keypoints_keep_their_numbers_and_others_find_the_nearest() -> None:

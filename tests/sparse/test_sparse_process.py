@@ -12,6 +12,7 @@ import pytest
 
 from walltopo.core import Silent, StageError
 from walltopo.sparse.colmap_process import run_worker
+from walltopo.sparse.job import Job, MapTask
 
 
 class Recorder(Silent):
@@ -30,6 +31,13 @@ class Recorder(Silent):
 
     def detail(self, message: str) -> None:
         self.details.append(message)
+
+
+def job(
+    threads: int = 1, database: str = "", image_root: str = "", map: MapTask | None = None
+) -> Job:
+    """A job of no photos."""
+    return Job(database, image_root, threads, 0, 500, 0, 15, cameras=(), images=(), map=map)
 
 
 def fake_worker(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, body: str) -> None:
@@ -58,7 +66,7 @@ def test_log_lines_become_progress(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
     ]
     fake_worker(monkeypatch, tmp_path, f"print({chr(10).join(lines)!r})")
     recorder = Recorder()
-    assert run_worker({"threads": 1}, recorder) == {"models": {"0": 2}}
+    assert run_worker(job(), recorder).models == {"0": 2}
     assert recorder.steps == [("find features", 2), ("match photos", 130)]
     assert recorder.done == 132
     assert recorder.details[1] == "colmap: Name: a.jpg"
@@ -76,7 +84,7 @@ def test_an_aborted_child_is_an_error_with_its_last_words(
     )
     fake_worker(monkeypatch, tmp_path, body)
     with pytest.raises(StageError, match=r"signal 6 while it should register(?s:.*)Check failed"):
-        run_worker({"threads": -1}, Silent())
+        run_worker(job(threads=-1), Silent())
 
 
 def test_ctrl_c_kills_the_child(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -95,22 +103,12 @@ def test_ctrl_c_kills_the_child(monkeypatch: pytest.MonkeyPatch, tmp_path: Path)
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        run_worker({"threads": 1}, Interrupting())
+        run_worker(job(), Interrupting())
     assert children[0].poll() is not None
 
 
 def test_the_worker_tells_what_is_wrong_with_its_job(tmp_path: Path) -> None:
-    job = {
-        "threads": 1,
-        "seed": 0,
-        "database": str(tmp_path / "f.db"),
-        "image_root": str(tmp_path),
-        "cameras": [],
-        "images": [],
-        "pairing": None,
-        "map": {"output": "/proc/nowhere", "reference": "", "constant_cameras": [],
-                "held_images": [], "only": [], "expected": 0},
-        "min_matches": 15,
-    }  # fmt: skip
+    task = MapTask("/proc/nowhere", expected=0)
+    wrong = job(database=str(tmp_path / "f.db"), image_root=str(tmp_path), map=task)
     with pytest.raises(StageError, match="COLMAP failed"):
-        run_worker(job, Silent())
+        run_worker(wrong, Silent())

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from walltopo.meshes.neighbours import face_neighbours, patches
 from walltopo.texture.candidates import Candidates
 from walltopo.texture.colour import level_seams, photo_gains
-from walltopo.texture.labels import charts_of, choose_labels, neighbours_of
+from walltopo.texture.labels import choose_labels
 from walltopo.texture.paint import fill_gaps
 from walltopo.texture.unseen import spread_colours, unseen_cells
 
@@ -39,11 +40,11 @@ def test_labels_are_patches_and_follow_the_better_photo() -> None:
     score = np.exp(np.stack([-slope, slope], axis=1) + rng.normal(scale=0.5, size=(n, 2)))
     view = np.tile(np.array([0, 1], dtype=np.int16), (n, 1))
     candidates = Candidates(view, score.astype(np.float32), np.zeros((n, 2, 3), np.uint8))
-    adjacent = neighbours_of(faces)
+    adjacent = face_neighbours(faces)
     label = choose_labels(candidates, adjacent, 1.0)
     best = score.argmax(axis=1).astype(np.int16)
-    patches = len(np.unique(charts_of(label, adjacent)))
-    assert patches < len(np.unique(charts_of(best, adjacent))) / 2
+    count = len(patches(adjacent, label)[1])
+    assert count < len(patches(adjacent, best)[1]) / 2
     assert label[:100].mean() < 0.1
     assert label[-100:].mean() > 0.9
 

@@ -6,16 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
-from walltopo.meshes.topology import (
-    boundary_loops,
-    compact,
-    doubled,
-    edges_of,
-    fans,
-    parts,
-)
+from walltopo.meshes.holes import boundary_loops, close_loops
+from walltopo.meshes.neighbours import parts
+from walltopo.meshes.topology import compact, doubled, edges_of, split_fans
 
-__all__ = ["drop_crumbs", "fill_holes", "make_manifold", "smooth", "split_fans"]
+__all__ = ["drop_crumbs", "fill_holes", "make_manifold", "smooth"]
 
 Floats = NDArray[np.float64]
 Faces = NDArray[np.int32]
@@ -49,13 +44,6 @@ def make_manifold(mesh: Mesh) -> Mesh:
         faces = _thin_out(mesh.vertices, faces, edges.of_face, crowded)
 
 
-def split_fans(mesh: Mesh) -> Mesh:
-    """Give each fan its own vertex: where two surfaces touch in a vertex they come apart."""
-    fan = fans(mesh.faces)
-    first = np.unique(fan, return_index=True)[1]
-    return Mesh(mesh.vertices[mesh.faces.ravel()[first]], fan)
-
-
 def _thin_out(
     vertices: Floats, faces: Faces, of_face: NDArray[np.int64], crowded: NDArray[np.bool_]
 ) -> Faces:
@@ -78,21 +66,9 @@ def fill_holes(mesh: Mesh, largest: float) -> Mesh:
     mesh : manifold.
     largest : loops whose bounding box has a longer diagonal stay open (the mesh's own rim).
     """
-    vertices, faces = [mesh.vertices], [mesh.faces]
-    count = len(mesh.vertices)
-    for loop in boundary_loops(mesh.faces):
-        points = mesh.vertices[loop]
-        if float(np.linalg.norm(np.ptp(points, axis=0))) > largest:
-            continue
-        following = np.roll(loop, -1)
-        if len(loop) == 3:
-            faces.append(loop[None, ::-1].astype(np.int32))
-            continue
-        vertices.append(points.mean(axis=0, keepdims=True))
-        fan = np.stack([following, loop, np.full(len(loop), count)], axis=1)
-        faces.append(fan.astype(np.int32))
-        count += 1
-    return Mesh(np.concatenate(vertices), np.concatenate(faces))
+    loops = boundary_loops(mesh.faces)
+    holes = [n for n in loops if np.linalg.norm(np.ptp(mesh.vertices[n], axis=0)) <= largest]
+    return Mesh(*close_loops(mesh.vertices, mesh.faces, holes))
 
 
 def smooth(mesh: Mesh, steps: int, inward: float = 0.5, outward: float = -0.53) -> Mesh:

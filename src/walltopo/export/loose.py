@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from walltopo.export.keep import keep_faces
 from walltopo.export.wall import Wall
+from walltopo.meshes.topology import vertex_parts
 
 __all__ = ["loose_faces", "without_loose"]
 
@@ -16,17 +17,10 @@ LEAST_SHARE = 0.01
 
 def loose_faces(wall: Wall) -> NDArray[np.bool_]:
     """(F,) bool: faces of connected pieces without a hold and under 1 % of the whole surface."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    faces, count = wall.mesh.faces, len(wall.mesh.vertices)
-    rows = np.concatenate([faces[:, 0], faces[:, 1]])
-    columns = np.concatenate([faces[:, 1], faces[:, 2]])
-    graph = coo_matrix((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(count, count))
-    pieces, of_vertex = connected_components(graph, directed=False)
-    piece = of_vertex[faces[:, 0]]
-    area = np.bincount(piece, wall.mesh.areas, minlength=pieces)
-    held = np.bincount(piece, wall.face_instance > 0, minlength=pieces) > 0
+    faces = wall.mesh.faces
+    piece = vertex_parts(faces, len(wall.mesh.vertices))[faces[:, 0]]
+    area = np.bincount(piece, wall.mesh.areas)
+    held = np.bincount(piece, wall.face_instance > 0) > 0
     loose = (area < LEAST_SHARE * area.sum()) & ~held
     return np.asarray(loose[piece])
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh
 from walltopo.holds.geometry import rim_normal, triangles_of
+from walltopo.meshes.similarity import fit_plane
 
 __all__ = ["Rise", "flat_instances", "measure_rises"]
 
@@ -72,16 +73,15 @@ class _Bare:
 
 def _plane(points: Floats, normal: Floats) -> tuple[Floats, float]:
     """(4,) plane (unit normal, offset) through most of the points, and their spread around it."""
-    spread = np.inf
+    plane, spread = np.zeros(4), np.inf
     kept = np.ones(len(points), dtype=np.bool_)
     for _ in range(ROUNDS):
-        middle = points[kept].mean(axis=0)
-        _, vectors = np.linalg.eigh(np.cov((points[kept] - middle).T))
-        axis = vectors[:, 0] * (1.0 if vectors[:, 0] @ normal > 0 else -1.0)
-        away = (points - middle) @ axis
+        axis, offset = fit_plane(points[kept])
+        plane = np.append(axis, -offset) * (1.0 if axis @ normal > 0 else -1.0)
+        away = points @ plane[:3] + plane[3]
         spread = 1.4826 * float(np.median(np.abs(away[kept] - np.median(away[kept]))))
         kept = np.abs(away - np.median(away[kept])) <= OUTLIER * spread + 1e-12
-    return np.append(axis, -float(axis @ middle)), spread
+    return plane, spread
 
 
 def measure_rises(

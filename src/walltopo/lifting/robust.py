@@ -16,9 +16,10 @@ from walltopo.lifting.covisible import Covisible, compare_projections
 from walltopo.lifting.evidence import Evidence, Sampling, gather_evidence
 from walltopo.lifting.potts import potts_clusters
 from walltopo.lifting.records import scored_instances
-from walltopo.lifting.regions import fill_pinholes, neighbours_of
+from walltopo.lifting.regions import fill_pinholes
 from walltopo.lifting.tidy import tidy_order
 from walltopo.lifting.vote import Claims, claims_of, vote
+from walltopo.meshes.neighbours import face_neighbours
 
 __all__ = ["find_fused", "lift_robust", "robust_evidence", "robust_instances"]
 
@@ -147,6 +148,6 @@ def robust_instances(
         cluster[cluster >= 0] = renumber(cluster[cluster >= 0].astype(np.int64))
         winner, shares = vote(evidence, cluster, params.threshold, params.border_band)
     if params.fill_pinholes:
-        neighbours = neighbours_of(mesh.faces[evidence.faces], len(mesh.vertices))
+        neighbours = face_neighbours(mesh.faces[evidence.faces])
         winner = fill_pinholes(neighbours, evidence.areas, winner)
     return scored_instances(mesh, evidence, cluster, winner, shares, pairs, params)

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, View
-from walltopo.meshes.topology import Edges, doubled, edges_of, fans, parts
+from walltopo.meshes.neighbours import parts
+from walltopo.meshes.topology import Edges, doubled, edges_of, fans
 
 __all__ = ["MeshReport", "check_mesh"]
 
@@ -78,7 +79,7 @@ def check_mesh(mesh: Mesh, views: Sequence[View] = ()) -> MeshReport:
     views : cameras that saw the surface; with them the direction of the normals is checked.
     """
     edges = edges_of(mesh.faces)
-    part = parts(mesh.faces, edges)
+    part = parts(mesh.faces)
     sizes = np.bincount(part)
     crumb = (sizes < _CRUMB_FACES) & (sizes < _CRUMB_SHARE * len(mesh.faces))
     ends = mesh.vertices[edges.pairs]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import InputError
+from walltopo.core import InputError, Mesh
 
 __all__ = [
     "Similarity",
@@ -40,6 +40,10 @@ class Similarity:
     def apply(self, points: Floats) -> Floats:
         """Points (..., 3) of `from` in `to`."""
         return self.scale * (points @ self.rotation.T) + self.translation
+
+    def mesh(self, mesh: Mesh) -> Mesh:
+        """A mesh of `from` in `to`."""
+        return Mesh(self.apply(mesh.vertices), mesh.faces, mesh.vertex_colours)
 
     def inverse(self) -> Similarity:
         """The way back."""

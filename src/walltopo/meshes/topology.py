@@ -1,4 +1,4 @@
-"""Edges, parts and borders of a triangle mesh: the facts that cleaning and checking share."""
+"""Edges, fans and parts of a triangle mesh: what cleaning and checking share."""
 
 from __future__ import annotations
 
@@ -7,7 +7,20 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Edges", "boundary_loops", "compact", "doubled", "edges_of", "fans", "parts"]
+from walltopo.core import Mesh
+from walltopo.graphs.components import components
+
+__all__ = [
+    "Edges",
+    "compact",
+    "doubled",
+    "edges_of",
+    "fans",
+    "glued_fans",
+    "opposed_pairs",
+    "split_fans",
+    "vertex_parts",
+]
 
 Floats = NDArray[np.float64]
 Faces = NDArray[np.int32]
@@ -29,7 +42,7 @@ class Edges:
     of_face: NDArray[np.int64]
 
 
-def edges_of(faces: Faces) -> Edges:
+def edges_of(faces: NDArray[np.integer]) -> Edges:
     """The undirected edges of (F, 3) faces."""
     directed = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2)
     low, high = directed.min(axis=1).astype(np.int64), directed.max(axis=1).astype(np.int64)
@@ -38,46 +51,74 @@ def edges_of(faces: Faces) -> Edges:
     return Edges(np.stack(np.divmod(keys, size), axis=1), count, inverse.reshape(-1, 3))
 
 
-def parts(faces: Faces, edges: Edges | None = None) -> NDArray[np.int32]:
-    """(F,) number of the part of each face; faces that share an edge are of one part."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    edges = edges if edges is not None else edges_of(faces)
-    n, e = len(faces), len(edges.pairs)
-    rows = np.repeat(np.arange(n), 3)
-    columns = edges.of_face.ravel() + n
-    graph = coo_matrix((np.ones(3 * n, dtype=np.bool_), (rows, columns)), shape=(n + e, n + e))
-    return connected_components(graph, directed=False)[1][:n]
+def vertex_parts(faces: NDArray[np.integer], count: int) -> NDArray[np.int32]:
+    """(count,) number of the part of each vertex; faces that share a vertex are of one part."""
+    first, second = faces[:, [0, 1]].ravel(), faces[:, [1, 2]].ravel()
+    return components(count, first, second)
 
 
 def fans(faces: Faces, edges: Edges | None = None) -> NDArray[np.int32]:
     """(F, 3) number of the fan of each corner: the corners at one vertex that are linked by
     manifold edges. A vertex with more than one fan is not manifold."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
     edges = edges if edges is not None else edges_of(faces)
-    slot = np.arange(3 * len(faces), dtype=np.int64)
     edge = edges.of_face.ravel()
-    order = np.argsort(edge, kind="stable")
-    manifold = edges.count[edge[order]] == 2
-    first, second = slot[order][manifold].reshape(-1, 2).T
-    # Slot s is the directed edge from corner s to the next corner of the same face. Both faces
-    # of an edge share both its ends: link the corners that are the same vertex.
+    slots = np.argsort(edge, kind="stable")
+    first, second = slots[edges.count[edge[slots]] == 2].reshape(-1, 2).T
+    return glued_fans(faces, first, second)
+
+
+def glued_fans(
+    faces: NDArray[np.integer], first: NDArray[np.int64], second: NDArray[np.int64]
+) -> NDArray[np.int32]:
+    """(F, 3) number of the fan of each corner, where faces hang together only as told.
+
+    Parameters
+    ----------
+    first, second : (n,) half-edges that are one edge; 3 f + k runs from corner k of face f to
+        its corner k + 1.
+    """
+    slot = np.arange(3 * len(faces), dtype=np.int64)
     following = slot - slot % 3 + (slot + 1) % 3
+    # Both faces of an edge share both its ends: link the corners that are the same vertex.
     flat = faces.ravel()
     aligned = flat[first] == flat[second]
     mate_start = np.where(aligned, second, following[second])
     mate_stop = np.where(aligned, following[second], second)
     rows = np.concatenate([first, following[first]])
     columns = np.concatenate([mate_start, mate_stop])
-    n = len(slot)
-    graph = coo_matrix((np.ones(len(rows), dtype=np.bool_), (rows, columns)), shape=(n, n))
-    return connected_components(graph, directed=False)[1].reshape(-1, 3)
+    return components(len(slot), rows, columns).reshape(-1, 3)
 
 
-def doubled(faces: Faces) -> NDArray[np.bool_]:
+def opposed_pairs(faces: NDArray[np.integer]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """(n,) and (n,) half-edges that run against each other along one edge.
+
+    Each edge gives its first of either direction; a lone or third one has no partner.
+    """
+    start, end = faces.ravel().astype(np.int64), np.roll(faces, -1, axis=1).ravel()
+    low, high, forward = np.minimum(start, end), np.maximum(start, end), start < end
+    key = low * (int(faces.max(initial=0)) + 1) + high
+    order = np.lexsort((~forward, key))
+    key, forward = key[order], forward[order]
+    directed = key * 2 + forward
+    head = np.flatnonzero(np.r_[True, directed[1:] != directed[:-1]])
+    first, key, forward = order[head], key[head], forward[head]
+    both = np.flatnonzero((key[1:] == key[:-1]) & forward[:-1])
+    return first[both], first[both + 1]
+
+
+def split_fans(mesh: Mesh, fan: Faces | None = None) -> Mesh:
+    """Give each fan its own vertex: where two surfaces touch in a vertex they come apart.
+
+    Parameters
+    ----------
+    fan : (F, 3) as of `fans`, its default, or of `glued_fans`.
+    """
+    fan = fans(mesh.faces) if fan is None else fan
+    first = np.unique(fan, return_index=True)[1]
+    return Mesh(mesh.vertices[mesh.faces.ravel()[first]], fan)
+
+
+def doubled(faces: NDArray[np.integer]) -> NDArray[np.bool_]:
     """(F,) whether an earlier face has the same three vertices."""
     corners = np.sort(faces, axis=1)
     order = np.lexsort((corners[:, 2], corners[:, 1], corners[:, 0]))
@@ -91,30 +132,3 @@ def compact(vertices: Floats, faces: NDArray[np.integer]) -> tuple[Floats, Faces
     """Vertices that some face uses, and the faces with the new numbers."""
     used, inverse = np.unique(faces, return_inverse=True)
     return vertices[used], inverse.reshape(-1, 3).astype(np.int32)
-
-
-def boundary_loops(faces: Faces, edges: Edges | None = None) -> list[NDArray[np.int64]]:
-    """Closed chains of border vertices, in the direction of the faces' own edges.
-
-    The mesh must be manifold at its vertices (see `fans`); chains that meet a non-manifold
-    vertex are left out.
-    """
-    edges = edges if edges is not None else edges_of(faces)
-    border = (edges.count == 1)[edges.of_face]
-    starts = faces[border]
-    stops = np.roll(faces, -1, axis=1)[border]
-    follow = dict(zip(starts.tolist(), stops.tolist(), strict=True))
-    if len(follow) != len(starts):
-        doubled = np.flatnonzero(np.bincount(starts) > 1).tolist()
-        for vertex in doubled:
-            follow.pop(vertex, None)
-    loops: list[NDArray[np.int64]] = []
-    while follow:
-        first, current = follow.popitem()
-        loop = [first]
-        while current != first and current in follow:
-            loop.append(current)
-            current = follow.pop(current)
-        if current == first and len(loop) >= 3:
-            loops.append(np.array(loop, dtype=np.int64))
-    return loops

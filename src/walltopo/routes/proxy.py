@@ -23,7 +23,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import StageError
+from walltopo.core import Mesh, StageError
+from walltopo.meshes.holes import boundary_loops, close_loops
+from walltopo.meshes.topology import (
+    compact,
+    doubled,
+    glued_fans,
+    opposed_pairs,
+    split_fans,
+    vertex_parts,
+)
 
 __all__ = [
     "PROXY_FACES",
@@ -95,47 +104,14 @@ def _drop_bad(vertices: Floats, faces: Ints) -> Ints:
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     scale = np.ptp(vertices, axis=0).max() if len(vertices) else 1.0
     faces = faces[area > 1e-14 * scale * scale]
-    _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
-    return faces[np.sort(first)]
-
-
-def _glued_pairs(faces: Ints) -> tuple[Ints, Ints]:
-    """Pairs of half-edges to glue: (P,) and (P,) numbers into the 3F half-edges.
-
-    Half-edge k of face f runs from corner k to corner k + 1 and has the number 3 f + k.
-    """
-    start = faces.ravel()
-    end = faces[:, [1, 2, 0]].ravel()
-    low, high = np.minimum(start, end), np.maximum(start, end)
-    forward = start < end
-    n = int(faces.max()) + 1
-    key = low * n + high
-    # Sorted by edge, then direction: each edge contributes its first forward and first
-    # backward half-edge; a lone or third one stays unglued.
-    order = np.lexsort((np.arange(len(key)), ~forward, key))
-    key_s, forward_s = key[order], forward[order]
-    directed = key_s * 2 + forward_s
-    head = np.flatnonzero(np.r_[True, directed[1:] != directed[:-1]])
-    first, first_key, first_forward = order[head], key_s[head], forward_s[head]
-    both = np.flatnonzero((first_key[1:] == first_key[:-1]) & first_forward[:-1])
-    return first[both], first[both + 1]
+    return faces[~doubled(faces)]
 
 
 def _cut_open(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
     """Give each fan of glued triangles around a vertex a vertex of its own."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    one, two = _glued_pairs(faces)
-    # Glued half-edges run against each other: the start of one is the end of the other.
-    following = np.arange(3 * len(faces)).reshape(-1, 3)[:, [1, 2, 0]].ravel()
-    left, right = np.r_[one, following[one]], np.r_[following[two], two]
-    corners = 3 * len(faces)
-    links = coo_matrix((np.ones(len(left), np.int8), (left, right)), shape=(corners, corners))
-    count, corner_vertex = connected_components(links, directed=False)
-    positions = np.zeros((count, 3))
-    positions[corner_vertex] = vertices[faces.ravel()]
-    return positions, corner_vertex.reshape(-1, 3).astype(np.int64)
+    fan = glued_fans(faces, *opposed_pairs(faces))
+    cut = split_fans(Mesh(vertices, faces.astype(np.int32)), fan)
+    return cut.vertices, cut.faces.astype(np.int64)
 
 
 def _surplus(faces: Ints) -> Ints:
@@ -173,70 +149,25 @@ def manifold(vertices: Floats, faces: NDArray[np.integer]) -> tuple[Floats, Ints
     return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
 
 
-def _boundary_loops(faces: Ints) -> list[Ints]:
-    """Vertex loops of the boundary, each in the direction that closes it with a fan."""
-    start, end = faces.ravel(), faces[:, [1, 2, 0]].ravel()
-    n = int(faces.max()) + 1
-    lone = ~np.isin(start * n + end, end * n + start)
-    # On a manifold each boundary vertex has one outgoing boundary half-edge.
-    after = {int(e): int(s) for s, e in zip(start[lone], end[lone], strict=True)}
-    loops: list[Ints] = []
-    while after:
-        first, current = after.popitem()
-        loop = [first]
-        while current != first:
-            loop.append(current)
-            current = after.pop(current)
-        loops.append(np.array(loop, dtype=np.int64))
-    return loops
-
-
 def fill_small_holes(
     vertices: Floats, faces: Ints, max_loop: int = MAX_LOOP
 ) -> tuple[Floats, Ints]:
-    """Close boundary loops of at most `max_loop` edges by a fan around their mean point.
+    """Close boundary loops of at most `max_loop` edges.
 
     The longest loop of all is kept: it is the outline of the wall.
     """
-    loops = sorted(_boundary_loops(faces), key=len)[:-1]
-    points, fans = [vertices], [faces]
-    count = len(vertices)
-    for loop in loops:
-        if len(loop) > max_loop:
-            continue
-        points.append(vertices[loop].mean(axis=0, keepdims=True))
-        fans.append(np.column_stack([loop, np.roll(loop, -1), np.full(len(loop), count)]))
-        count += 1
-    return np.vstack(points), np.vstack(fans)
+    loops = sorted(boundary_loops(faces), key=len)[:-1]
+    points, closed = close_loops(vertices, faces, [n for n in loops if len(n) <= max_loop])
+    return points, closed.astype(np.int64)
 
 
 def _nearest_on_triangles(point: Floats, corners: Floats) -> tuple[int, Floats]:
     """The triangle nearest to a point and the barycentric coordinates of the foot point."""
-    a, ab, ac = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    best, best_weights = np.full(len(a), np.inf), np.zeros((len(a), 3))
-    # Unconstrained foot point in the plane, where it lies inside.
-    d00, d01, d11 = ((x * y).sum(1) for x, y in ((ab, ab), (ab, ac), (ac, ac)))
-    ap = point - a
-    d20, d21 = (ap * ab).sum(1), (ap * ac).sum(1)
-    determinant = np.maximum(d00 * d11 - d01 * d01, 1e-300)
-    v, w = (d11 * d20 - d01 * d21) / determinant, (d00 * d21 - d01 * d20) / determinant
-    candidates = [np.column_stack([1 - v - w, v, w])]
-    for i, j in ((0, 1), (1, 2), (2, 0)):
-        edge = corners[:, j] - corners[:, i]
-        along = ((point - corners[:, i]) * edge).sum(1) / np.maximum((edge**2).sum(1), 1e-300)
-        t = np.clip(along, 0, 1)
-        weights = np.zeros((len(a), 3))
-        weights[:, i], weights[:, j] = 1 - t, t
-        candidates.append(weights)
-    for weights in candidates:
-        inside = np.asarray((weights >= -1e-12).all(axis=1))
-        foot = np.einsum("nk,nkd->nd", weights * inside[:, None], corners)
-        distance = np.where(inside, np.linalg.norm(foot - point, axis=1), np.inf)
-        closer = distance < best
-        best = np.where(closer, distance, best)
-        best_weights[closer] = weights[closer]
-    winner = int(best.argmin())
-    return winner, best_weights[winner]
+    from trimesh.triangles import closest_point, points_to_barycentric
+
+    feet = closest_point(corners, np.broadcast_to(point, (len(corners), 3)))
+    winner = int(np.linalg.norm(feet - point, axis=1).argmin())
+    return winner, points_to_barycentric(corners[[winner]], feet[[winner]])[0]
 
 
 def _insert_anchors(vertices: Floats, faces: Ints, anchors: Floats) -> tuple[Floats, Ints, Ints]:
@@ -270,26 +201,16 @@ def _insert_anchors(vertices: Floats, faces: Ints, anchors: Floats) -> tuple[Flo
     return np.array(points), np.array(triangles, dtype=np.int64), result
 
 
-def _parts(count: int, faces: Ints) -> Ints:
-    """(count,) number of the connected part of each vertex."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    ends = (faces.ravel(), faces[:, [1, 2, 0]].ravel())
-    links = coo_matrix((np.ones(len(ends[0]), np.int8), ends), shape=(count, count))
-    return connected_components(links, directed=False)[1].astype(np.int64)
-
-
 def _without_floaters(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
     """Drop parts with less than `FLOATER` of the area: crumbs in front of the wall."""
     if len(faces) == 0:
         return vertices, faces
-    part = _parts(len(vertices), faces)[faces[:, 0]]
+    part = vertex_parts(faces, len(vertices))[faces[:, 0]]
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     area = np.bincount(part, np.linalg.norm(np.cross(b - a, c - a), axis=1))
     kept = faces[area[part] >= FLOATER * area.sum()]
-    used, compact = np.unique(kept, return_inverse=True)
-    return vertices[used], compact.reshape(-1, 3).astype(np.int64)
+    points, triangles = compact(vertices, kept)
+    return points, triangles.astype(np.int64)
 
 
 def build_proxy(
@@ -311,4 +232,5 @@ def build_proxy(
         )
     points, triangles = fill_small_holes(points, triangles)
     points, triangles, rows = _insert_anchors(points, triangles, np.asarray(anchors, np.float64))
-    return Proxy(points, triangles, rows, _parts(len(points), triangles))
+    part = vertex_parts(triangles, len(points)).astype(np.int64)
+    return Proxy(points, triangles, rows, part)

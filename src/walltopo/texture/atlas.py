@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, StageError, View
 from walltopo.imaging.packing import fit_scale
+from walltopo.meshes.neighbours import face_neighbours, patches
 from walltopo.texture.candidates import find_candidates
 from walltopo.texture.colour import level_seams, photo_gains
 from walltopo.texture.contract import TextureSettings
-from walltopo.texture.labels import charts_of, choose_labels, neighbours_of
+from walltopo.texture.labels import choose_labels
 from walltopo.texture.paint import (
     fill_gaps,
     paint_colours,
@@ -76,7 +77,7 @@ def make_texture(
     progress.step("finding photos of each triangle", len(views))
     candidates = find_candidates(mesh, views, load, progress)
     progress.step("choosing one photo per triangle")
-    adjacent = neighbours_of(mesh.faces)
+    adjacent = face_neighbours(mesh.faces)
     label = choose_labels(candidates, adjacent, _SMOOTHNESS)
     if not (label >= 0).any():
         raise StageError(
@@ -86,7 +87,7 @@ def make_texture(
         )
     gains = photo_gains(candidates, len(views)) if settings.blend else np.ones((len(views), 3))
     del candidates
-    chart = charts_of(label, adjacent)
+    chart, _ = patches(adjacent, label)
     pixels = _photo_positions(mesh, views, label)
     # A chart of a few triangles would cost more in borders than in colours: one colour each.
     flat = (label < 0) | (np.bincount(chart) < _TINY_CHART)[chart]

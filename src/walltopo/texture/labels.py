@@ -1,4 +1,4 @@
-"""One photo per triangle, in large patches: labels, and charts of equal labels."""
+"""One photo per triangle, in large patches: chosen by how well it sees it and by its neighbours."""
 
 from __future__ import annotations
 
@@ -6,29 +6,15 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from walltopo.meshes.neighbours import patches
 from walltopo.texture.candidates import Candidates
 
-__all__ = ["charts_of", "choose_labels", "neighbours_of"]
+__all__ = ["choose_labels"]
 
 # The preference for equal neighbours grows over the sweeps, so that good photos spread first.
 _SWEEPS = 12
 # Charts of fewer triangles take a neighbour's photo where it sees them too.
 _LEAST_CHART = 200
-
-
-def neighbours_of(faces: NDArray[np.int32]) -> NDArray[np.int32]:
-    """(F, 3) face across the edge from corner k to k + 1, -1 at the rim or where it is no
-    manifold."""
-    directed = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2)
-    low, high = directed.min(axis=1).astype(np.int64), directed.max(axis=1).astype(np.int64)
-    key = low * (int(faces.max(initial=0)) + 1) + high
-    order = np.argsort(key, kind="stable")
-    _, first, count = np.unique(key[order], return_index=True, return_counts=True)
-    pair = first[count == 2]
-    result = np.full(len(faces) * 3, -1, dtype=np.int32)
-    one, two = order[pair], order[pair + 1]
-    result[one], result[two] = two // 3, one // 3
-    return result.reshape(-1, 3)
 
 
 @njit(cache=True)
@@ -82,21 +68,6 @@ def choose_labels(
     return label
 
 
-def charts_of(label: NDArray[np.int16], adjacent: NDArray[np.int32]) -> NDArray[np.int32]:
-    """(F,) int32 number of each triangle's chart: linked triangles of one label."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    face, corner = np.nonzero(adjacent >= 0)
-    other = adjacent[face, corner]
-    same = label[face] == label[other]
-    n = len(label)
-    graph = coo_matrix(
-        (np.ones(int(same.sum()), dtype=np.bool_), (face[same], other[same])), shape=(n, n)
-    )
-    return connected_components(graph, directed=False)[1]
-
-
 @njit(cache=True)
 def _relabel(
     view: NDArray[np.int16],
@@ -123,7 +94,7 @@ def _absorb_small(
 ) -> None:
     """Dissolve charts of a few triangles into their neighbours (in place)."""
     for _ in range(3):
-        chart = charts_of(label, adjacent)
+        chart, _ = patches(adjacent, label)
         small = (np.bincount(chart) < _LEAST_CHART)[chart] & (label >= 0)
         for _ in range(8):
             _relabel(view, adjacent, small, label)

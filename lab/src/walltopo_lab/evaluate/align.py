@@ -3,41 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import InputError, Mesh, View
+from walltopo.core import InputError, View
+from walltopo.meshes.similarity import Similarity, fit_similarity
 
-__all__ = ["Similarity", "align_views", "fit_heading", "fit_similarity", "pose_metrics"]
+__all__ = ["align_views", "fit_heading", "pose_metrics"]
 
 Floats = NDArray[np.float64]
-
-
-@dataclass(frozen=True, eq=False)
-class Similarity:
-    """truth = scale * rotation @ scan + translation.
-
-    Parameters
-    ----------
-    scale : pure number.
-    rotation : (3, 3), from the scan's frame to the truth's.
-    translation : (3,) metres, in the truth's frame.
-    """
-
-    scale: float
-    rotation: Floats
-    translation: Floats
-
-    def __call__(self, points: Floats) -> Floats:
-        """(..., 3) points of the scan in the truth's frame."""
-        return self.scale * points @ self.rotation.T + self.translation
-
-    def mesh(self, mesh: Mesh) -> Mesh:
-        """A scan's mesh in the truth's frame."""
-        return Mesh(self(mesh.vertices), mesh.faces, mesh.vertex_colours)
 
 
 def _common(scan: Mapping[str, View], truth: Mapping[str, View], least: int) -> list[str]:
@@ -61,26 +37,6 @@ def fit_heading(scan: Floats, truth: Floats) -> Similarity:
     rotation = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
     shift = truth.mean(axis=0) - rotation @ scan.mean(axis=0)
     return Similarity(1.0, rotation, np.array([shift[0], shift[1], 0.0]))
-
-
-def fit_similarity(scan: Floats, truth: Floats) -> Similarity:
-    """Best scale, rotation and translation in the least-squares sense.
-
-    Source: Umeyama, "Least-squares estimation of transformation parameters between two point
-    patterns", PAMI 1991.
-
-    Parameters
-    ----------
-    scan, truth : (n, 3) float, n >= 3, not on one line.
-    """
-    a, b = scan - scan.mean(axis=0), truth - truth.mean(axis=0)
-    u, singular, vt = np.linalg.svd(b.T @ a)
-    if singular[1] < 1e-12 * max(singular[0], 1e-300):
-        raise InputError("the camera centres lie on one line; they do not fix a rotation")
-    sign = np.array([1.0, 1.0, np.sign(np.linalg.det(u @ vt))])
-    rotation = (u * sign) @ vt
-    scale = float((singular * sign).sum() / (a**2).sum())
-    return Similarity(scale, rotation, truth.mean(axis=0) - scale * rotation @ scan.mean(axis=0))
 
 
 def _centres(views: Mapping[str, View], names: list[str]) -> Floats:
@@ -114,7 +70,7 @@ def pose_metrics(
     a, b = _centres(scan, names), _centres(truth, names)
     transform = (fit_similarity if similarity else fit_heading)(a, b)
     best = fit_similarity(a, b)
-    off = 1000 * np.linalg.norm(transform(a) - b, axis=1)
+    off = 1000 * np.linalg.norm(transform.apply(a) - b, axis=1)
     turns = []
     for name in names:
         mine = scan[name].cam_from_world[:, :3] @ transform.rotation.T

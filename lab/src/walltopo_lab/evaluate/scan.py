@@ -12,9 +12,10 @@ import numpy as np
 from walltopo.core import InputError, Mesh, Progress, Silent, View
 from walltopo.core.files import read_json
 from walltopo.meshes.ply import read_mesh
+from walltopo.meshes.similarity import Similarity
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.model import read_views
-from walltopo_lab.evaluate.align import Similarity, align_views, pose_metrics
+from walltopo_lab.evaluate.align import align_views, pose_metrics
 from walltopo_lab.evaluate.carry import (
     Carried,
     carry_prediction,

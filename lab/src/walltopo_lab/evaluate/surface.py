@@ -52,9 +52,6 @@ def sample_faces(vertices: Floats, faces: NDArray[np.int32], spacing: float) -> 
 def distance_to_triangles(points: Floats, corners: Floats) -> Floats:
     """Distance of each point to its own triangle.
 
-    Source: Ericson, "Real-Time Collision Detection", 5.1.5, here as the least of the distances
-    to the three edges and, where the foot of the normal lies inside, to the plane.
-
     Parameters
     ----------
     points : (N, 3) float.
@@ -64,23 +61,9 @@ def distance_to_triangles(points: Floats, corners: Floats) -> Floats:
     -------
     (N,) float, in the points' unit.
     """
-    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    best = np.full(len(points), np.inf)
-    for start, end in ((a, b), (b, c), (c, a)):
-        along = end - start
-        length2 = np.einsum("ij,ij->i", along, along)
-        t = np.einsum("ij,ij->i", points - start, along) / np.where(length2 > 0, length2, 1.0)
-        foot = start + np.clip(t, 0.0, 1.0)[:, None] * along
-        best = np.minimum(best, np.linalg.norm(points - foot, axis=1))
-    normal = np.cross(b - a, c - a)
-    area2 = np.einsum("ij,ij->i", normal, normal)
-    safe = np.where(area2 > 0, area2, 1.0)
-    to_point = points - a
-    v = np.einsum("ij,ij->i", np.cross(to_point, c - a), normal) / safe
-    w = np.einsum("ij,ij->i", np.cross(b - a, to_point), normal) / safe
-    inside = (area2 > 0) & (v >= 0) & (w >= 0) & (v + w <= 1)
-    height = np.abs(np.einsum("ij,ij->i", to_point, normal)) / np.sqrt(safe)
-    return np.where(inside, np.minimum(best, height), best)
+    from trimesh.triangles import closest_point
+
+    return np.linalg.norm(closest_point(corners, points) - points, axis=1)
 
 
 class Surface:

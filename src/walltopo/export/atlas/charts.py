@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh
 from walltopo.export.parallel import Axes, axes_towards, render_parallel
+from walltopo.meshes.neighbours import patches
 
-__all__ = ["chart_components", "choose_directions", "label_triangles", "neighbours"]
+__all__ = ["choose_directions", "label_triangles"]
 
 Floats = NDArray[np.float64]
 MOST_DIRECTIONS = 10
@@ -55,17 +56,6 @@ def _mean(normals: Floats, weights: Floats) -> Floats:
     return total / length if length > 1e-12 else np.array([0.0, -1.0, 0.0])
 
 
-def neighbours(places: NDArray[np.int64], triangles: NDArray[np.int64]) -> NDArray[np.int64]:
-    """(n, 2) pairs of triangles that share an edge; `places` names each vertex's position."""
-    corners = places[triangles]
-    edges = np.sort(corners[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    key = edges[:, 0] * (int(places.max(initial=0)) + 1) + edges[:, 1]
-    order = np.argsort(key, kind="stable")
-    same = np.flatnonzero(key[order][1:] == key[order][:-1])
-    owner = order // 3
-    return np.stack([owner[same], owner[same + 1]], axis=1)
-
-
 def _cost(mesh: Mesh, normals: Floats, axes: Sequence[Axes]) -> NDArray[np.float32]:
     """(F, K) what it costs to see a face along a direction: slant, and being hidden."""
     centres = mesh.centroids
@@ -85,14 +75,15 @@ def _cost(mesh: Mesh, normals: Floats, axes: Sequence[Axes]) -> NDArray[np.float
 
 
 def label_triangles(
-    mesh: Mesh, axes: Sequence[Axes], pairs: NDArray[np.int64]
+    mesh: Mesh, axes: Sequence[Axes], neighbours: NDArray[np.int32]
 ) -> NDArray[np.int64]:
     """(F,) the direction each face is drawn along; neighbours agree where that costs little.
 
     Iterated conditional modes on a Potts model: half of the triangles at a time, so that two
     neighbours do not swap for ever.
     """
-    both = np.vstack([pairs, pairs[:, ::-1]])
+    both = np.argwhere(neighbours >= 0)
+    both[:, 1] = neighbours[both[:, 0], both[:, 1]]
     cost = _cost(mesh, _smooth(mesh.normals, both), axes)
     label = cost.argmin(axis=1)
     for sweep in range(SWEEPS):
@@ -102,7 +93,7 @@ def label_triangles(
         turn = (np.arange(len(label)) * 2654435761 >> 7) % 2 == sweep % 2
         label = np.where(turn, better, label)
     for _ in range(ROUNDS):
-        label = _absorb(label, pairs, both)
+        label = _absorb(label, neighbours, both)
     return label
 
 
@@ -120,23 +111,13 @@ def _smooth(normals: Floats, both: NDArray[np.int64]) -> Floats:
 
 
 def _absorb(
-    label: NDArray[np.int64], pairs: NDArray[np.int64], both: NDArray[np.int64]
+    label: NDArray[np.int64], neighbours: NDArray[np.int32], both: NDArray[np.int64]
 ) -> NDArray[np.int64]:
     """Give crumbs of charts the direction of the neighbour that they share most edges with."""
-    chart = chart_components(label, pairs)
+    chart, _ = patches(neighbours, label)
     small = np.bincount(chart)[chart] < CRUMB
     border = both[small[both[:, 0]] & (label[both[:, 0]] != label[both[:, 1]])]
     votes = np.zeros((int(chart.max()) + 1, MOST_DIRECTIONS), dtype=np.int32)
     np.add.at(votes, (chart[border[:, 0]], label[border[:, 1]]), 1)
     most = votes.argmax(axis=1)[chart]
     return np.where(small & (votes.max(axis=1)[chart] > 0), most, label)
-
-
-def chart_components(label: NDArray[np.int64], pairs: NDArray[np.int64]) -> NDArray[np.int64]:
-    """(T,) chart numbers from 0: connected triangles of one direction."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    same = pairs[label[pairs[:, 0]] == label[pairs[:, 1]]]
-    graph = coo_matrix((np.ones(len(same)), (same[:, 0], same[:, 1])), shape=(len(label),) * 2)
-    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)

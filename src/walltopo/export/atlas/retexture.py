@@ -8,16 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.export.atlas.charts import (
-    chart_components,
-    choose_directions,
-    label_triangles,
-    neighbours,
-)
+from walltopo.export.atlas.charts import choose_directions, label_triangles
 from walltopo.export.atlas.sight import Sight
 from walltopo.export.parallel import Axes
 from walltopo.export.surface import Look, Surface
 from walltopo.imaging.packing import fit_scale
+from walltopo.meshes.neighbours import face_neighbours, patches
 
 __all__ = ["retexture"]
 
@@ -87,9 +83,9 @@ def _charts(surface: Surface) -> tuple[NDArray[np.int64], NDArray[np.int64], lis
     axes = choose_directions(mesh.normals, mesh.areas)
     # Hold borders split vertices; charts go across them.
     places = np.unique(surface.positions, axis=0, return_inverse=True)[1].ravel()
-    pairs = neighbours(places.astype(np.int64), mesh.faces.astype(np.int64))
-    label = label_triangles(mesh, axes, pairs)
-    return label, chart_components(label, pairs), axes
+    neighbours = face_neighbours(places[mesh.faces])
+    label = label_triangles(mesh, axes, neighbours)
+    return label, patches(neighbours, label)[0].astype(np.int64), axes
 
 
 @dataclass(frozen=True, eq=False)
