@@ -64,11 +64,11 @@ def test_pose_figures_show_what_was_put_in() -> None:
 
 def test_few_photos_in_common_are_refused() -> None:
     truth = views()
-    with pytest.raises(InputError, match="2 photos in common"):
+    with pytest.raises(InputError, match="common"):
         align_views({k: truth[k] for k in ("0.jpg", "1.jpg")}, truth, similarity=True)
 
 
 def test_centres_on_a_line_fix_no_rotation() -> None:
     line = np.outer(np.arange(4.0), [1, 2, 3])
-    with pytest.raises(InputError, match="one line"):
+    with pytest.raises(InputError, match="line"):
         fit_similarity(line, line)
