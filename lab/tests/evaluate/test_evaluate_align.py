@@ -52,5 +52,5 @@ def test_pose_figures_show_what_was_put_in() -> None:
 
 def test_few_photos_in_common_are_refused() -> None:
     truth = views()
-    with pytest.raises(InputError, match="2 photos in common"):
+    with pytest.raises(InputError, match="common"):
         align_views({k: truth[k] for k in ("0.jpg", "1.jpg")}, truth, similarity=True)

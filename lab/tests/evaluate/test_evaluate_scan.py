@@ -185,10 +185,10 @@ def test_truth_is_read_back_and_faults_are_named(tmp_path: Path, truth: Truth) -
     again = read_truth(tmp_path / "gym")
     assert (again.face_instance == truth.face_instance).all()
     assert again.instances[3].label == 2
-    with pytest.raises(InputError, match="no ground truth"):
+    with pytest.raises(InputError, match="truth"):
         read_truth(tmp_path)
     np.savez(tmp_path / "gt.npz", vertices=truth.mesh.vertices)
-    with pytest.raises(InputError, match="lacks face_instance, faces"):
+    with pytest.raises(InputError, match="face_instance"):
         read_truth(tmp_path)
 
 
@@ -230,7 +230,6 @@ def write_model(folder: Path, poses: NDArray[np.float64], angle: float) -> None:
 
 
 def test_scan_command_end_to_end(tmp_path: Path, truth: Truth) -> None:
-    pytest.importorskip("pycolmap")
     from scipy.spatial.transform import Rotation
 
     rng = np.random.default_rng(3)

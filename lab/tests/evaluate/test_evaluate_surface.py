@@ -55,12 +55,13 @@ def test_large_and_small_triangles_together() -> None:
 
 
 def test_no_triangles_are_refused() -> None:
-    with pytest.raises(InputError, match="without triangles"):
+    with pytest.raises(InputError, match="triangles"):
         Surface(np.zeros((3, 3)), np.zeros((0, 3), np.int32))
 
 
 def test_sphere_distance() -> None:
-    trimesh = pytest.importorskip("trimesh")
+    import trimesh
+
     ball = trimesh.creation.icosphere(subdivisions=4, radius=1.0)
     rng = np.random.default_rng(1)
     points = rng.normal(size=(200, 3))

@@ -72,9 +72,9 @@ def test_scanned_holds_take_name_and_millimetres(tmp_path: Path) -> None:
 def test_scanned_holds_refuse_a_house(tmp_path: Path) -> None:
     body = make_hold("jug", "smooth", np.random.default_rng(1), detail=0.5)
     write_ply(tmp_path / "house.ply", Mesh(body.vertices * 5e5, body.faces))
-    with pytest.raises(InputError, match="no hold's size"):
+    with pytest.raises(InputError, match="size"):
         scanned_holds(tmp_path)
-    with pytest.raises(InputError, match="no scanned holds"):
+    with pytest.raises(InputError, match="scanned"):
         scanned_holds(tmp_path / "nothing")
 
 

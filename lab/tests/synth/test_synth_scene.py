@@ -128,7 +128,7 @@ def test_resume_gives_the_same_bytes(gym: Path, tmp_path: Path) -> None:
     generate(tmp_path / "a", recipe)
     again = {p.name: p.read_bytes() for p in sorted((tmp_path / "a" / "photos").iterdir())}
     assert first == again
-    with pytest.raises(InputError, match="another recipe \\(differs in seed"):
+    with pytest.raises(InputError, match="seed"):
         generate(tmp_path / "a", tiny_recipe(photos=2, size=(160, 120), seed=1))
     # A gym of before a setting existed is one with that setting at its default.
     path = tmp_path / "a" / "truth" / "recipe.json"
@@ -138,7 +138,7 @@ def test_resume_gives_the_same_bytes(gym: Path, tmp_path: Path) -> None:
     assert generate(tmp_path / "a", recipe)["rendered"] == 0
     (tmp_path / "b").mkdir()
     (tmp_path / "b" / "notes.txt").write_text("mine")
-    with pytest.raises(InputError, match="not empty"):
+    with pytest.raises(InputError, match="empty"):
         generate(tmp_path / "b", recipe)
 
 

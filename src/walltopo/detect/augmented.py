@@ -1,8 +1,8 @@
 """Several looks at one photo, mirrored or at another size, fused into one answer.
 
 Two looks of one network err differently: what both see is surer than what one sees. Fusing the
-detections keeps each look's own resolution, which fusing the network's maps would not. On
-held-out photos it gained more, too (`python -m walltopo_lab.benchmarks.detector_looks`).
+detections keeps each look's own resolution, which fusing the network's maps would not; on
+held-out photos it gained more, too.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ __all__ = ["ClassifySettings", "Reads", "Writes"]
 class ClassifySettings:
     """How colour, type and geometry of each hold are found (section `classify`)."""
 
-    # The middle of the best range on generated gyms (benchmarks/least_score.py).
+    # The middle of the best range on generated gyms (docs/lift.md).
     least_score: Annotated[
         float,
         about(
@@ -31,7 +31,7 @@ class ClassifySettings:
             high=1.0,
         ),
     ] = 0.15
-    # Between the thinnest holds and the flat marks of generated gyms (benchmarks/flatness.py).
+    # Between the thinnest holds and the flat marks of generated gyms (docs/colours.md).
     flat_below: Annotated[
         float,
         about(

@@ -1,8 +1,8 @@
 """The type of a hold from its relief: jug, crimp, sloper, pinch, pocket, foothold.
 
-A small network that saw generated holds as scans show them (walltopo-lab trains it).
-A type is named only if the network is sure enough and the hold is of a size that it knows;
-otherwise the answer is "unknown".
+A small network that saw generated holds as scans show them (`walltopo train
+hold-types`). A type is named only if the network is sure enough and the hold is of a size that it
+knows; otherwise the answer is "unknown".
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def shipped_model() -> TypeModel:
 
 
 def open_model(path: Path) -> TypeModel:
-    """A network as `walltopo_lab.benchmarks.hold_types fit` writes it.
+    """A network as `walltopo train hold-types` writes it.
 
     Raises
     ------

@@ -6,7 +6,7 @@ The paint is white-balanced by the wall around each hold first: the wall within 
 is mostly of one paint, so what changes in its tint from place to place is the light.
 
 A logistic regression on the cues and their squares, fitted to photos of generated gyms in dim,
-mixed light by `python -m walltopo_lab.benchmarks.light fit`.
+mixed light by `walltopo train paint`.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """Colour accuracy on the rendered gym with its true instances.
 
     python -m walltopo_lab.benchmarks.colours [DATA]
+    python -m walltopo_lab.benchmarks.colours gyms GYM [GYM ...]    gyms of `walltopo synth`
 
 DATA is the folder of the test data (default ../shared/data). Printed: the untrained default on
 both scans of the gym, and the first with a palette learnt on the other (`gym-a-reset`), where a
@@ -24,7 +25,10 @@ from walltopo.holds.contract import ClassifySettings
 from walltopo.holds.geometry import measure_shapes
 from walltopo.holds.observe import gather
 from walltopo.holds.palette import Entry
+from walltopo.scans.model import read_views
+from walltopo_lab.evaluate.truth import CLASS_IDS, read_truth
 
+CLASSES = {number: name for name, number in CLASS_IDS.items()}
 RADIAL = 0.035  # k1 of the photos of both scans; see the data's README
 
 
@@ -56,17 +60,55 @@ def scale(settings: ClassifySettings) -> dict[str, float]:
     return {"spread": settings.colour_spread, "lightness_weight": settings.lightness_weight}
 
 
+def generated_scan(
+    folder: Path,
+) -> tuple[list[View], Mesh, NDArray[np.int32], dict[int, str], dict[int, str]]:
+    """The same of a gym of `walltopo synth`."""
+    truth = read_truth(folder)
+    kinds = {number: CLASSES[one.label] for number, one in truth.instances.items()}
+    colours = {number: one.colour for number, one in truth.instances.items()}
+    views = read_views(folder / "truth" / "cameras")
+    return views, truth.mesh, truth.face_instance, colours, kinds
+
+
 def paints_of(
-    folder: Path, lift: bool, settings: ClassifySettings
+    folder: Path, lift: bool | None, settings: ClassifySettings
 ) -> tuple[dict[int, HoldPaint], dict[int, str], set[int]]:
-    """Each seen hold's paint, its true colour, and which instances are volumes."""
-    views, mesh, labels, colours, kinds = true_scan(folder, lift)
+    """Each seen hold's paint, its true colour, and which instances are volumes.
+
+    lift : see `true_scan`; None: a gym of `walltopo synth`.
+    """
+    source = generated_scan(folder) if lift is None else true_scan(folder, lift)
+    views, mesh, labels, colours, kinds = source
     seen, light = gather(views, folder / "photos", mesh, labels, settings, Silent())
     shapes = measure_shapes(mesh, labels, sorted(colours))
     positions = {number: shape.position for number, shape in shapes.items()}
     seen = {number: rows for number, rows in sorted(seen.items()) if number in positions}
     volumes = {number for number, kind in kinds.items() if kind == "volume"}
     return paint_over_views(seen, light, positions), colours, volumes
+
+
+def review(folders: list[Path], settings: ClassifySettings) -> None:
+    """Print how many holds of generated gyms are in the right colour group, and the review list.
+
+    A palette entry means the true colour of most of its holds.
+    """
+    listed, wrong = [], []
+    for folder in folders:
+        paints, truth, volumes = paints_of(folder, None, settings)
+        palette = find_palette(paints, volumes, **scale(settings))
+        found = assign_colours(paints, palette, **scale(settings))
+        holds = {number: colour for number, colour in found.items() if number not in volumes}
+        meant = {}
+        for name in {colour.name for colour in holds.values()}:
+            members = [truth[number] for number, colour in holds.items() if colour.name == name]
+            meant[name] = Counter(members).most_common(1)[0][0]
+        off = [meant[colour.name] != truth[number] for number, colour in holds.items()]
+        print(f"{folder.name}: {len(off) - sum(off)} of {len(off)} right", flush=True)
+        wrong += off
+        listed += [colour.confidence < settings.review_below for colour in holds.values()]
+    hits = sum(a and b for a, b in zip(listed, wrong, strict=True))
+    print(f"review list: {sum(listed)} of {len(listed)}, {hits} of the {sum(wrong)} wrong ones")
 
 
 def setters_palette(
@@ -106,8 +148,11 @@ def report(
 
 
 def main() -> None:
-    data = Path(sys.argv[1] if len(sys.argv) > 1 else "../shared/data")
     settings = ClassifySettings()
+    if sys.argv[1:2] == ["gyms"]:
+        review([Path(word) for word in sys.argv[2:]], settings)
+        return
+    data = Path(sys.argv[1] if len(sys.argv) > 1 else "../shared/data")
     begun = time.process_time()
     paints, truth, volumes = paints_of(data / "gym-a", True, settings)
     print(f"{len(paints)} instances in 72 photos read in {time.process_time() - begun:.1f} CPU-s")

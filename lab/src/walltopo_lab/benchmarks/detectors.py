@@ -3,7 +3,7 @@
     python -m walltopo_lab.benchmarks.detectors [DATA] [--model NAME|FILE] [--sets valid,masks] [--every N]
 
 DATA is the folder of the test data (default ../shared/data). Printed per set: COCO's figures
-(pycocotools, at most 1,000 detections a photo, score from 0.03) of the network's boxes and of its
+(at most 1,000 detections a photo, score from 0.03) of the network's boxes and of its
 masks; recall and precision by object size at the model's own threshold; time a photo. A time to
 quote needs an otherwise idle machine; CPU time hardly depends on that.
 

@@ -178,7 +178,10 @@ def main() -> int:
         for folder, truth_folder in args.update:
             judge_update(folder.name, folder, truth_folder, fit)
         return 0
-    names = {"constrained": args.out / "reset-constrained", "rigid": args.out / "reset-rigid"}
+    names: dict[Literal["constrained", "rigid"], Path] = {
+        "constrained": args.out / "reset-constrained",
+        "rigid": args.out / "reset-rigid",
+    }
     if not args.reuse:
         run_stages(args.data / "gym-a" / "photos", args.out / "gym-a")
         for align, folder in names.items():

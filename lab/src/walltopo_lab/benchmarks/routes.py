@@ -3,11 +3,12 @@
     python -m walltopo_lab.benchmarks.routes gym-a       true holds and colours of the rendered gym
     python -m walltopo_lab.benchmarks.routes gyms        30 generated gyms that chose nothing
     python -m walltopo_lab.benchmarks.routes masks       the real photos with hand-drawn masks, in the image
+    python -m walltopo_lab.benchmarks.routes dim FOLDER  photos of gyms 4101 to 4108 in dim, mixed light, made there
     python -m walltopo_lab.benchmarks.routes proxy       path lengths on the proxy against the full mesh
     python -m walltopo_lab.benchmarks.routes speed       600 holds on a wall of 500,000 triangles
 
-An optional last argument is the folder of the test data (default ../shared/data). ARI is the
-adjusted Rand index over holds that belong to a route; a hold left without a route counts as
+An optional last argument of the others is the folder of the test data (default ../shared/data). ARI
+is the adjusted Rand index over holds that belong to a route; a hold left without a route counts as
 a group of its own.
 """
 
@@ -25,6 +26,7 @@ from walltopo.core import Mesh
 from walltopo.routes.contract import RoutesSettings
 from walltopo.routes.stage import find_routes
 from walltopo.scans.attributes import Hold, Route
+from walltopo_lab.benchmarks.routes_gyms import set_gym
 
 
 def rand_index(routes: list[Route], truth: dict[int, int]) -> float:
@@ -80,8 +82,6 @@ def gym_a(data: Path) -> None:
 
 def gyms(data: Path) -> None:
     """ARI over generated gyms: presets easy, modern, oldschool-dark and lead in turn."""
-    from walltopo_lab.benchmarks.routes_gyms import set_gym
-
     presets = ("modern", "oldschool-dark", "lead", "modern", "easy")
     values = []
     for number in range(30):
@@ -98,9 +98,16 @@ def gyms(data: Path) -> None:
 
 def masks(data: Path) -> None:
     """ARI per real photo."""
-    from walltopo_lab.benchmarks.routes_masks import report
+    from walltopo_lab.benchmarks.routes_photos import report_masks
 
-    report(data / "hold-masks")
+    report_masks(data / "hold-masks")
+
+
+def dim(folder: Path) -> None:
+    """ARI per photo of generated gyms that chose nothing, in dim, mixed light."""
+    from walltopo_lab.benchmarks.routes_photos import report_generated
+
+    report_generated(folder, 4101, 8)
 
 
 def proxy(data: Path) -> None:
@@ -169,7 +176,8 @@ def speed(data: Path) -> None:
 
 
 def main() -> None:
-    actions = {"gym-a": gym_a, "gyms": gyms, "masks": masks, "proxy": proxy, "speed": speed}
+    functions = (gym_a, gyms, masks, dim, proxy, speed)
+    actions = {function.__name__.replace("_", "-"): function for function in functions}
     if len(sys.argv) < 2 or sys.argv[1] not in actions:
         raise SystemExit(__doc__)
     actions[sys.argv[1]](Path(sys.argv[2] if len(sys.argv) > 2 else "../shared/data"))

@@ -28,13 +28,11 @@ class SetGym:
     Parameters
     ----------
     route : hold id to its route, for holds that have one.
-    starts : ids of the holds that routes start at; the generator puts a tag beside each.
     """
 
     mesh: Mesh
     holds: list[Hold]
     route: dict[int, int]
-    starts: frozenset[int]
 
 
 def _make(kind: str, style: str, rng: np.random.Generator, scale: float) -> Body:
@@ -92,5 +90,4 @@ def set_gym(preset: str, seed: int) -> SetGym:
         )
         if role == "hold":
             route[item.id] = item.route
-    starts = frozenset(item.id for item in board.holds if item.role == "start")
-    return SetGym(mesh, holds, route, starts)
+    return SetGym(mesh, holds, route)

@@ -10,12 +10,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import EnvironmentLacksError, Progress
+from walltopo.core import Progress
 from walltopo.core.files import atomic_path
 from walltopo.holds.classifier_meaning import to_json
 from walltopo_lab.classifier.params import ClassifierSettings
 from walltopo_lab.classifier.samples import Cutouts
 from walltopo_lab.classifier.split import hold_split
+from walltopo_lab.extras import need_ultralytics
 from walltopo_lab.onnx_file import set_metadata
 
 __all__ = ["BASE", "train_yolo", "write_folders"]
@@ -52,20 +53,15 @@ def train_yolo(
     ------
     EnvironmentLacksError : the extra is not installed.
     """
-    try:
-        from ultralytics import YOLO
-    except ImportError as error:
-        raise EnvironmentLacksError(
-            f"--family yolo needs Ultralytics, which is not here ({error})",
-            "Install the extra (AGPL-3.0): pip install 'walltopo[ultralytics]', or leave out "
-            "--family: walltopo's own network needs only the extra `train`.",
-        ) from error
+    library = need_ultralytics(
+        "--family yolo", "leave out --family: walltopo's own network needs only the extra train"
+    )
     progress.step("training YOLO11-cls")
     held = hold_split(cutouts, settings.held_out, settings.seed)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         write_folders(cutouts, held, folder / "data")
-        model = YOLO(base)
+        model = library.YOLO(base)
         model.train(
             data=str(folder / "data"),
             imgsz=settings.side,

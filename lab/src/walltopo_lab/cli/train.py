@@ -6,13 +6,15 @@ import argparse
 import dataclasses
 import shlex
 import sys
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from walltopo.cli.options import add_option
 from walltopo.core import InputError, SettingsError, settings_of
-from walltopo_lab.cli.extras import need_torch
-from walltopo_lab.cli.train_classifier import add_classifier_word
+from walltopo_lab.cli.train_classifier import classifier_parser
+from walltopo_lab.cli.train_shipped import hold_types_parser, paint_parser
+from walltopo_lab.extras import need_torch
 from walltopo_lab.train.params import (
     AugmentSettings,
     TrainSettings,
@@ -32,7 +34,29 @@ examples:
   walltopo train hold-boxes/train -o yolo --model yolo11s-seg --augment published --device cuda
 The same command goes on where the last one stopped. The result is run/holds.onnx, for
 `walltopo detect --model run/holds.onnx`; run/holds.md is its model card.
+
+Other things are trained by `walltopo train classifier` (what a hold is, from its cutouts),
+`walltopo train hold-types` (the shipped namer of types) and `walltopo train paint` (the shipped
+rule for routes.link = paint); each has its own --help.
 """
+
+
+class _ByFirstWord(argparse.ArgumentParser):
+    """`train classifier ...` and the like are read by other parsers than `train DATASET...`."""
+
+    def __init__(
+        self, detector: argparse.ArgumentParser, others: Mapping[str, argparse.ArgumentParser]
+    ) -> None:
+        super().__init__(add_help=False)
+        self._detector, self._others = detector, others
+
+    def parse_known_args(  # type: ignore[override]
+        self, args: Sequence[str] | None = None, namespace: Any = None
+    ) -> tuple[Any, list[str]]:
+        words = list(args or [])
+        if words and words[0] in self._others:
+            return self._others[words[0]].parse_known_args(words[1:], namespace)
+        return self._detector.parse_known_args(words, namespace)
 
 
 def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -84,7 +108,15 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     )
     _add_settings(group, AugmentSettings)
     parser.set_defaults(run=run)
-    add_classifier_word(commands, parser)
+    others = {
+        word: build(f"{parser.prog} {word}")
+        for word, build in (
+            ("classifier", classifier_parser),
+            ("hold-types", hold_types_parser),
+            ("paint", paint_parser),
+        )
+    }
+    commands.choices["train"] = _ByFirstWord(parser, others)
 
 
 def _add_settings(group: argparse._ArgumentGroup, *kinds: type[Any]) -> None:

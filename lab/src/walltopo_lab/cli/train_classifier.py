@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from walltopo.cli.options import add_options, options_given
 from walltopo_lab.classifier.params import ClassifierSettings
 
-__all__ = ["add_classifier_word"]
+__all__ = ["classifier_parser"]
 
 EXAMPLES = """\
 examples:
@@ -23,31 +21,10 @@ then
 """
 
 
-class _ByFirstWord(argparse.ArgumentParser):
-    """`train classifier ...` is read by another parser than the rest of `train`."""
-
-    def __init__(
-        self, detector: argparse.ArgumentParser, classifier: argparse.ArgumentParser
-    ) -> None:
-        super().__init__(add_help=False)
-        self._detector, self._classifier = detector, classifier
-
-    def parse_known_args(  # type: ignore[override]
-        self, args: Sequence[str] | None = None, namespace: Any = None
-    ) -> tuple[Any, list[str]]:
-        words = list(args or [])
-        if words[:1] == ["classifier"]:
-            return self._classifier.parse_known_args(words[1:], namespace)
-        return self._detector.parse_known_args(words, namespace)
-
-
-def add_classifier_word(
-    commands: argparse._SubParsersAction[argparse.ArgumentParser],
-    detector: argparse.ArgumentParser,
-) -> None:
-    """Let `train` go to the classifier where its first word is `classifier`."""
+def classifier_parser(prog: str) -> argparse.ArgumentParser:
+    """The parser of `walltopo train classifier`."""
     parser = argparse.ArgumentParser(
-        prog=f"{detector.prog} classifier",
+        prog=prog,
         description="Train a classifier of hold cutouts on labelled ones, and export it as ONNX "
         "with its class names. Sources: classified scan folders (their corrections count), gyms "
         "of `walltopo synth`, folders with one folder of pictures per class.",
@@ -80,7 +57,7 @@ def add_classifier_word(
     )
     add_options(parser, ClassifierSettings)
     parser.set_defaults(run=run)
-    commands.choices["train"] = _ByFirstWord(detector, parser)
+    return parser
 
 
 def run(args: argparse.Namespace) -> int:
@@ -90,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
     from walltopo.core import SettingsError
     from walltopo.holds.classifier_meaning import read_classes
     from walltopo_lab.classifier.samples import read_cutouts
-    from walltopo_lab.cli.extras import need_torch
+    from walltopo_lab.extras import need_torch
 
     if args.base and args.family != "yolo":
         raise SettingsError("--base is for --family yolo")

@@ -64,7 +64,7 @@ def _run(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.cli.listener import TerminalListener
     from walltopo.core import InputError
-    from walltopo_lab.cli.extras import need_torch
+    from walltopo_lab.extras import need_torch
     from walltopo_lab.train.params import read_augment
     from walltopo_lab.tune.detector import DetectorSearch, open_search, run_search, trials_of
     from walltopo_lab.tune.detector_report import best_trial, write_search

@@ -53,7 +53,7 @@ def label_image(photo: Photo, numbers: dict[int, int]) -> NDArray[np.uint8]:
 
 
 def _best_overlaps(photo: Photo, other: Photo) -> list[float]:
-    from pycocotools import mask as rle
+    from faster_coco_eval.core import mask as rle
 
     from walltopo.scans.detections import encode_mask
 

@@ -43,7 +43,7 @@ def box_of_polygons(polygons: Sequence[Polygon]) -> tuple[float, float, float, f
 def mask_of(annotation: Annotation, photo: Photo) -> Mask:
     """The object's bitmap; a box-only object is its box, cut to the photo.
 
-    Polygons are drawn by COCO's rule (pycocotools), whose coordinates have the same origin.
+    Polygons are drawn by COCO's rule, whose coordinates have the same origin.
     """
     if annotation.mask is not None:
         return annotation.mask

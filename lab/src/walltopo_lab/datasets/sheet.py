@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from walltopo.core.files import atomic_path
 from walltopo_lab.datasets.model import Dataset, Photo
 from walltopo_lab.datasets.shapes import polygons_of
-from walltopo_lab.plotting import SERIES_COLOURS
+from walltopo_lab.plots import COLOURS
 
 __all__ = ["draw_labels", "write_sheet"]
 
@@ -20,6 +20,7 @@ __all__ = ["draw_labels", "write_sheet"]
 def draw_labels(photo: Photo, long_side: int) -> NDArray[np.uint8]:
     """The photo, at most `long_side` pixels long, with outlines in a colour per class."""
     import cv2
+    from PIL import ImageColor
 
     pixels = photo.pixels()
     factor = min(1.0, long_side / max(pixels.shape[:2]))
@@ -27,7 +28,7 @@ def draw_labels(photo: Photo, long_side: int) -> NDArray[np.uint8]:
     image = cv2.resize(pixels, size, interpolation=cv2.INTER_AREA)
     tinted = image.copy()
     for annotation in photo.annotations:
-        colour = SERIES_COLOURS[annotation.label % len(SERIES_COLOURS)]
+        colour = ImageColor.getrgb(COLOURS[annotation.label % len(COLOURS)])
         lines = [np.round(p * factor).astype(np.int32) for p in polygons_of(annotation, photo)]
         if annotation.has_shape:
             cv2.fillPoly(tinted, lines, colour)

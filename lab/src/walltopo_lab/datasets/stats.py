@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from walltopo_lab.datasets.model import Dataset
 from walltopo_lab.datasets.split import group_of_photo
-from walltopo_lab.plotting import Axis, Chart, write_charts
+from walltopo_lab.plots import panels, save
 
 __all__ = ["dataset_stats", "write_stats_plot"]
 
@@ -52,16 +53,13 @@ def write_stats_plot(path: Path, dataset: Dataset) -> None:
     sizes = [
         float(np.sqrt(abs(a.box[2] * a.box[3]))) for p in dataset.photos for a in p.annotations
     ]
-    charts = [
-        _histogram("objects per photo", "objects", counts or [0.0], "photos"),
-        _histogram("size of objects (root of box area)", "px", sizes or [0.0], "objects"),
-    ]
-    write_charts(path, charts)
+    figure, (per_photo, sizes_panel) = panels(2)
+    _histogram(per_photo, "objects per photo", "objects", counts)
+    _histogram(sizes_panel, "size of objects (root of box area)", "px", sizes)
+    save(figure, path)
 
 
-def _histogram(title: str, unit: str, values: list[Any], what: str) -> Chart:
-    top = max(float(np.percentile(values, 99)), 1.0)
-    heights, edges = np.histogram(np.minimum(values, top), bins=24, range=(0, top))
-    chart = Chart(title, Axis(unit, 0, top), Axis(what, 0, 1.1 * float(heights.max() or 1)))
-    chart.bars(edges.tolist(), heights.tolist())
-    return chart
+def _histogram(panel: Any, title: str, unit: str, values: Sequence[float]) -> None:
+    top = max(float(np.percentile(values, 99)), 1.0) if values else 1.0
+    panel.hist(np.minimum(values, top), bins=24, range=(0, top))
+    panel.set(title=title, xlabel=unit)

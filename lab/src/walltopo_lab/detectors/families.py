@@ -12,26 +12,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import EnvironmentLacksError, InputError, Mask, Silent
+from walltopo.core import InputError, Mask, Silent
 from walltopo.detect.contract import DetectSettings
 from walltopo.detect.found import Found, keep_best, tight_mask
 from walltopo.detect.tiles import Tile, merge_tiles, tiles_of
 from walltopo.detect.yolo import box_masks
 from walltopo_lab.detectors.fetch import SAM_WEIGHTS, fetch
+from walltopo_lab.extras import need_ultralytics
 
 __all__ = ["SamMasks", "UltralyticsDetector", "open_family"]
 
 
 def _ultralytics() -> Any:
-    try:
-        import ultralytics
-    except ImportError as error:
-        raise EnvironmentLacksError(
-            f"this detector needs Ultralytics, which is not here ({error})",
-            "Install the extra: pip install 'walltopo[ultralytics]' (AGPL-3.0). "
-            "An ONNX file it exported runs without it: --model FILE.onnx",
-        ) from error
-    return ultralytics
+    return need_ultralytics("this detector", "export it to ONNX: --model FILE.onnx runs without")
 
 
 class SamMasks:
@@ -85,16 +78,17 @@ class SamMasks:
         result = self._model(
             np.ascontiguousarray(photo[..., ::-1]), conf=0.0, verbose=False, **told, **self._options
         )[0]
-        bitmaps: Any = [] if result.masks is None else np.asarray(result.masks.data.cpu()) > 0
-        if len(bitmaps) != len(boxes):
-            raise InputError(f"SAM gave {len(bitmaps)} masks for {len(boxes)} boxes")
-        drawn = []
-        for k, box in enumerate(boxes):
-            margin = 0.1 * (box[2:] - box[:2])
-            x0, y0 = np.maximum(np.floor(box[:2] - margin), 0).astype(int)
-            x1, y1 = np.minimum(np.ceil(box[2:] + margin), size).astype(int)
-            crop = np.asarray(bitmaps[k][y0:y1, x0:x1], dtype=np.bool_)
-            drawn.append(tight_mask(crop, int(x0), int(y0), size, int(labels[k]), float(scores[k])))
+        drawn: list[Mask | None] = [None] * len(boxes)
+        if result.masks is None:
+            return drawn
+        # SAM leaves out what it thinks nothing of; the "class" of a mask is the number of its box.
+        asked = np.asarray(result.boxes.cls.cpu(), dtype=np.int64)
+        for k, bitmap in zip(asked, np.asarray(result.masks.data.cpu()) > 0, strict=True):
+            margin = 0.1 * (boxes[k, 2:] - boxes[k, :2])
+            x0, y0 = np.maximum(np.floor(boxes[k, :2] - margin), 0).astype(int)
+            x1, y1 = np.minimum(np.ceil(boxes[k, 2:] + margin), size).astype(int)
+            crop = np.asarray(bitmap[y0:y1, x0:x1], dtype=np.bool_)
+            drawn[k] = tight_mask(crop, int(x0), int(y0), size, int(labels[k]), float(scores[k]))
         return drawn
 
 

@@ -1,6 +1,6 @@
 """Average precision by the COCO protocol, on any elements with a weight (faces by area).
 
-Source: pycocotools `cocoeval.py`: predictions in order of score take the free true instance of
+Source: COCO's `cocoeval.py`: predictions in order of score take the free true instance of
 largest overlap at or above the threshold; precision is made monotone and sampled at 101 recalls.
 Here without a cap on the number of predictions: a wall has more than 100 holds.
 """
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from walltopo_lab.evaluate.overlap import Overlap
 
-__all__ = ["COCO_THRESHOLDS", "coco_ap", "coco_matches"]
+__all__ = ["COCO_THRESHOLDS", "average_precision", "coco_ap", "coco_matches"]
 
 Floats = NDArray[np.float64]
 
@@ -45,6 +45,24 @@ def coco_matches(scene: Overlap, threshold: float, min_size: float = 0.0) -> NDA
     return taken
 
 
+def average_precision(scores: Floats, hits: NDArray[np.bool_], truth: int) -> float:
+    """Area under the monotone precision over recall, at 101 recalls.
+
+    Parameters
+    ----------
+    scores, hits : (n,) of each detection, and whether it took a true object.
+    truth : number of true objects, > 0.
+    """
+    if len(hits) == 0:
+        return 0.0
+    hit = hits[np.argsort(-scores, kind="stable")]
+    positives = np.cumsum(hit)
+    precision = positives / np.arange(1, len(hit) + 1)
+    precision = np.maximum.accumulate(precision[::-1])[::-1]
+    at = np.searchsorted(positives / truth, _RECALLS, side="left")
+    return float(np.where(at < len(hit), precision[np.minimum(at, len(hit) - 1)], 0.0).mean())
+
+
 def _ap_at(scenes: Sequence[Overlap], threshold: float, min_size: float, truth: int) -> float:
     scores: list[Floats] = []
     hits: list[NDArray[np.bool_]] = []
@@ -56,16 +74,7 @@ def _ap_at(scenes: Sequence[Overlap], threshold: float, min_size: float, truth: 
         ignored[~matched] = scene.pred_sizes[~matched] < min_size
         scores.append(scene.pred_scores[~ignored])
         hits.append(matched[~ignored])
-    order = np.argsort(-np.concatenate(scores), kind="stable")
-    hit = np.concatenate(hits)[order]
-    if len(hit) == 0:
-        return 0.0
-    positives = np.cumsum(hit)
-    recall = positives / truth
-    precision = positives / np.arange(1, len(hit) + 1)
-    precision = np.maximum.accumulate(precision[::-1])[::-1]
-    at = np.searchsorted(recall, _RECALLS, side="left")
-    return float(np.where(at < len(hit), precision[np.minimum(at, len(hit) - 1)], 0.0).mean())
+    return average_precision(np.concatenate(scores), np.concatenate(hits), truth)
 
 
 def coco_ap(

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from walltopo_lab.evaluate.detector import RECALLS, DetectorMetrics
-from walltopo_lab.plotting import Axis, Chart, write_charts
+from walltopo_lab.plots import panels, save
 
 __all__ = ["write_curves"]
 
@@ -16,17 +16,17 @@ def write_curves(metrics: DetectorMetrics, folder: Path) -> list[Path]:
     """Write `curves-boxes.png` and, where masks were compared, `curves-masks.png`."""
     written: list[Path] = []
     for run, rows in (("boxes", metrics.boxes), ("masks", metrics.masks)):
-        charts = []
-        for at in ("50", "75"):
-            chart = Chart(f"{run}, IoU .{at}", Axis("recall", 0, 1), Axis("precision", 0, 1))
-            for series, (name, figures) in enumerate(rows.items()):
+        if not rows:
+            continue
+        figure, axes = panels(2)
+        for panel, at in zip(axes, ("50", "75"), strict=True):
+            panel.set(title=f"{run}, IoU .{at}", xlabel="recall", ylabel="precision")
+            panel.set(xlim=(0, 1), ylim=(0, 1.02))
+            for name, figures in rows.items():
                 curve = figures.precision50 if at == "50" else figures.precision75
                 if name != "mean" and not np.isnan(curve).any():
-                    label = f"{name} (AP {curve.mean():.2f})"
-                    chart.line(RECALLS.tolist(), curve.tolist(), label, series)
-            charts.append(chart)
-        if rows:
-            path = folder / f"curves-{run}.png"
-            write_charts(path, charts)
-            written.append(path)
+                    panel.plot(RECALLS, curve, label=f"{name} (AP {curve.mean():.2f})")
+            panel.legend()
+        written.append(folder / f"curves-{run}.png")
+        save(figure, written[-1])
     return written

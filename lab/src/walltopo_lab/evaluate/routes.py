@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from walltopo.core import EnvironmentLacksError
 from walltopo_lab.evaluate.overlap import Overlap
 from walltopo_lab.evaluate.truth import TrueInstance
 
@@ -28,22 +27,9 @@ def match_pairs(overlap: Overlap, threshold: float = 0.5) -> dict[int, int]:
 
 
 def grouping_scores(truth: Sequence[int], predicted: Sequence[int]) -> dict[str, float]:
-    """Adjusted Rand index, homogeneity and completeness of a grouping (scikit-learn).
+    """Adjusted Rand index, homogeneity and completeness of a grouping."""
+    from sklearn.metrics import adjusted_rand_score, completeness_score, homogeneity_score
 
-    Raises
-    ------
-    EnvironmentLacksError : scikit-learn is not installed.
-    """
-    try:
-        from sklearn.metrics import (
-            adjusted_rand_score,
-            completeness_score,
-            homogeneity_score,
-        )
-    except ImportError as error:
-        raise EnvironmentLacksError(
-            "route metrics need scikit-learn", "Install it: pip install 'walltopo[evaluate]'"
-        ) from error
     return {
         "ari": float(adjusted_rand_score(truth, predicted)),
         "homogeneity": float(homogeneity_score(truth, predicted)),

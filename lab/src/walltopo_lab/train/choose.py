@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from walltopo.detect.found import Found, box_iou
 from walltopo.detect.onnx_detector import prepare
 from walltopo.detect.votes import decode_votes
+from walltopo_lab.evaluate.coco_ap import average_precision
 from walltopo_lab.train.cache import Sample, open_cache
 from walltopo_lab.train.net import CLASSES, VoteNet
 
 __all__ = [
     "Truth",
-    "average_precision",
     "check_on",
     "detect_with",
     "match_photo",
@@ -52,19 +52,6 @@ def match_photo(found: Found, truth: Truth, iou: float, by_class: int | None) ->
     return hit
 
 
-def average_precision(scores: NDArray[np.float64], hits: NDArray[np.bool_], wanted: int) -> float:
-    """Area under the precision envelope over recall (101 points, as COCO)."""
-    if wanted == 0:
-        return float("nan")
-    order = np.argsort(-scores, kind="stable")
-    good = np.cumsum(hits[order])
-    recall = good / wanted
-    precision = good / np.arange(1, len(good) + 1)
-    envelope = np.maximum.accumulate(precision[::-1])[::-1]
-    at = np.searchsorted(recall, np.linspace(0, 1, 101))
-    return float(np.concatenate([envelope, [0.0]])[np.minimum(at, len(envelope))].mean())
-
-
 def ap_of(
     found: Sequence[Found], truth: Sequence[Truth], iou: float = 0.5, label: int | None = None
 ) -> float:
@@ -76,6 +63,8 @@ def ap_of(
         wanted += len(t.labels) if label is None else int((t.labels == label).sum())
         scores.append(f.scores)
         hits.append(match_photo(f, t, iou, label))
+    if wanted == 0:
+        return float("nan")
     return average_precision(np.concatenate(scores), np.concatenate(hits), wanted)
 
 

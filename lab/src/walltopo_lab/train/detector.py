@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,7 @@ import numpy as np
 
 from walltopo.core import Progress
 from walltopo.core.files import read_json, write_json
+from walltopo_lab.plots import panels, save
 from walltopo_lab.train.audit import audit
 from walltopo_lab.train.calibrate import calibrate
 from walltopo_lab.train.card import CardFacts, write_card
@@ -20,10 +21,9 @@ from walltopo_lab.train.export import export_onnx
 from walltopo_lab.train.loop import Run, train
 from walltopo_lab.train.net import NET_SIZES, VoteNet, build_net
 from walltopo_lab.train.params import AugmentSettings, TrainSettings
-from walltopo_lab.train.plots import plot_history
 from walltopo_lab.train.sets import LabelledSet, open_sets
 
-__all__ = ["Job", "OnCheck", "export_run", "fit_detector", "train_detector"]
+__all__ = ["Job", "OnCheck", "export_run", "fit_detector", "plot_history", "train_detector"]
 
 OnCheck = Callable[[int, float], None]
 
@@ -103,6 +103,22 @@ def _shares(sets: Sequence[LabelledSet], synthetic: float) -> list[float]:
         synthetic * n / exact if s.exact else (1 - synthetic) * n / boxes
         for s, n in zip(sets, photos, strict=True)
     ]
+
+
+def plot_history(history: Sequence[Mapping[str, float]], path: Path) -> None:
+    """Losses and held-out figures over the minutes of a run; `history` as in it."""
+    figure, axes = panels(2, columns=1)
+    titles = {"training loss": ("heat", "box", "mask"), "held-out AP50": ("ap50",)}
+    for panel, (title, starts) in zip(axes, titles.items(), strict=True):
+        for key in dict.fromkeys(key for row in history for key in row if key.startswith(starts)):
+            rows = [row for row in history if key in row]
+            panel.plot([row["minutes"] for row in rows], [row[key] for row in rows], label=key)
+        panel.set(title=title, xlabel="minutes")
+        panel.set_ylim(bottom=0)
+    for panel in axes:
+        if panel.lines:
+            panel.legend()
+    save(figure, path)
 
 
 def export_run(

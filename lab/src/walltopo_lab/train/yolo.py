@@ -7,8 +7,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from walltopo.core import EnvironmentLacksError, InputError, Progress
+from walltopo.core import InputError, Progress
 from walltopo.core.files import atomic_path, read_json, write_json
+from walltopo_lab.extras import need_ultralytics
 from walltopo_lab.onnx_file import set_metadata
 from walltopo_lab.train.calibrate import calibrate
 from walltopo_lab.train.card import yolo_card
@@ -22,15 +23,7 @@ __all__ = ["fit_yolo", "train_arguments", "train_yolo"]
 
 
 def _library() -> Any:
-    try:
-        import ultralytics
-    except ImportError as error:
-        raise EnvironmentLacksError(
-            f"training this model needs Ultralytics, which is not here ({error})",
-            "Install the extra: pip install 'walltopo[ultralytics]' (AGPL-3.0), or train the "
-            "default: --model votes",
-        ) from error
-    return ultralytics
+    return need_ultralytics("training this model", "train the default: --model votes")
 
 
 def _network(name: str, weights: Path | None) -> Any:
@@ -120,7 +113,8 @@ def _fit(
         if on_epoch is not None:
             on_epoch(int(entry["epoch"]), entry["ap50"])
 
-    network.add_callback("on_fit_epoch_end", told)
+    # Once an epoch, when its weights are safe; `on_fit_epoch_end` comes once more at the very end.
+    network.add_callback("on_model_save", told)
     if last.is_file():
         network.train(resume=True, time=max(1e-4, arguments["time"] - before / 3600))
     else:

@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from walltopo.core import EnvironmentLacksError, InputError, Progress
+from walltopo.core import InputError, Progress
+from walltopo_lab.extras import need_optuna
 from walltopo_lab.train.params import AUGMENTS, AugmentSettings, TrainSettings, YoloSettings
 
 __all__ = ["FAMILIES", "DetectorSearch", "SearchTrial", "open_search", "run_search", "trials_of"]
@@ -86,17 +87,6 @@ class SearchTrial:
         return max(self.steps.values(), default=0.0)
 
 
-def _optuna() -> Any:
-    try:
-        import optuna
-    except ImportError as error:
-        raise EnvironmentLacksError(
-            f"tuning needs Optuna ({error})", "Install it: pip install 'walltopo[tune]'"
-        ) from error
-    optuna.logging.set_verbosity(optuna.logging.ERROR)
-    return optuna
-
-
 def open_search(search: DetectorSearch, storage: str, name: str, seed: int) -> Any:
     """Open or create the study.
 
@@ -104,7 +94,7 @@ def open_search(search: DetectorSearch, storage: str, name: str, seed: int) -> A
     ------
     InputError : the database cannot be opened, or the study searches something else.
     """
-    optuna = _optuna()
+    optuna = need_optuna()
     try:
         study = optuna.create_study(
             storage=storage,
@@ -186,7 +176,7 @@ def _train(
 
 def run_search(study: Any, search: DetectorSearch, trials: int, progress: Progress) -> None:
     """Run until the study has this many trials that were finished or stopped early."""
-    optuna = _optuna()
+    optuna = need_optuna()
     states = (optuna.trial.TrialState.COMPLETE, optuna.trial.TrialState.PRUNED)
     have = len(study.get_trials(deepcopy=False, states=states))
     progress.step("trials", max(0, trials - have))
@@ -217,7 +207,7 @@ def run_search(study: Any, search: DetectorSearch, trials: int, progress: Progre
 
 def trials_of(study: Any) -> Sequence[SearchTrial]:
     """All trials that were finished or stopped early, in order."""
-    optuna = _optuna()
+    optuna = need_optuna()
     states = (optuna.trial.TrialState.COMPLETE, optuna.trial.TrialState.PRUNED)
     return [
         SearchTrial(

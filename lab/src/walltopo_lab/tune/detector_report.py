@@ -7,7 +7,7 @@ from pathlib import Path
 
 from walltopo.core import InputError
 from walltopo.core.files import atomic_path
-from walltopo_lab.plotting import Axis, Chart, write_charts
+from walltopo_lab.plots import COLOURS, panels, save
 from walltopo_lab.tune.detector import DetectorSearch, SearchTrial, model_name
 
 __all__ = ["best_trial", "write_search"]
@@ -31,7 +31,7 @@ def write_search(folder: Path, search: DetectorSearch, trials: Sequence[SearchTr
     best = best_trial(trials)
     _write(folder / "tuned.toml", _settings(search, best))
     _write(folder / "report.md", _report(search, trials, best))
-    write_charts(folder / "search.png", _charts(search, trials, best))
+    _draw(folder / "search.png", search, trials, best)
 
 
 def _write(path: Path, lines: Sequence[str]) -> None:
@@ -76,38 +76,32 @@ def _report(search: DetectorSearch, trials: Sequence[SearchTrial], best: SearchT
     return [*lines, "", "![the search](search.png)"]
 
 
-def _charts(
-    search: DetectorSearch, trials: Sequence[SearchTrial], best: SearchTrial
-) -> list[Chart]:
+def _draw(
+    path: Path, search: DetectorSearch, trials: Sequence[SearchTrial], best: SearchTrial
+) -> None:
     """AP50 over the steps of every trial, and over each setting."""
-    import math
-
-    space = search.space()
-    top = Axis("AP50", 0.0, max(1e-3, 1.1 * best.best))
-    steps = max(max(t.steps, default=1) for t in trials)
-    course = Chart("trials", Axis("check or epoch", 0.0, float(steps)), top)
+    figure, (course, *axes) = panels(6)
     for t in trials:
-        course.line(list(t.steps), list(t.steps.values()), "", 1 if t.stopped else 0)
-        course.points([max(t.steps, default=0)], [t.best], "", 1 if t.stopped else 0)
-    course.line(list(best.steps), list(best.steps.values()), f"trial {best.number} (best)", 2)
-    charts = [course]
-    for name in ("rate", "momentum", "batch", "size", "network"):
-        allowed = space[name]
-        if name == "rate":
-            places = [math.log10(t.values[name]) for t in trials]
-            axis = Axis("log10 rate", math.log10(allowed[0]), math.log10(allowed[1]))
-        elif name == "momentum":
-            places = [float(t.values[name]) for t in trials]
-            axis = Axis(name, *allowed)
-        else:
-            places = [float(allowed.index(t.values[name])) for t in trials]
-            axis = Axis(", ".join(map(str, allowed)), -0.5, len(allowed) - 0.5)
-        chart = Chart(name, axis, top)
+        course.plot(list(t.steps), list(t.steps.values()), color=COLOURS[t.stopped], marker=".")
+    course.plot(
+        list(best.steps), list(best.steps.values()), color=COLOURS[2], lw=2,
+        label=f"trial {best.number} (best)",
+    )  # fmt: skip
+    course.set(title="trials", xlabel="check or epoch", ylabel="AP50")
+    course.legend()
+    for panel, name in zip(axes, ("rate", "momentum", "batch", "size", "network"), strict=True):
+        continuous = name in ("rate", "momentum")
         for stopped, word in ((False, "to the end"), (True, "stopped early")):
-            chosen = [k for k, t in enumerate(trials) if t.stopped == stopped]
-            series = 1 if stopped else 0
-            chart.points(
-                [places[k] for k in chosen], [trials[k].best for k in chosen], word, series
-            )
-        charts.append(chart)
-    return charts
+            chosen = [t for t in trials if t.stopped == stopped]
+            allowed = search.space()[name]
+            places = [
+                t.values[name] if continuous else allowed.index(t.values[name]) for t in chosen
+            ]
+            panel.plot(places, [t.best for t in chosen], "o", label=word)
+        if name == "rate":
+            panel.set_xscale("log")
+        if not continuous:
+            panel.set_xticks(range(len(allowed)), [str(value) for value in allowed])
+        panel.set(title=name, ylabel="AP50")
+        panel.legend()
+    save(figure, path)

@@ -9,7 +9,7 @@ from typing import Any
 
 from walltopo.core import SettingsError
 from walltopo.core.files import atomic_path
-from walltopo_lab.plotting import Axis, Chart, write_charts
+from walltopo_lab.plots import panels, save
 from walltopo_lab.tune.problem import Problem
 from walltopo_lab.tune.study import Found
 
@@ -53,21 +53,20 @@ def merge_settings(path: Path, section: str, values: Mapping[str, Any]) -> None:
 def write_slices(path: Path, problem: Problem, found: Found) -> None:
     """One panel per setting: the figure of every trial over its value."""
     real = [t for t in found.trials if t.walls]
-    top = max(t.figure for t in real)
-    bottom = min(t.figure for t in real)
-    charts = []
-    for r in problem.ranges:
+    figure, axes = panels(len(problem.ranges))
+    for panel, r in zip(axes, problem.ranges, strict=True):
         share = found.importance.get(r.name)
         title = r.name if share is None else f"{r.name} (importance {share:.2f})"
-        room = 0.05 * max(top - bottom, 0.02)
-        chart = Chart(
-            title, Axis(r.name, r.low, r.high), Axis(problem.figure, bottom - room, top + room)
-        )
-        chart.points([t.values[r.name] for t in real], [t.figure for t in real], "trial", 4)
-        chart.points([found.default.values[r.name]], [found.default.figure], "default", 2)
-        chart.points([found.best.values[r.name]], [found.best.figure], "best", 1)
-        charts.append(chart)
-    write_charts(path, charts)
+        panel.set(title=title, xlabel=r.name, ylabel=problem.figure, xlim=(r.low, r.high))
+        for name, trials in (
+            ("trial", real),
+            ("default", [found.default]),
+            ("best", [found.best]),
+        ):
+            values = [t.values[r.name] for t in trials]
+            panel.plot(values, [t.figure for t in trials], "o", label=name)
+        panel.legend()
+    save(figure, path)
 
 
 def write_report(

@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from walltopo.core import EnvironmentLacksError, InputError, Progress, SettingsError, Silent
+from walltopo.core import InputError, Progress, SettingsError, Silent
+from walltopo_lab.extras import need_optuna
 from walltopo_lab.tune.problem import Problem
 
 __all__ = ["Found", "Trial", "open_study", "results", "search"]
@@ -51,19 +52,6 @@ class Found:
     importance: dict[str, float]
 
 
-def _optuna() -> Any:
-    try:
-        import optuna
-        import torch  # noqa: F401 (the Gaussian process needs it)
-    except ImportError as error:
-        raise EnvironmentLacksError(
-            f"tuning needs Optuna and PyTorch ({error})",
-            "Install them: pip install 'walltopo[tune]'",
-        ) from error
-    optuna.logging.set_verbosity(optuna.logging.ERROR)
-    return optuna
-
-
 def open_study(
     problem: Problem, storage: str, name: str, seed: int, walls: Mapping[str, str] | None = None
 ) -> Any:
@@ -82,7 +70,7 @@ def open_study(
     """
     import warnings
 
-    optuna = _optuna()
+    optuna = need_optuna()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # GPSampler is marked experimental
         sampler = optuna.samplers.GPSampler(seed=seed, n_startup_trials=STARTUP)
@@ -152,7 +140,7 @@ def _objective(problem: Problem) -> Callable[[Any], float]:
 
 def search(study: Any, problem: Problem, trials: int, progress: Progress | None = None) -> None:
     """Run until the study has this many complete trials, those of other workers included."""
-    optuna = _optuna()
+    optuna = need_optuna()
     listener = progress or Silent()
     done = (optuna.trial.TrialState.COMPLETE,)
     have = len(study.get_trials(deepcopy=False, states=done))
@@ -176,7 +164,7 @@ def results(study: Any, problem: Problem, seed: int = 0) -> Found:
     ------
     InputError : no trial is complete.
     """
-    optuna = _optuna()
+    optuna = need_optuna()
     done = study.get_trials(deepcopy=False, states=(optuna.trial.TrialState.COMPLETE,))
     trials = tuple(
         Trial(

@@ -1,24 +1,17 @@
-"""Routes in single photos under dim, mixed light: fit what is linked, and check it.
+"""The holds of one photo: paint, place and wall around each, and their routes by paint or name.
 
-    python -m walltopo_lab.benchmarks.light fit FOLDER      weights of `routes/likeness.py`, cross-validated ARI
-    python -m walltopo_lab.benchmarks.light check FOLDER    ARI by name, by paint, and with colours known
-
-FOLDER is what `python -m walltopo_lab.benchmarks.light_photos` made; fit and check want different gyms. A
-photo has no scale and no mesh: the unit is the median extent of its masks over the settings'
+A photo has no scale and no mesh: the unit is the median extent of its masks over the settings'
 `typical_hold`, paths are straight lines in the image.
 """
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from sklearn.linear_model import LogisticRegression
 from sklearn.metrics import adjusted_rand_score
 
 from walltopo.holds.colour import HoldPaint, assign_colours, find_palette
@@ -26,12 +19,12 @@ from walltopo.holds.contract import ClassifySettings
 from walltopo.holds.light import SceneLight
 from walltopo.holds.observations import paint_of
 from walltopo.imaging.srgb import linear_from_srgb8
-from walltopo.routes import paint as likeness
+from walltopo.routes import paint as linking
 from walltopo.routes.contract import RoutesSettings
-from walltopo.routes.grouping import best_louvain, candidate_pairs, group_by_paint, group_holds
-from walltopo_lab.benchmarks.light_photos import DimPhoto, read_photos
+from walltopo.routes.grouping import group_by_paint, group_holds
+from walltopo_lab.train.paint.photos import DimPhoto
 
-__all__ = ["WAYS", "PhotoHolds", "ari", "read_holds"]
+__all__ = ["WAYS", "PhotoHolds", "ari", "of_generated", "read_holds", "score", "straight"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -94,7 +87,7 @@ def read_holds(
     paint = np.array(linear)
     # One exposure for the photo, as `paint_over_views` gives a scan.
     paint *= 0.8 / np.percentile(paint.mean(axis=1), 98)
-    return PhotoHolds(points, paint, light.tint_at(points, likeness.TINT_RADIUS), routes)
+    return PhotoHolds(points, paint, light.tint_at(points, linking.TINT_RADIUS), routes)
 
 
 def of_generated(photo: DimPhoto) -> PhotoHolds:
@@ -138,13 +131,13 @@ def ari(holds: PhotoHolds, way: str) -> float:
     settings = RoutesSettings()
     points, seed = holds.points, settings.seed
     if way == "paint":
-        paint = likeness.balanced_paint(holds.linear, holds.tint)
+        paint = linking.balanced_paint(holds.linear, holds.tint)
         found = group_by_paint(
             points,
             paint,
-            lambda pairs: straight(points, pairs, likeness.FLATTEN),
+            lambda pairs: straight(points, pairs, linking.FLATTEN),
             unit=1.0,
-            resolution=likeness.RESOLUTION,
+            resolution=linking.RESOLUTION,
             seed=seed,
         )
     else:
@@ -160,84 +153,3 @@ def ari(holds: PhotoHolds, way: str) -> float:
             seed=seed,
         )
     return score(holds, found.group)
-
-
-def _pairs(holds: PhotoHolds) -> tuple[Ints, Floats, Ints]:
-    """Pairs in reach, their cues, and 1 same route, 0 other, -1 unknown."""
-    points = holds.points
-    pairs = candidate_pairs(points, [""] * len(points), likeness.FLATTEN, likeness.REACH)
-    paint = likeness.balanced_paint(holds.linear, holds.tint)
-    lengths = straight(points, pairs, likeness.FLATTEN)
-    cues = likeness.cues_of(points, paint, pairs, lengths)
-    one, two = [[holds.routes[k] for k in pairs[:, side]] for side in (0, 1)]
-    same = [-1 if None in (a, b) else int(a == b) for a, b in zip(one, two, strict=True)]
-    return pairs, cues, np.array(same)
-
-
-def _regress(tables: list[tuple[Ints, Floats, Ints]]) -> tuple[Floats, float]:
-    cues = np.vstack([cues[same >= 0] for _, cues, same in tables])
-    same = np.concatenate([same[same >= 0] for _, _, same in tables])
-    spread = cues.std(axis=0)
-    model = LogisticRegression(max_iter=1000).fit(cues / spread, same)
-    return model.coef_[0] / spread, float(model.intercept_[0])
-
-
-def _left_out(holds: list[PhotoHolds], part: list[int], sharpen: int, resolution: float) -> str:
-    """ARI of each photo by a fit to the other half of the gyms: mean, worst."""
-    tables = [_pairs(one) for one in holds]
-    fits = [_regress([t for t, p in zip(tables, part, strict=True) if p != k]) for k in (0, 1)]
-    values = []
-    for one, (pairs, cues, _), side in zip(holds, tables, part, strict=True):
-        weights, bias = fits[side]
-        link = (1 / (1 + np.exp(-(cues @ weights + bias)))) ** sharpen
-        links = np.zeros((len(one.points), len(one.points)))
-        links[pairs[:, 0], pairs[:, 1]] = np.where(link < likeness.FAINT, 0, link)
-        values.append(score(one, best_louvain(links + links.T, resolution, 0)))
-    return f"mean {np.mean(values):.3f}, worst {np.min(values):.3f}"
-
-
-def fit(photos: list[DimPhoto]) -> None:
-    """Print the weights, and ARI on gyms left out of a fit: other settings, other colours."""
-    holds = [of_generated(photo) for photo in photos]
-    part = [int(photo.name.split("_")[0]) % 2 for photo in photos]
-    usual = likeness.SHARPEN, likeness.RESOLUTION
-    for sharpen, resolution in [(k, r) for k in (2, 3, 4) for r in (1.5, 2.0, 2.5, 3.0)]:
-        told = _left_out(holds, part, sharpen, resolution)
-        print(f"sharpen {sharpen}, resolution {resolution}: {told}")
-    as_seen = [replace(one, tint=np.ones_like(one.tint)) for one in holds]
-    print(f"colours as seen, not balanced by the wall: {_left_out(as_seen, part, *usual)}")
-    for way in ("colour", "known"):
-        values = [ari(one, way) for one in holds]
-        print(f"{WAYS[way]}: mean {np.mean(values):.3f}, worst {np.min(values):.3f}")
-    weights, bias = _regress([_pairs(one) for one in holds])
-    print(f"WEIGHTS = ({', '.join(f'{w:.3f}' for w in weights)})\nBIAS = {bias:.3f}")
-
-
-def check(photos: list[DimPhoto]) -> None:
-    """Print ARI per photo and the means."""
-    rows = []
-    for photo in photos:
-        holds = of_generated(photo)
-        rows.append([ari(holds, way) for way in WAYS])
-        told = ", ".join(f"{WAYS[way]} {v:.3f}" for way, v in zip(WAYS, rows[-1], strict=True))
-        print(f"{photo.name} ({len(holds.points)} holds): {told}")
-    means = ", ".join(
-        f"{WAYS[w]} {v:.3f}" for w, v in zip(WAYS, np.mean(rows, axis=0), strict=True)
-    )
-    print(f"{len(photos)} photos, mean ARI: {means}")
-
-
-def main() -> None:
-    actions = {"fit": fit, "check": check}
-    if len(sys.argv) != 3 or sys.argv[1] not in actions:
-        raise SystemExit(__doc__)
-    photos = read_photos(Path(sys.argv[2]))
-    if not photos:
-        raise SystemExit(
-            f"{sys.argv[2]}: no photos; `python -m walltopo_lab.benchmarks.light_photos` makes them"
-        )
-    actions[sys.argv[1]](photos)
-
-
-if __name__ == "__main__":
-    main()

@@ -1,6 +1,4 @@
-"""Single photos of generated gyms in dim, mixed light, with true routes: to choose settings on.
-
-    python -m walltopo_lab.benchmarks.light_photos FOLDER [FIRST COUNT]    render gyms FIRST .. FIRST+COUNT-1
+"""Single photos of generated gyms in dim, mixed light, with true routes.
 
 The generator's lamps share one colour, its walls are light, its colours far apart. Here a
 generated gym has many narrow routes, each of a paint out of nineteen, every hold faded in its
@@ -13,7 +11,6 @@ seen from bright to nearly black and from bluish to yellowish. One `.npz` a phot
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,9 +18,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from walltopo.core import Progress
 from walltopo.core.files import atomic_path
 from walltopo.imaging.srgb import linear_from_srgb8, srgb8_from_linear
-from walltopo_lab.benchmarks.colours_choose import PAINTS
 from walltopo_lab.synth.bodies import GymInstance
 from walltopo_lab.synth.develop import develop, draw_exposure
 from walltopo_lab.synth.gym import Gym, make_gym
@@ -31,14 +28,32 @@ from walltopo_lab.synth.params import GymSettings, PhotoSettings, gym_preset
 from walltopo_lab.synth.path import phone_camera, walk
 from walltopo_lab.synth.render import Renderer
 
-__all__ = ["DimPhoto", "read_photos"]
+__all__ = ["DimPhoto", "make_photos", "read_photos"]
 
 Floats = NDArray[np.float64]
 PER_GYM = 2
 # Linear colour of daylight through a window, of neutral, warm and very warm lamps.
 SOURCES = ((0.42, 0.85, 1.9), (1.0, 1.0, 1.0), (1.3, 0.98, 0.6), (1.6, 0.92, 0.35))
 
-# More paints, near those of `colours_choose.PAINTS`: what makes old gyms hard.
+# Two shades of each paint as holds are sold in them (our reading of manufacturers' charts).
+PAINTS = {
+    "black": ((30, 30, 32), (45, 45, 48)),
+    "grey": ((115, 118, 120), (140, 140, 142)),
+    "white": ((235, 235, 230), (220, 222, 220)),
+    "red": ((190, 25, 35), (215, 45, 40)),
+    "orange": ((240, 110, 20), (245, 140, 40)),
+    "yellow": ((250, 205, 20), (235, 190, 40)),
+    "green": ((30, 130, 60), (60, 160, 80)),
+    "lime": ((140, 195, 45), (165, 210, 70)),
+    "mint": ((60, 185, 165), (90, 200, 175)),
+    "sky": ((90, 170, 220), (120, 190, 225)),
+    "blue": ((25, 75, 175), (45, 100, 195)),
+    "purple": ((100, 50, 150), (130, 75, 170)),
+    "pink": ((225, 70, 140), (240, 110, 165)),
+    "wood": ((205, 165, 115), (185, 140, 95)),
+}
+
+# More, near those: what makes old gyms hard.
 OLD_PAINTS = {
     "beige": (205, 190, 165),
     "brown": (105, 75, 55),
@@ -150,26 +165,23 @@ def _photo(
     }
 
 
-def main() -> None:
-    if len(sys.argv) not in (2, 4):
-        raise SystemExit(__doc__)
-    folder = Path(sys.argv[1])
+def make_photos(folder: Path, first: int, count: int, progress: Progress) -> None:
+    """Render `PER_GYM` photos each of gyms `first` and following; those that are there stay."""
     folder.mkdir(parents=True, exist_ok=True)
-    first, count = (int(word) for word in sys.argv[2:]) if len(sys.argv) == 4 else (4000, 10)
+    progress.step("rendering gyms", count)
     for seed in range(first, first + count):
-        if all((folder / f"{seed}_{k}.npz").is_file() for k in range(PER_GYM)):
-            continue
-        settings, photo = _settings(seed)
-        gym = make_gym(settings, seed)
-        poses = walk(gym.wall, [], settings, photo, np.random.default_rng([seed, 9]))
-        gym = repaint(gym, seed)
-        renderer = Renderer(gym)
-        for k, pose in enumerate(poses[1 : 1 + 2 * PER_GYM : 2]):
-            made = _photo(gym, renderer, pose, photo, [seed, k])
-            with atomic_path(folder / f"{seed}_{k}.npz") as path, path.open("wb") as stream:
-                np.savez_compressed(stream, **made)
-        print(f"gym {seed}", flush=True)
+        if not all((folder / f"{seed}_{k}.npz").is_file() for k in range(PER_GYM)):
+            _make_gym_photos(folder, seed)
+        progress.advance()
 
 
-if __name__ == "__main__":
-    main()
+def _make_gym_photos(folder: Path, seed: int) -> None:
+    settings, photo = _settings(seed)
+    gym = make_gym(settings, seed)
+    poses = walk(gym.wall, [], settings, photo, np.random.default_rng([seed, 9]))
+    gym = repaint(gym, seed)
+    renderer = Renderer(gym)
+    for k, pose in enumerate(poses[1 : 1 + 2 * PER_GYM : 2]):
+        made = _photo(gym, renderer, pose, photo, [seed, k])
+        with atomic_path(folder / f"{seed}_{k}.npz") as path, path.open("wb") as stream:
+            np.savez_compressed(stream, **made)

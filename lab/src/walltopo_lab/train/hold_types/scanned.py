@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.holds.relief import Relief, framed, seen_head_on
-from walltopo_lab.benchmarks.hold_types_forms import Grid, form
 from walltopo_lab.synth.bodies import Body
+from walltopo_lab.train.hold_types.forms import Grid, form
 
 __all__ = ["GRID", "drawn", "formed", "nothing_known", "scanned"]
 

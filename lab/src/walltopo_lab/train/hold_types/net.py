@@ -13,6 +13,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
+from walltopo.core import Progress
 from walltopo.core.files import atomic_path
 from walltopo.holds.relief import SIDE
 from walltopo_lab.onnx_file import label_export
@@ -93,7 +94,7 @@ def _varied(pictures: Tensor, scalars: Tensor, rng: torch.Generator) -> tuple[Te
     return pictures, scalars + 0.12 * torch.randn(len(scalars), 1, generator=rng)
 
 
-def train(samples: Samples, classes: int, epochs: int, seed: int) -> ReliefNet:
+def train(samples: Samples, classes: int, epochs: int, seed: int, progress: Progress) -> ReliefNet:
     """A network from fresh weights, in eval mode. One thread; the same seed gives the same."""
     torch.manual_seed(seed)
     torch.set_num_threads(1)
@@ -116,7 +117,7 @@ def train(samples: Samples, classes: int, epochs: int, seed: int) -> ReliefNet:
             optimizer.step()
             schedule.step()
             total += float(loss.detach())
-        print(f"  epoch {epoch + 1}: loss {total / batches:.3f}", flush=True)
+        progress.note(f"seed {seed}, epoch {epoch + 1}: loss {total / batches:.3f}")
     return net.eval()
 
 

@@ -2,34 +2,23 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Any
-
 import numpy as np
 import pytest
 
 from walltopo_lab.synth.holds import make_hold
+from walltopo_lab.train.hold_types import scanned
 
 TYPES = ("jug", "crimp", "sloper", "pinch", "pocket", "foothold")
 LARGEST = {"foothold": 0.13, "crimp": 0.45}  # metres; others up to a large sloper
 
 
-@pytest.fixture
-def made(monkeypatch: pytest.MonkeyPatch) -> Any:
-    """The module that makes holds and scans them."""
-    monkeypatch.syspath_prepend(str(Path(__file__).parents[2]))
-    from walltopo_lab.benchmarks import hold_types_scanned
-
-    return hold_types_scanned
-
-
 @pytest.mark.parametrize("kind", TYPES)
-def test_forms_are_whole_and_of_their_size(made: Any, kind: str) -> None:
+def test_forms_are_whole_and_of_their_size(kind: str) -> None:
     rng = np.random.default_rng(4)
     for _ in range(12):
-        heights, pixel = made.formed(kind, rng)
+        heights, pixel = scanned.formed(kind, rng)
         there = heights > 0
-        assert heights.shape == (made.GRID, made.GRID)
+        assert heights.shape == (scanned.GRID, scanned.GRID)
         assert np.isfinite(heights).all()
         assert there.mean() > 0.02
         # The grid's rim cuts nothing off but a tip.
@@ -37,29 +26,31 @@ def test_forms_are_whole_and_of_their_size(made: Any, kind: str) -> None:
         assert np.ptp(np.nonzero(there), axis=1).max() * pixel < LARGEST.get(kind, 0.75)
 
 
-def test_a_foothold_is_smaller_than_a_sloper(made: Any) -> None:
+def test_a_foothold_is_smaller_than_a_sloper() -> None:
     rng = np.random.default_rng(5)
     median = {
         kind: np.median([(heights > 0).sum() * pixel**2 for heights, pixel in some])
         for kind in ("foothold", "sloper")
-        for some in [[made.formed(kind, rng) for _ in range(12)]]
+        for some in [[scanned.formed(kind, rng) for _ in range(12)]]
     }
     assert 8 * median["foothold"] < median["sloper"]
 
 
-def test_a_body_is_drawn_as_high_and_as_large_as_it_is(made: Any) -> None:
+def test_a_body_is_drawn_as_high_and_as_large_as_it_is() -> None:
     body = make_hold("jug", "smooth", np.random.default_rng(1), 1.0, 0.8)
     ratios = []
     for seed in range(12):  # proportions vary around those of the body
-        heights, pixel = made.drawn(body, np.random.default_rng(seed), 10.0)
+        heights, pixel = scanned.drawn(body, np.random.default_rng(seed), 10.0)
         across = np.ptp(np.nonzero(heights.any(axis=0))) * pixel
         ratios.append((heights.max() / body.vertices[:, 2].max(), across / (2 * body.radius)))
     np.testing.assert_allclose(np.median(ratios, axis=0), 1.0, atol=0.25)
 
 
-def test_the_same_seed_scans_alike_and_another_does_not(made: Any) -> None:
-    heights, pixel = made.formed("jug", np.random.default_rng(2))
-    first, same, other = (made.scanned(heights, pixel, np.random.default_rng(k)) for k in (3, 3, 4))
+def test_the_same_seed_scans_alike_and_another_does_not() -> None:
+    heights, pixel = scanned.formed("jug", np.random.default_rng(2))
+    first, same, other = (
+        scanned.scanned(heights, pixel, np.random.default_rng(k)) for k in (3, 3, 4)
+    )
     assert first is not None
     assert same is not None
     assert other is not None
@@ -69,12 +60,15 @@ def test_the_same_seed_scans_alike_and_another_does_not(made: Any) -> None:
     assert abs(first.scalars - other.scalars).max() < 0.33
 
 
-def test_what_is_no_hold_of_one_type_is_there(made: Any) -> None:
+def test_what_is_no_hold_of_one_type_is_there() -> None:
     rng = np.random.default_rng(6)
-    things = [made.nothing_known(rng) for _ in range(20)]
+    things = [scanned.nothing_known(rng) for _ in range(20)]
     assert all(np.isfinite(heights).all() and pixel > 0 for heights, pixel in things)
     assert sum((heights > 0).any() for heights, _ in things) >= 15
 
 
-def test_nothing_gives_no_relief(made: Any) -> None:
-    assert made.scanned(np.zeros((made.GRID, made.GRID)), 0.003, np.random.default_rng(0)) is None
+def test_nothing_gives_no_relief() -> None:
+    assert (
+        scanned.scanned(np.zeros((scanned.GRID, scanned.GRID)), 0.003, np.random.default_rng(0))
+        is None
+    )

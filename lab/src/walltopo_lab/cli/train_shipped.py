@@ -1,0 +1,107 @@
+"""`walltopo train hold-types` and `walltopo train paint`: what else the product ships."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+__all__ = ["hold_types_parser", "paint_parser"]
+
+HOLD_TYPES = """\
+examples:
+  walltopo train hold-types -o hold_types.onnx
+  walltopo train hold-types -o hold_types.onnx --scans GYM1 SCAN1 GYM2 SCAN2
+then replace src/walltopo/models/hold_types.onnx, and print the figures again:
+  python -m walltopo_lab.benchmarks.types scans GYM SCAN
+"""
+
+PAINT = """\
+example:
+  walltopo train paint photos/
+Its numbers stand in src/walltopo/routes/paint.py and as default of routes.paint_resolution;
+their figure on other gyms is printed by
+  python -m walltopo_lab.benchmarks.routes dim CHECK
+"""
+
+
+def hold_types_parser(prog: str) -> argparse.ArgumentParser:
+    """The parser of `walltopo train hold-types`."""
+    parser = argparse.ArgumentParser(
+        prog=prog,
+        description="Train the network that names hold types by their relief, on made-up holds "
+        "with the faults of a scan; five minutes of one core.",
+        epilog=HOLD_TYPES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("-o", "--out", type=Path, required=True, help="ONNX file to write")
+    parser.add_argument(
+        "--scans",
+        type=Path,
+        nargs="+",
+        default=[],
+        metavar="GYM SCAN",
+        help="gyms of `walltopo synth` and scans of their photos, up to lift: how sure a type must "
+        "be is chosen on these rather than on made-up holds",
+    )
+    parser.set_defaults(run=run_hold_types)
+    return parser
+
+
+def paint_parser(prog: str) -> argparse.ArgumentParser:
+    """The parser of `walltopo train paint`."""
+    parser = argparse.ArgumentParser(
+        prog=prog,
+        description="Fit how likely two holds are of one route by their paint (routes.link = "
+        "paint), on photos of generated gyms in dim, mixed light.",
+        epilog=PAINT,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("folder", type=Path, help="of the photos; made where they are not there")
+    parser.add_argument(
+        "--gyms",
+        type=int,
+        nargs=2,
+        default=(4000, 18),
+        metavar=("FIRST", "COUNT"),
+        help="seeds of the gyms (default: 4000 18)",
+    )
+    parser.set_defaults(run=run_paint)
+    return parser
+
+
+def run_hold_types(args: argparse.Namespace) -> int:
+    """Train, choose how sure it must be, write."""
+    from walltopo.cli.console import console
+    from walltopo.cli.listener import TerminalListener
+    from walltopo.core import SettingsError
+    from walltopo_lab.extras import need_torch
+
+    if len(args.scans) % 2:
+        raise SettingsError("--scans wants a gym and its scan, in turn")
+    need_torch()
+    from walltopo_lab.train.hold_types.fit import fit_hold_types
+
+    scans = list(zip(args.scans[::2], args.scans[1::2], strict=True))
+    with TerminalListener(console) as progress:
+        certain = fit_hold_types(args.out, scans, progress)
+    console.print(f"{args.out}: named from a probability of {certain}", soft_wrap=True)
+    return 0
+
+
+def run_paint(args: argparse.Namespace) -> int:
+    """Render what is not there, fit, print."""
+    from walltopo.cli.console import console
+    from walltopo.cli.listener import TerminalListener
+    from walltopo_lab.train.paint.fit import fit_paint
+    from walltopo_lab.train.paint.photos import make_photos, read_photos
+
+    with TerminalListener(console) as progress:
+        first, count = args.gyms
+        make_photos(args.folder, first, count, progress)
+        found = fit_paint(read_photos(args.folder), progress)
+    for (sharpen, resolution), (mean, worst) in found.left_out.items():
+        console.print(
+            f"sharpen {sharpen}, resolution {resolution}: mean ARI {mean:.3f}, worst {worst:.3f}"
+        )
+    console.print(f"WEIGHTS = {tuple(found.weights)}\nBIAS = {found.bias}", soft_wrap=True)
+    return 0

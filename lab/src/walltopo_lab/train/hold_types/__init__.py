@@ -1,0 +1,1 @@
+"""The network that names hold types by their relief: made-up holds, training, the file."""

@@ -1,0 +1,145 @@
+"""Train the network that names hold types by their relief: `walltopo train hold-types`.
+
+Makes holds of two kinds, the generator's bodies and those of a grammar of forms, gives them the
+faults of a scan, and trains three networks that answer together. The probability from which a
+type is named is the lowest that makes nine of ten named types right: on other such holds, or, as
+scans are harder than those, on scans of gyms whose truth is known.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import Progress
+from walltopo.holds.relief import Relief
+from walltopo.holds.types import NONE_OF_THESE, open_model
+from walltopo.scans.attributes import UNKNOWN
+from walltopo_lab.evaluate.types import named_on_scans
+from walltopo_lab.onnx_file import set_metadata
+from walltopo_lab.synth.holds import STYLES, make_hold
+from walltopo_lab.train.hold_types.net import Samples, train, write_onnx
+from walltopo_lab.train.hold_types.scanned import drawn, formed, nothing_known, scanned
+
+__all__ = ["fit_hold_types"]
+
+TYPES = ("jug", "crimp", "sloper", "pinch", "pocket", "foothold")
+# How far setters turn each, degrees; as `walltopo_lab.synth.setter` does.
+TURN_DEG = {"jug": 18, "crimp": 28, "sloper": 25, "pinch": 40, "pocket": 20, "foothold": 60}
+SCALES = (0.85, 1.0, 1.15, 1.5)  # of a route's holds, as there
+DETAIL = 0.8
+VIEWS = 3  # scans of each body
+NETS, EPOCHS = 3, 16
+RIGHT = 0.9
+
+
+def _bodies(kind: str, count: int, rng: np.random.Generator) -> list[Relief | None]:
+    """Scans of the generator's holds."""
+    found = []
+    for _ in range(count):
+        scale, style = float(rng.choice(SCALES)), str(rng.choice(STYLES))
+        body = make_hold("foot" if kind == "foothold" else kind, style, rng, scale, DETAIL)
+        found += [scanned(*drawn(body, rng, TURN_DEG[kind]), rng) for _ in range(VIEWS)]
+    return found
+
+
+def make(bodies: int, forms: int, others: int, seed: int) -> tuple[list[Relief], NDArray[np.int64]]:
+    """Reliefs of made-up holds and their labels, `len(TYPES)` for none of these.
+
+    Parameters
+    ----------
+    bodies, forms : holds of each type by the generator (each scanned `VIEWS` times), by grammar.
+    others : things that are no hold of any one type.
+    """
+    cv2.setNumThreads(1)  # pictures so small are done sooner than threads are started
+    numba.set_num_threads(1)
+    rng = np.random.default_rng(seed)
+    rows: list[tuple[Relief | None, int]] = []
+    for label, kind in enumerate(TYPES):
+        rows += [(relief, label) for relief in _bodies(kind, bodies, rng)]
+        rows += [(scanned(*formed(kind, rng), rng), label) for _ in range(forms)]
+    rows += [(scanned(*nothing_known(rng), rng), len(TYPES)) for _ in range(others)]
+    kept = [(relief, label) for relief, label in rows if relief is not None]
+    return [relief for relief, _ in kept], np.array([label for _, label in kept])
+
+
+def least_certain(sure: NDArray[np.floating[Any]], right: NDArray[np.bool_]) -> float:
+    """The least probability from which `RIGHT` of the named are named rightly.
+
+    Parameters
+    ----------
+    sure : (n,) probability of each type that would be named, 0 where none would.
+    right : (n,) whether it is the right one.
+    """
+    for certain in np.arange(0.3, 1.0, 0.05):
+        named = sure >= certain
+        if named.any() and right[named].mean() >= RIGHT:
+            break
+    return round(float(certain), 2)
+
+
+def _sure_of_made_up(path: Path) -> tuple[NDArray[np.floating[Any]], NDArray[np.bool_]]:
+    """`least_certain`'s rows on made-up holds that trained nothing."""
+    others, truth = make(60, 180, 100, 2)
+    answers = open_model(path).probabilities(others)
+    best = answers.argmax(axis=1)
+    return np.where(best < len(TYPES), answers.max(axis=1), 0), best == truth
+
+
+def _sure_on_scans(
+    path: Path, scans: Sequence[tuple[Path, Path]]
+) -> tuple[NDArray[np.floating[Any]], NDArray[np.bool_]]:
+    """The same on lifted instances."""
+    _, lifted = named_on_scans(open_model(path), scans, 0.0)
+    answers = lifted.answers.items()
+    sure = np.array([sure if name != UNKNOWN else 0.0 for _, (name, sure) in answers])
+    return sure, np.array([name == lifted.truth[key] for key, (name, _) in answers])
+
+
+def fit_hold_types(
+    path: Path, scans: Sequence[tuple[Path, Path]], progress: Progress, size: float = 1.0
+) -> float:
+    """Make holds, train, choose from which probability a type is named, write the file.
+
+    Parameters
+    ----------
+    path : ONNX file to write.
+    scans : gyms with truth and scans of them that choose the probability; none: made-up holds.
+    size : share of the holds and epochs of a full training.
+
+    Returns
+    -------
+    The probability.
+    """
+    progress.step("making holds")
+    found, label = make(round(500 * size), round(1300 * size), round(2200 * size), 1)
+    samples = Samples(
+        np.stack([relief.picture for relief in found]),
+        np.stack([relief.scalars for relief in found]),
+        label,
+    )
+    progress.note(f"{len(found)} reliefs")
+    progress.step("training")
+    epochs = max(1, round(size * EPOCHS))
+    nets = [train(samples, len(TYPES) + 1, epochs, seed, progress) for seed in range(NETS)]
+    sides = [relief.side_m for relief, k in zip(found, label, strict=True) if k < len(TYPES)]
+    facts: dict[str, Any] = {
+        "names": [*TYPES, NONE_OF_THESE],
+        "sides": np.percentile(sides, [0.1, 99.9]).round(3).tolist(),
+        "certain": 0.0,
+    }
+    write_onnx(nets, path, facts)
+    progress.step("choosing how sure it must be")
+    sure, right = _sure_on_scans(path, scans) if scans else _sure_of_made_up(path)
+    certain = least_certain(sure, right)
+    set_metadata(path, {"certain": json.dumps(certain)})
+    named = sure >= certain
+    progress.note(f"{named.sum()} of {len(named)} named, {(right & named).sum()} rightly")
+    return certain

@@ -1,0 +1,1 @@
+"""The regression that links holds by their paint: photos in dim, mixed light, and the fit."""

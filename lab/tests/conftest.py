@@ -1,0 +1,18 @@
+"""What tests of the lab share."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import pytest
+
+
+@pytest.fixture(scope="session")
+def ultralytics(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """Ultralytics itself, kept from the network and from the home folder."""
+    os.environ["YOLO_CONFIG_DIR"] = str(tmp_path_factory.mktemp("ultralytics"))
+    os.environ["YOLO_OFFLINE"] = "true"
+    return pytest.importorskip(
+        "ultralytics", reason="AGPL-3.0, so not by default: make test-ultralytics"
+    )
