@@ -93,7 +93,7 @@ def test_tables_of_another_mesh_are_refused() -> None:
         TextureUv(np.zeros((2, 3, 2), np.float32)).check_fits(mesh)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(st.data())
 def test_a_damaged_archive_is_told_or_harmless(
     tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
