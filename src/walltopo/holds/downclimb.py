@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from msgspec.structs import replace
 
+from walltopo.graphs.components import components
 from walltopo.scans.attributes import Hold
 
 __all__ = ["downclimb_colours", "with_downclimbs"]
@@ -24,12 +25,9 @@ FLATTEN = 0.2
 
 def _largest_cluster(holds: Sequence[Hold], unit: float) -> int:
     """Holds of the largest group that hangs together by steps of `REACH`."""
-    from scipy.sparse.csgraph import connected_components
-
     points = np.array([hold.position for hold in holds]) / unit * [1, 1, FLATTEN]
     apart = np.linalg.norm(points[:, None] - points[None], axis=2)
-    _, group = connected_components(apart < REACH)
-    return int(np.bincount(group).max())
+    return int(np.bincount(components(len(holds), *np.nonzero(apart < REACH))).max())
 
 
 def downclimb_colours(holds: Sequence[Hold], unit: float) -> list[str]:
