@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from walltopo.sparse.job import Pairing
 from walltopo.sparse.pairs import (
     bags_of_words,
     choose_pairs,
@@ -62,9 +63,15 @@ class _Database:
         return self.rows[number]
 
 
-def _pairing(new: list[int], reference: list[int], most: int) -> dict[str, object]:
-    counts = {"exhaustive_max": most, "sequential": 1, "retrieved": 3, "reference_retrieved": 2}
-    return {"new": new, "reference": reference, **counts}
+def _pairing(new: list[int], reference: list[int], most: int) -> Pairing:
+    return Pairing(
+        tuple(new),
+        tuple(reference),
+        exhaustive_max=most,
+        sequential=1,
+        retrieved=3,
+        reference_retrieved=2,
+    )
 
 
 def test_few_photos_are_matched_exhaustively_and_many_by_likeness() -> None:
