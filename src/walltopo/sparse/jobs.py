@@ -98,7 +98,8 @@ def features_job(
 
 def keep_database(job: Job, photos: Path) -> None:
     """Drop the feature database unless it was made from these photos with these settings."""
-    plain = msgspec.to_builtins(job)
+    # As JSON gives it back: lists, where the job has tuples.
+    plain = msgspec.json.decode(msgspec.json.encode(job))
     key = {name: plain[name] for name in ("cameras", "images", "min_matches", "seed")}
     key |= _feature_key(job, photos)
     stamp = Path(job.database).parent / _STAMP
