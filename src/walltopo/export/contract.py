@@ -20,7 +20,7 @@ from walltopo.scans.routes import Routes
 from walltopo.scans.scale import Scale
 from walltopo.scans.texture import TextureImage, TextureUv
 
-__all__ = ["ExportSettings", "Reads", "Writes"]
+__all__ = ["ExportSettings", "Reads", "WallReads", "Writes"]
 
 
 @dataclass(frozen=True)
@@ -61,12 +61,9 @@ class ExportSettings:
 
 
 @dataclass(frozen=True)
-class Reads:
-    """What the stage is given."""
+class WallReads:
+    """What makes a wall: enough to write a finished scan in another format."""
 
-    photos: PhotoSet
-    photo_list: PhotoList
-    sparse: SparseModel
     scale: Scale
     mesh: Mesh
     texture: TextureImage
@@ -74,9 +71,18 @@ class Reads:
     instances: InstanceTable
     instance_records: InstanceRecords
     attributes: Attributes
-    cutouts: Cutouts
     routes: Routes
     hold_edits: HoldEdits
+
+
+@dataclass(frozen=True)
+class Reads(WallReads):
+    """What the stage is given: the wall, and what the report tells besides."""
+
+    photos: PhotoSet
+    photo_list: PhotoList
+    sparse: SparseModel
+    cutouts: Cutouts
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh
-from walltopo.export.contract import Reads
+from walltopo.export.contract import WallReads
 from walltopo.scans.artifacts import load_artifact
 from walltopo.scans.edits import Stroke, apply_strokes
 from walltopo.scans.folder import ScanFolder
@@ -80,7 +80,7 @@ def _corrected(
     return np.where(np.isin(painted, kept), painted, 0).astype(np.int32)
 
 
-def wall_of(reads: Reads, title: str) -> Wall:
+def wall_of(reads: WallReads, title: str) -> Wall:
     """The wall of a scan.
 
     Raises
@@ -112,6 +112,6 @@ def read_wall(scan: ScanFolder, title: str = "") -> Wall:
     ------
     InputError : a file is missing or does not fit the others; names it.
     """
-    names = [field.name for field in dataclasses.fields(Reads)]
-    reads = Reads(**{name: load_artifact(scan, name) for name in names})
+    names = [field.name for field in dataclasses.fields(WallReads)]
+    reads = WallReads(**{name: load_artifact(scan, name) for name in names})
     return wall_of(reads, title or scan.root.resolve().name)
