@@ -77,7 +77,8 @@ class DenseSettings:
         str, about("folder of the OpenMVS programs; empty: looked up on PATH")
     ] = ""
     openmvs_refine: Annotated[
-        bool, about("backend openmvs: also move the vertices until the photos agree (slow)", expert=True)
+        bool,
+        about("backend openmvs: also move the vertices until the photos agree (slow)", expert=True),
     ] = False
 
     def __post_init__(self) -> None:
