@@ -79,8 +79,10 @@ def read_corners(path: Path) -> tuple[Mesh, Corners]:
         raise StageError(f"{path}: not as OpenMVS 2.3 writes textured meshes: {found}")
     vertices = np.frombuffer(body, np.dtype("<f4"), counts[0] * 3).reshape(-1, 3)
     faces = np.frombuffer(body, _FACE, counts[1], counts[0] * 12)
-    corners = faces["texcoord"].reshape(-1, 3, 2) * np.float32([1, -1]) + np.float32([0, 1])
-    return Mesh(vertices, faces["vertices"]), corners
+    corners = faces["texcoord"].reshape(-1, 3, 2) * np.array([1, -1], np.float32) + np.array(
+        [0, 1], np.float32
+    )
+    return Mesh(vertices.astype(np.float64), faces["vertices"]), corners
 
 
 def openmvs_texture(
@@ -127,11 +129,16 @@ def openmvs_texture(
             "Use texture.backend = embedded.",
         )
     image = read_rgb(work / "textured0.png")
-    seen = _span(uv * np.float32(image.shape[1::-1])) > _LEAST_SPAN
+    seen = _span(uv * _texels(image)) > _LEAST_SPAN
     if not seen.any():
         raise StageError("TextureMesh saw no triangle", "Use texture.backend = embedded.")
     image = fill_gaps(image, _painted(image, uv[seen]))
     return _at_most(image, settings.size), _with_unseen(mesh, uv, seen), seen
+
+
+def _texels(image: Image) -> NDArray[np.float32]:
+    """(2,) width and height."""
+    return np.array(image.shape[1::-1], dtype=np.float32)
 
 
 def _span(texels: Corners) -> NDArray[np.float32]:
@@ -143,7 +150,7 @@ def _span(texels: Corners) -> NDArray[np.float32]:
 def _painted(image: Image, uv: Corners) -> NDArray[np.uint8]:
     """(H, W) 1 where a triangle lies, else 0: TextureMesh leaves one colour between patches."""
     result = np.zeros(image.shape[:2], dtype=np.uint8)
-    texels = np.rint(uv * np.float32(image.shape[1::-1]) - 0.5).astype(np.int32)
+    texels = np.rint(uv * _texels(image) - 0.5).astype(np.int32)
     for triangle in texels:
         cv2.fillConvexPoly(result, triangle, 1)
     return result
