@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import os
+import shutil
+import subprocess
+import tarfile
 from pathlib import Path
 
 import pytest
@@ -49,3 +52,22 @@ def tiny_gym(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def tiny_photos(tiny_gym: Path) -> Path:
     """The photos of the small rendered gym."""
     return tiny_gym / "photos"
+
+
+@pytest.fixture(scope="session")
+def openmvs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of the OpenMVS programs: those on PATH, else those beside the test data."""
+    found = shutil.which("ReconstructMesh")
+    if found is not None:
+        return Path(found).parent
+    packed = sorted((_data_root().parent / "openmvs").glob("*.tar.xz"))
+    if not packed:
+        pytest.skip("OpenMVS is neither on PATH nor beside the test data")
+    folder = tmp_path_factory.mktemp("openmvs")
+    with tarfile.open(packed[-1]) as archive:
+        archive.extractall(folder, filter="data")
+    for program in sorted(folder.iterdir()):
+        run = subprocess.run([program, "--help"], cwd=folder, capture_output=True, text=True)
+        if "shared libraries" in run.stderr:
+            pytest.skip(f"OpenMVS does not start here: {run.stderr.strip()}")
+    return folder

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from importlib.metadata import entry_points
 from pathlib import Path
 
+from walltopo.openmvs.programs import PROGRAMS
+
 __all__ = ["Finding", "examine"]
 
 
@@ -30,7 +32,6 @@ class Finding:
     detail: str
 
 
-_OPENMVS = ("InterfaceCOLMAP", "DensifyPointCloud", "ReconstructMesh", "RefineMesh", "TextureMesh")
 _CORE = ("numpy", "scipy", "numba", "pycolmap", "cv2", "PIL", "pillow_heif", "av")
 _CORE_MORE = ("networkit", "trimesh", "embreex", "potpourri3d", "fast_simplification")
 _RUNTIME = ("faster_coco_eval", "jinja2", "msgspec", "onnxruntime", "rich")
@@ -87,10 +88,10 @@ def _disk(folder: Path) -> Iterator[Finding]:
 
 def _accelerators() -> Iterator[Finding]:
     if importlib.util.find_spec("pycolmap"):
-        import pycolmap
+        from walltopo.dense.colmap import has_cuda
 
-        cuda = bool(getattr(pycolmap, "has_cuda", False))
-        detail = "dense backend `colmap` available" if cuda else "CPU only: dense uses `sgm`"
+        cuda = has_cuda()
+        detail = "dense backend `colmap` available" if cuda else "none, or no device for it"
         yield Finding("pycolmap CUDA", "ok" if cuda else "missing", detail)
     if importlib.util.find_spec("onnxruntime"):
         import onnxruntime
@@ -101,11 +102,11 @@ def _accelerators() -> Iterator[Finding]:
 
 
 def _programs() -> Iterator[Finding]:
-    absent = [name for name in _OPENMVS if shutil.which(name) is None]
+    absent = [name for name in PROGRAMS if shutil.which(name) is None]
     if absent:
         yield Finding("OpenMVS", "missing", f"not on PATH: {', '.join(absent)} (optional)")
     else:
-        yield Finding("OpenMVS", "ok", "dense backend `openmvs` available")
+        yield Finding("OpenMVS", "ok", "`openmvs` available to dense and texture")
     ffmpeg = shutil.which("ffmpeg")
     detail = ffmpeg or "not on PATH; not needed, videos are read by PyAV's own"
     yield Finding("ffmpeg", "ok" if ffmpeg else "missing", detail)

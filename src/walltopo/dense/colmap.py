@@ -2,22 +2,41 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 from walltopo.core import EnvironmentLacksError, Mesh, Progress, StageError
 from walltopo.dense.contract import DenseSettings
 from walltopo.dense.remesh import finish
-from walltopo.dense.undistorted import undistorted_workspace
 from walltopo.meshes.ply import read_mesh
+from walltopo.openmvs.workspace import undistorted_workspace
 
-__all__ = ["colmap_mesh", "has_cuda"]
+__all__ = ["colmap_mesh", "cuda_devices", "has_cuda"]
 
 
 def has_cuda() -> bool:
-    """Whether pycolmap was built with CUDA and sees a device."""
+    """Whether pycolmap was built with CUDA and the machine has a device for it."""
     import pycolmap
 
-    return bool(pycolmap.has_cuda)
+    return bool(pycolmap.has_cuda) and cuda_devices() > 0
+
+
+def cuda_devices() -> int:
+    """Devices that the CUDA driver sees; 0 without a driver.
+
+    The driver is asked: pycolmap's own count, where it has one, fails hard without a driver.
+    """
+    import ctypes
+
+    name = "nvcuda.dll" if sys.platform == "win32" else "libcuda.so.1"
+    try:
+        driver = ctypes.CDLL(name)
+    except OSError:
+        return 0
+    count = ctypes.c_int(0)
+    if driver.cuInit(0) != 0 or driver.cuDeviceGetCount(ctypes.byref(count)) != 0:
+        return 0
+    return count.value
 
 
 def colmap_mesh(
@@ -39,12 +58,12 @@ def colmap_mesh(
 
     Raises
     ------
-    EnvironmentLacksError : pycolmap has no CUDA.
+    EnvironmentLacksError : no CUDA in pycolmap, or no device.
     StageError : the fusion found no points.
     """
     if not has_cuda():
         raise EnvironmentLacksError(
-            "dense.backend = colmap needs a pycolmap with CUDA, and this one has none",
+            "dense.backend = colmap needs a pycolmap with CUDA and a device for it",
             "Install pycolmap-cuda12 in its place on a machine with an NVIDIA GPU, or use "
             "dense.backend = sgm.",
         )

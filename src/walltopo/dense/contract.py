@@ -76,6 +76,10 @@ class DenseSettings:
     openmvs_bin: Annotated[
         str, about("folder of the OpenMVS programs; empty: looked up on PATH")
     ] = ""
+    openmvs_refine: Annotated[
+        bool,
+        about("backend openmvs: also move the vertices until the photos agree (slow)", expert=True),
+    ] = False
 
     def __post_init__(self) -> None:
         check_settings(self, "dense")

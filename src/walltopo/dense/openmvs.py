@@ -1,134 +1,74 @@
-"""The `openmvs` backend: drives the OpenMVS programs.
+"""The `openmvs` backend: drives OpenMVS 2.3 from depth maps to a mesh.
 
-Command lines after OpenMVS 2's own pipeline script (MvgMvsPipeline.py) and its wiki, "Usage":
-InterfaceCOLMAP on an undistorted COLMAP workspace, DensifyPointCloud, ReconstructMesh, RefineMesh.
-TextureMesh is not used: walltopo textures the cleaned mesh itself.
+InterfaceCOLMAP, DensifyPointCloud, ReconstructMesh and, if asked for, RefineMesh. TextureMesh is
+an option of the texture stage.
 """
 
 from __future__ import annotations
 
-import os
-import re
-import shutil
-import subprocess
-from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
-from walltopo.core import EnvironmentLacksError, Mesh, Progress, StageError
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import Mesh, Progress, StageError
 from walltopo.dense.contract import DenseSettings
 from walltopo.dense.remesh import finish
-from walltopo.dense.undistorted import undistorted_workspace
+from walltopo.dense.scene import ground_sampling, read_scene, surroundings
+from walltopo.dense.subdivide import drop_wide, split_long_edges
 from walltopo.meshes.ply import read_mesh
+from walltopo.meshes.topology import compact
+from walltopo.openmvs.programs import find_programs, run_program
+from walltopo.openmvs.workspace import import_scene, undistorted_workspace
 
-__all__ = ["PROGRAMS", "commands", "find_programs", "openmvs_mesh", "parse_progress", "run_program"]
+__all__ = ["densify_arguments", "mesh_arguments", "openmvs_mesh", "refine_arguments"]
 
-PROGRAMS = ("InterfaceCOLMAP", "DensifyPointCloud", "ReconstructMesh", "RefineMesh")
-# Lines such as "Estimated depth-maps 12 (16.67%, 3s, ETA 15s)".
-_PROGRESS = re.compile(r"(?P<what>[A-Za-z][A-Za-z\- ]*?) (?P<done>\d+) \((?P<percent>[\d.]+)%")
-_TAIL_LINES = 12
-
-
-@dataclass(frozen=True)
-class Step:
-    """One line of OpenMVS's progress."""
-
-    what: str
-    done: int
-    percent: float
-
-
-def find_programs(folder: str) -> dict[str, str]:
-    """Paths of the programs, in `folder` or on PATH if it is empty.
-
-    Raises
-    ------
-    EnvironmentLacksError : names each missing program and where it was looked for.
-    """
-    where = folder or None
-    found = {name: shutil.which(name, path=where) for name in PROGRAMS}
-    missing = [name for name, path in found.items() if path is None]
-    if missing:
-        raise EnvironmentLacksError(
-            f"OpenMVS: {', '.join(missing)} not found {f'in {folder}' if folder else 'on PATH'}",
-            "Build OpenMVS (github.com/cdcseacave/openMVS) and set dense.openmvs_bin to the "
-            "folder of its programs, or use dense.backend = sgm.",
-        )
-    return {name: path for name, path in found.items() if path is not None}
+# PatchMatch's time grows with pixels x views x rounds. On a CPU these are a third of its defaults'.
+_VIEWS = 4
+_ROUNDS = 2
+_GEOMETRIC_ROUNDS = 0
+# OpenMVS guesses a region of interest, and whether the scene is a tower, from where the cameras
+# look; in front of a wall both guesses cut parts of it off. It is cropped here, as for `sgm`.
+_NO_GUESSES = ["--estimate-roi", "0", "--crop-to-roi", "0", "--tower-mode", "0"]
+# Points closer than this share of an edge are one to the triangulation.
+_POINT_DISTANCE = 0.7
+# Its own remeshing (--edge-length) crashes in 2.3.0 (openMVS issue 926), so longer edges are
+# split here: those longer than this many times the edge wanted (Botsch and Kobbelt, 2004).
+_LONGEST_EDGE = 4 / 3
 
 
-def commands(programs: dict[str, str], work: Path, max_size: int) -> list[list[str]]:
-    """Argument lists of the steps, in order.
+def densify_arguments(scene: Path, dense: Path, max_size: int) -> list[str]:
+    """DensifyPointCloud: depth maps at the photos' size, fused.
 
     Parameters
     ----------
-    programs : from `find_programs`.
-    work : an undistorted COLMAP workspace (`images/`, `sparse/`); results are written there.
+    scene, dense : absolute paths of the .mvs read and written; the points lie beside it, .ply.
     max_size : longer side of the photos that stereo sees, pixels.
     """
-    steps = {
-        "InterfaceCOLMAP": "-i . -o scene.mvs --image-folder images",
-        "DensifyPointCloud": "scene.mvs -o scene_dense.mvs --resolution-level 0 "
-        f"--max-resolution {max_size}",
-        "ReconstructMesh": "scene_dense.mvs -p scene_dense.ply -o scene_mesh.ply",
-        "RefineMesh": "scene_dense.mvs -m scene_mesh.ply -o scene_refined.ply",
-    }
-    return [
-        [programs[name], *arguments.split(), "-w", str(work)] for name, arguments in steps.items()
-    ]
+    size = ["--resolution-level", "0", "--max-resolution", str(max_size)]
+    effort = ["--number-views", str(_VIEWS), "--iters", str(_ROUNDS)]
+    effort += ["--geometric-iters", str(_GEOMETRIC_ROUNDS)]
+    return ["-i", str(scene), "-o", str(dense), *size, *effort, *_NO_GUESSES]
 
 
-def parse_progress(line: str) -> Step | None:
-    """The progress that a log line reports, or None."""
-    match = _PROGRESS.search(line)
-    if match is None:
-        return None
-    return Step(match["what"].strip(), int(match["done"]), float(match["percent"]))
+def mesh_arguments(dense: Path, mesh: Path, edge: float, pixel: float) -> list[str]:
+    """ReconstructMesh: a surface through the points.
 
-
-def run_program(command: Sequence[str], work: Path, progress: Progress) -> None:
-    """Run one program, its progress passed on, its output kept in `<program>.log`.
-
-    Raises
-    ------
-    StageError : it ended with an error; with the last lines of its log.
+    Parameters
+    ----------
+    dense, mesh : absolute paths of the .mvs read and the .ply written.
+    edge : edge length wanted, world units.
+    pixel : a pixel's size on the surface in the photos that stereo saw, world units.
     """
-    name = Path(command[0]).name
-    progress.step(f"OpenMVS {name}", 100)
-    tail: list[str] = []
-    shown = 0
-    log = work / f"{name}.log"
-    with (
-        log.open("w", encoding="utf-8") as stream,
-        subprocess.Popen(
-            command,
-            cwd=work,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            errors="replace",
-            env={**os.environ, "LC_ALL": "C"},
-        ) as process,
-    ):
-        assert process.stdout is not None
-        # Universal newlines: OpenMVS rewrites its progress line with carriage returns.
-        for line in process.stdout:
-            stream.write(line)
-            tail = [*tail, line.rstrip()][-_TAIL_LINES:]
-            step = parse_progress(line)
-            if step is None:
-                continue
-            if int(step.percent) < shown:
-                progress.step(f"OpenMVS {name}: {step.what}", 100)
-                shown = 0
-            progress.advance(int(step.percent) - shown)
-            shown = int(step.percent)
-        code = process.wait()
-    if code != 0:
-        raise StageError(
-            f"OpenMVS {name} ended with code {code}:\n" + "\n".join(tail),
-            f"The whole output is in {log}.",
-        )
+    points = ["-p", str(dense.with_suffix(".ply"))]
+    fineness = ["--min-point-distance", f"{_POINT_DISTANCE * edge / pixel:.3f}"]
+    return ["-i", str(dense), *points, "-o", str(mesh), *fineness, "--crop-to-roi", "0"]
+
+
+def refine_arguments(dense: Path, mesh: Path, refined: Path) -> list[str]:
+    """RefineMesh: vertices moved until the photos agree; absolute paths, the mesh's edges kept."""
+    keep = ["--decimate", "1", "--ensure-edge-size", "0", "--max-face-area", "0"]
+    return ["-i", str(dense), "-m", str(mesh), "-o", str(refined), *keep, "--close-holes", "0"]
 
 
 def openmvs_mesh(
@@ -148,10 +88,30 @@ def openmvs_mesh(
     StageError : a program failed or wrote no mesh.
     """
     programs = find_programs(settings.openmvs_bin)
-    undistorted_workspace(sparse, photos, work, settings.max_size, progress)
-    for command in commands(programs, work, settings.max_size):
-        run_program(command, work, progress)
-    result = work / "scene_refined.ply"
-    if not result.is_file():
-        raise StageError(f"OpenMVS wrote no mesh at {result}", f"Its logs (*.log) are in {work}.")
-    return finish(read_mesh(result), settings, edge, unit)
+    view = read_scene(sparse)
+    work = work.resolve()
+    undistorted_workspace(sparse.resolve(), photos.resolve(), work, settings.max_size, progress)
+    scene = import_scene(programs["InterfaceCOLMAP"], work, progress)
+    dense, surface = work / "dense.mvs", work / "surface.ply"
+    arguments = densify_arguments(scene, dense, settings.max_size)
+    run_program(programs["DensifyPointCloud"], arguments, work, progress)
+    longest = max(max(v.camera.width, v.camera.height) for v in view.views)
+    pixel = ground_sampling(view) * max(1.0, longest / settings.max_size)
+    arguments = mesh_arguments(dense, surface, edge, pixel)
+    run_program(programs["ReconstructMesh"], arguments, work, progress)
+    if settings.openmvs_refine:
+        rough, surface = surface, work / "refined.ply"
+        arguments = refine_arguments(dense, rough, surface)
+        run_program(programs["RefineMesh"], arguments, work, progress)
+    if not surface.is_file():
+        raise StageError(f"OpenMVS wrote no mesh at {surface}", f"Its logs (*.log) are in {work}.")
+    mesh = _inside(read_mesh(surface), *surroundings(view))
+    # What is no hole to be closed is none to be bridged: the triangulation closes everything.
+    mesh = finish(drop_wide(mesh, settings.max_hole * unit), settings, edge, unit)
+    return split_long_edges(mesh, _LONGEST_EDGE * edge)
+
+
+def _inside(mesh: Mesh, low: NDArray[np.float64], high: NDArray[np.float64]) -> Mesh:
+    """The triangles whose middle lies within a box, (3,) corners each."""
+    keep = ((mesh.centroids >= low) & (mesh.centroids <= high)).all(axis=1)
+    return Mesh(*compact(mesh.vertices, mesh.faces[keep]))

@@ -11,10 +11,11 @@ import numpy as np
 from walltopo.core import EnvironmentLacksError, Mesh
 from walltopo.dense.colmap import colmap_mesh, has_cuda
 from walltopo.dense.contract import DenseSettings, Reads, Writes
-from walltopo.dense.openmvs import find_programs, openmvs_mesh
+from walltopo.dense.openmvs import openmvs_mesh
 from walltopo.dense.preview import preview_mesh
 from walltopo.dense.scene import Scene, ground_sampling, read_scene, surroundings
 from walltopo.dense.sgm import sgm_mesh
+from walltopo.openmvs.programs import find_programs
 from walltopo.scans.context import Context
 
 __all__ = ["edge_and_unit", "pick_backend", "run"]
@@ -47,12 +48,12 @@ def pick_backend(settings: DenseSettings) -> tuple[str, str]:
     if settings.backend != "auto":
         return settings.backend, "as asked"
     if has_cuda():
-        return "colmap", "pycolmap has CUDA"
+        return "colmap", "pycolmap has CUDA and a device"
     try:
         find_programs(settings.openmvs_bin)
     except EnvironmentLacksError:
-        return "sgm", "no CUDA in pycolmap, no OpenMVS found"
-    return "openmvs", "OpenMVS found, no CUDA in pycolmap"
+        return "sgm", "no CUDA for pycolmap, no OpenMVS found"
+    return "openmvs", "OpenMVS found, no CUDA for pycolmap"
 
 
 def _mesh(
