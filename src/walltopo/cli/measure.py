@@ -94,6 +94,7 @@ def _detect(args: argparse.Namespace) -> int:
     from walltopo.core import Silent
     from walltopo.measure.plates import built_in_plates, read_plates
     from walltopo.measure.stage import detect_in_photos
+    from walltopo.scans.photo_set import PhotoSet
 
     plates = read_plates(args.plates) if args.plates else built_in_plates()
     table = Table("photo", "plate", "markers", "shortest side")
@@ -101,7 +102,7 @@ def _detect(args: argparse.Namespace) -> int:
     for path in args.photos:
         files = sorted(p for p in path.iterdir() if p.is_file()) if path.is_dir() else [path]
         for file in files:
-            found = detect_in_photos(file.parent, [file.name], plates, Silent())
+            found = detect_in_photos(PhotoSet(file.parent), [file.name], plates, Silent())
             for plate in plates:
                 seen = [d for d in found if d.marker in plate.ids]
                 seen = [d for d in seen if d.dictionary == plate.dictionary]
