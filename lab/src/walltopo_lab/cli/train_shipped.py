@@ -18,7 +18,7 @@ then replace src/walltopo/models/hold_types.onnx, and print the figures again:
 PAINT = """\
 example:
   walltopo train paint photos/
-Its numbers stand in src/walltopo/routes/paint.py and as default of routes.paint_resolution;
+Its numbers stand in src/walltopo/routes/paint.py, the resolution among them;
 their figure on other gyms is printed by
   python -m walltopo_lab.benchmarks.routes dim CHECK
 """

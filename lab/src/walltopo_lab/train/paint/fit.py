@@ -67,7 +67,7 @@ class PaintFit:
     Parameters
     ----------
     weights, bias : `WEIGHTS` and `BIAS` of `walltopo.routes.paint`.
-    left_out : sharpening and `routes.paint_resolution` to the mean and worst ARI.
+    left_out : sharpening and `paint.RESOLUTION` to the mean and worst ARI.
     """
 
     weights: list[float]
