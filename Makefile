@@ -6,12 +6,13 @@ VENV := .venv
 BIN := $(VENV)/bin
 PAGE := demo-scan/index.html
 
-.PHONY: help demo test lint docs wheels viewer pictures system system-venv system-compiler browser clean
+.PHONY: help demo test test-ultralytics lint docs wheels viewer pictures system system-venv system-compiler browser database clean
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make demo     set up, scan the bundled photos, name the page to open"
 	@echo "make test     set up everything, run all tests"
+	@echo "make test-ultralytics   the tests that need Ultralytics (AGPL-3.0), in an environment of its own"
 	@echo "make lint     ruff, mypy, import floors"
 	@echo "make wheels   wheels and source archives of both distributions in dist/"
 	@echo "make docs     write the generated parts of docs/"
@@ -36,14 +37,21 @@ $(VENV)/core-ready: $(VENV)/pip-ready pyproject.toml lab/pyproject.toml VERSION 
 
 $(VENV)/dev-ready: $(VENV)/core-ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt \
-	  -e '.[dev]' -e './lab[train,tune]'
+	  -e '.[dev]' -e './lab[train,tune,dev]'
 	@touch $@
 
 demo: $(VENV)/core-ready
 	$(BIN)/walltopo scan examples/demo-photos -o demo-scan
 
-test: $(VENV)/dev-ready browser
+test: $(VENV)/dev-ready browser database
 	$(BIN)/python -m pytest --cov=walltopo --cov-report=term:skip-covered
+
+# Ultralytics is AGPL-3.0, so it is no part of `make test`.
+test-ultralytics: $(VENV)/dev-ready
+	$(PYTHON) -m venv $(VENV)-ultralytics
+	$(VENV)-ultralytics/bin/python -m pip install --quiet --disable-pip-version-check -e '.[dev]' -e './lab[train,ultralytics]'
+	$(VENV)-ultralytics/bin/python -m pytest lab/tests/detectors lab/tests/train/test_train_yolo.py \
+	  lab/tests/classifier/test_classifier_training.py
 
 lint: $(VENV)/dev-ready
 	$(BIN)/ruff format --check src lab tests examples conftest.py
@@ -54,7 +62,7 @@ lint: $(VENV)/dev-ready
 docs: $(VENV)/dev-ready
 	COLUMNS=1000 $(BIN)/walltopo settings --markdown > docs/settings.md
 	$(BIN)/python -m walltopo.scans.schemas docs/schemas
-	WALLTOPO_WRITE_DOCS=1 $(BIN)/python -m pytest tests/scan/test_bad_input.py -k write_the_table
+	$(BIN)/python -m walltopo_lab.benchmarks.bad_input > docs/bad-input.md
 
 wheels: $(VENV)/dev-ready
 	$(BIN)/python -m build --outdir dist .
@@ -75,6 +83,13 @@ browser:
 	  [ -d viewer/node_modules ] || (cd viewer && npm ci --no-audit --no-fund --silent) \
 	    || echo "npm ci failed: the viewer's tests will be skipped"; fi
 
+# One test of the lab starts a PostgreSQL of its own.
+database:
+	@command -v initdb >/dev/null || ls /usr/lib/postgresql/*/bin/initdb >/dev/null 2>&1 \
+	  || { command -v apt-get >/dev/null && $(SUDO) apt-get update -qq \
+	       && $(SUDO) apt-get install -y -qq postgresql >/dev/null; } \
+	  || echo "no PostgreSQL: the test of tuning on several machines will be skipped"
+
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 
 system-venv:
@@ -90,7 +105,7 @@ system-compiler:
 system:
 	@command -v apt-get >/dev/null || { echo "not a Debian system: install chromium, nodejs, npm"; exit 1; }
 	$(SUDO) apt-get update -qq
-	@for package in python3-venv python3-dev g++ chromium $$(command -v npm >/dev/null || echo nodejs npm); do \
+	@for package in python3-venv python3-dev g++ chromium postgresql $$(command -v npm >/dev/null || echo nodejs npm); do \
 	  $(SUDO) apt-get install -y -qq $$package >/dev/null || exit 1; done
 
 clean:

@@ -6,7 +6,9 @@ import os
 import shutil
 import subprocess
 import tarfile
+from collections.abc import Callable
 from pathlib import Path
+from typing import NoReturn
 
 import pytest
 
@@ -20,15 +22,21 @@ def _data_root() -> Path:
 
 
 @pytest.fixture(scope="session")
-def data_root() -> Path:
-    """The folder of test data beside the checkout.
+def lacks() -> Callable[[str], NoReturn]:
+    """Called where a test cannot run: skips it, and fails in CI, where nothing may be lacking."""
 
-    Where it is absent, tests that want it skip; where `CI` is set they fail, lest nobody notice.
-    """
+    def tell(what: str) -> NoReturn:
+        (pytest.fail if os.environ.get("CI") else pytest.skip)(what)
+
+    return tell
+
+
+@pytest.fixture(scope="session")
+def data_root(lacks: Callable[[str], NoReturn]) -> Path:
+    """The folder of test data beside the checkout."""
     root = _data_root()
     if not (root / "README.md").is_file():
-        absent = pytest.fail if os.environ.get("CI") else pytest.skip
-        absent(f"test data not found at {root} (set WALLTOPO_TEST_DATA)")
+        lacks(f"test data not found at {root} (set WALLTOPO_TEST_DATA)")
     return root
 
 

@@ -13,10 +13,11 @@ from PIL import Image
 
 from walltopo.cli import main
 from walltopo.core import EnvironmentLacksError, InputError, Silent
-from walltopo.core.files import write_json
 from walltopo.holds.classifier_meaning import Meaning
 from walltopo.holds.classifier_model import open_classifier
 from walltopo.holds.classifier_picture import square
+from walltopo.scans.attributes import Attributes, Hold, Role
+from walltopo.scans.cutouts import INDEX, Cutout, CutoutIndex
 from walltopo.scans.folder import ScanFolder
 from walltopo_lab.classifier import yolo
 from walltopo_lab.classifier.params import ClassifierSettings
@@ -87,7 +88,7 @@ def test_a_class_of_one_hold_cannot_be_split() -> None:
 def scan_with_cutouts(root: Path) -> ScanFolder:
     scan = ScanFolder(root)
     rng = np.random.default_rng(0)
-    rows = [
+    rows: list[tuple[int, str, str, Role, bool]] = [
         (1, "red", "jug", "hold", False),
         (2, "blue", "crimp", "hold", False),
         (3, "red", "unknown", "hold", False),
@@ -97,11 +98,13 @@ def scan_with_cutouts(root: Path) -> ScanFolder:
     scan.cutouts.mkdir(parents=True)
     for number, *_ in rows:
         Image.fromarray(draw("disc", rng)).save(scan.cutouts / f"{number}_0.webp")
-    index = [{"id": n, "file": f"{n}_0.webp"} for n, *_ in rows]
-    write_json(scan.cutouts / "index.json", {"version": 1, "cutouts": index})
-    keys = ("id", "colour", "type", "role", "review")
-    instances = [dict(zip(keys, row, strict=True)) for row in rows]
-    write_json(scan.attributes, {"version": 1, "instances": instances})
+    index = [Cutout(n, f"{n}_0.webp", "a.jpg", 900, 1.0, False) for n, *_ in rows]
+    CutoutIndex(cutouts=tuple(index)).save(scan.cutouts / INDEX)
+    holds = [
+        Hold(number, "hold", colour=colour, type=kind, role=role, review=review)
+        for number, colour, kind, role, review in rows
+    ]
+    Attributes(instances=tuple(holds)).save(scan.attributes)
     return scan
 
 

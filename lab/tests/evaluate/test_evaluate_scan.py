@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,12 @@ import pytest
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh
+from walltopo.meshes.ply import write_ply
+from walltopo.scans.attributes import Attributes, Hold
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTable
+from walltopo.scans.routes import Route, Routes
+from walltopo.scans.scale import Scale
 from walltopo_lab.cli import evaluate as commands
 from walltopo_lab.evaluate.carry import carry_truth, overlap_with_missing
 from walltopo_lab.evaluate.errors_mesh import Outcome, coloured_mesh, outcome_of_faces
@@ -137,11 +144,11 @@ def test_miou_by_hand() -> None:
 def test_routes_leave_out_volumes_and_unmatched() -> None:
     true = {k: instance(k, r) for k, r in enumerate([0, 0, 1, 1, -1, -2], start=1)}
     pairs = {10 * k: k for k in true}
-    routes = [{"id": 1, "holds": [10, 20, 50]}, {"id": 2, "holds": [30, 40]}]
+    routes = [Route(1, holds=(10, 20, 50)), Route(2, holds=(30, 40))]
     figures = route_metrics(routes, pairs, true)
     assert (figures["ari"], figures["holds_compared"]) == (1.0, 4)
     assert (figures["downclimb_holds"], figures["downclimb_kept_out"]) == (1, 1)
-    one = route_metrics([{"id": 1, "holds": [10, 20, 30, 40]}], pairs, true)
+    one = route_metrics([Route(1, holds=(10, 20, 30, 40))], pairs, true)
     assert (one["ari"], one["completeness"], one["homogeneity"]) == (0.0, 1.0, 0.0)
     none = route_metrics([], pairs, true)
     assert none["holds_unrouted"] == 4
@@ -192,22 +199,29 @@ def test_truth_is_read_back_and_faults_are_named(tmp_path: Path, truth: Truth) -
         read_truth(tmp_path)
 
 
+def records(instances: Mapping[int, TrueInstance], *more: InstanceRecord) -> InstanceRecords:
+    """What the lift would say of these."""
+    classes = {1: "hold", 2: "volume"}
+    rows = [
+        InstanceRecord(k, one.label, classes[one.label], 0.9, {str(one.label): 1.0}, (), 1)
+        for k, one in instances.items()
+    ]
+    return InstanceRecords(classes={"1": "hold", "2": "volume"}, instances=(*rows, *more))
+
+
 def write_scan(folder: Path, mesh: Mesh, angle: float) -> None:
     """A scan of the wall turned about z and shifted on the floor, with perfect instances."""
-    from walltopo.core.files import write_json
-    from walltopo.meshes.ply import write_ply
-    from walltopo.scans.folder import ScanFolder
-
     scan = ScanFolder(folder)
     c, s = np.cos(angle), np.sin(angle)
     turned = mesh.vertices @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]).T + [2.0, 1.0, 0.0]
     write_ply(scan.mesh, Mesh(turned, mesh.faces))
     face_instance = labels_on(mesh)
-    np.savez(scan.instances, face_instance=face_instance, face_score=np.ones(len(mesh.faces), "f4"))
-    rows = [{"id": k, "label": TRUE[k].label, "score": 0.9} for k in TRUE]
-    write_json(scan.instance_records, {"version": 1, "instances": rows})
-    write_json(scan.scale, {"version": 1, "metric": True})
-    write_json(scan.routes, {"routes": [{"id": 1, "holds": [1]}, {"id": 2, "holds": [2]}]})
+    InstanceTable(face_instance, np.ones(len(mesh.faces), np.float32)).save(scan.instances)
+    records(TRUE).save(scan.instance_records)
+    Scale(method="measure", scale=1.0, metric=True, up_known=True, floor_known=True).save(
+        scan.scale
+    )
+    Routes(routes=(Route(1, holds=(1,)), Route(2, holds=(2,)))).save(scan.routes)
 
 
 def write_model(folder: Path, poses: NDArray[np.float64], angle: float) -> None:
@@ -256,20 +270,15 @@ def test_scan_command_end_to_end(tmp_path: Path, truth: Truth) -> None:
 
 
 def test_a_doubtful_instance_is_ranked_but_not_shown(tmp_path: Path) -> None:
-    from walltopo.core.files import read_json, write_json
-    from walltopo.scans.folder import ScanFolder
-
     mesh, scan = grid(60), ScanFolder(tmp_path / "scan")
     write_scan(scan.root, mesh, angle=0.0)
-    with np.load(scan.instances) as data:
-        face_instance = data["face_instance"].copy()
+    face_instance = InstanceTable.load(scan.instances).face_instance
     # A false instance of low score on bare wall, in the lift's files but not among the holds.
     free = np.flatnonzero(face_instance == 0)[:200]
     face_instance[free] = 99
-    np.savez(scan.instances, face_instance=face_instance, face_score=np.ones(len(mesh.faces), "f4"))
-    records = read_json(scan.instance_records)
-    records["instances"].append({"id": 99, "label": 1, "score": 0.1})
-    write_json(scan.instance_records, records)
+    InstanceTable(face_instance, np.ones(len(mesh.faces), np.float32)).save(scan.instances)
+    false = InstanceRecord(99, 1, "hold", 0.1, {"1": 1.0}, (), 200)
+    records(TRUE, false).save(scan.instance_records)
 
     placed = Truth(
         Mesh(mesh.vertices + [2.0, 1.0, 0.0], mesh.faces),
@@ -283,7 +292,7 @@ def test_a_doubtful_instance_is_ranked_but_not_shown(tmp_path: Path) -> None:
 
     before = measured()
     assert before["shown"]["precision"] == pytest.approx(3 / 4)
-    write_json(scan.attributes, {"instances": [{"id": k} for k in TRUE]})
+    Attributes(instances=tuple(Hold(k, "hold") for k in TRUE)).save(scan.attributes)
     after = measured()
     assert after["instances"] == before["instances"]
     assert after["instances"]["agnostic"]["predicted"] == 4

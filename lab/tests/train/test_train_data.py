@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from walltopo.core import InputError, Mask
 from walltopo.detect.votes import decode_votes
-from walltopo.scans.detections import write_coco_masks
+from walltopo.scans.detections import Detections
 from walltopo_lab.train.audit import TURNS, judge, turn_boxes
 from walltopo_lab.train.augment import Crop, crop_sample, shift_colours
 from walltopo_lab.train.batches import source_of, split_sources
@@ -99,7 +99,7 @@ def test_caches_of_boxes_and_of_masks(tmp_path: Path, disc_set: DiscSet) -> None
     masks = (Mask.from_full(other, 1), Mask.from_full(bitmap, 2))
     coco = tmp_path / "set" / "labels.json"
     classes = {1: "hold", 2: "volume"}
-    write_coco_masks(coco, {"wall0.png": masks}, {"wall0.png": (240, 240)}, classes)
+    Detections({"wall0.png": masks}, {"wall0.png": (240, 240)}, classes).save(coco)
     cache_coco(coco, tmp_path / "set" / "images", tmp_path / "exact")
     exact = open_cache(tmp_path / "exact", "wall0.png")
     np.testing.assert_allclose(exact.boxes, [[70, 60, 80, 70], [60, 50, 100, 90]])

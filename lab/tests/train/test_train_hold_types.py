@@ -1,12 +1,19 @@
-"""The made-up holds that train the namer of hold types."""
+"""The namer of hold types: the made-up holds that train it, and a short training."""
 
 from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from walltopo.core import Silent
+from walltopo.holds.types import NONE_OF_THESE, open_model
+from walltopo.scans.attributes import UNKNOWN
 from walltopo_lab.synth.holds import make_hold
 from walltopo_lab.train.hold_types import scanned
+from walltopo_lab.train.hold_types.fit import fit_hold_types
 
 TYPES = ("jug", "crimp", "sloper", "pinch", "pocket", "foothold")
 LARGEST = {"foothold": 0.13, "crimp": 0.45}  # metres; others up to a large sloper
@@ -65,6 +72,22 @@ def test_what_is_no_hold_of_one_type_is_there() -> None:
     things = [scanned.nothing_known(rng) for _ in range(20)]
     assert all(np.isfinite(heights).all() and pixel > 0 for heights, pixel in things)
     assert sum((heights > 0).any() for heights, _ in things) >= 15
+
+
+def test_a_short_training_gives_a_network_that_knows_what_it_knows(tmp_path: Path) -> None:
+    path = tmp_path / "types.onnx"
+    certain = fit_hold_types(path, [], Silent(), size=0.05)
+    model = open_model(path)
+    assert model.certain == certain
+    assert model.names == (*TYPES, NONE_OF_THESE)
+    relief = scanned.scanned(
+        *scanned.formed("jug", np.random.default_rng(0)), np.random.default_rng(1)
+    )
+    assert relief is not None
+    ((name, sure),) = model.names_of([relief])
+    assert 0 < sure <= 1
+    assert name in (*TYPES, UNKNOWN)
+    assert model.names_of([replace(relief, side_m=10 * model.sides[1])])[0][0] == UNKNOWN
 
 
 def test_nothing_gives_no_relief() -> None:

@@ -35,7 +35,7 @@ def boxes(mesh: Mesh) -> NDArray[np.int32]:
 
 def write_gym(folder: Path) -> None:
     """Truth, cameras and masks of a tiny wall, as a generator would write them."""
-    from walltopo.scans.detections import write_coco_masks
+    from walltopo.scans.detections import Detections
     from walltopo_lab.datasets.project import masks_of_view
 
     mesh = grid(40)
@@ -61,7 +61,7 @@ def write_gym(folder: Path) -> None:
         centre = np.array([0.7 + 0.2 * k, -1.8, 1.0])
         view = View(f"{k}.jpg", camera, np.column_stack([rotation, -rotation @ centre]))
         labels = dict.fromkeys(range(1, 9), 1)
-        masks[view.name] = [m for _, m in masks_of_view(mesh, face_instance, labels, view)]
+        masks[view.name] = tuple(m for _, m in masks_of_view(mesh, face_instance, labels, view))
         sizes[view.name] = (160, 160)
         shift = -rotation @ centre
         # A quarter turn about x: quaternion (cos 45, sin 45, 0, 0).
@@ -69,7 +69,7 @@ def write_gym(folder: Path) -> None:
             f"{k + 1} 0.70710678118 0.70710678118 0 0 {shift[0]} {shift[1]} {shift[2]} 1 {k}.jpg",
             "",
         ]
-    write_coco_masks(folder / "masks.json", masks, sizes, {1: "hold", 2: "volume"})
+    Detections(masks, sizes, {1: "hold", 2: "volume"}).save(folder / "masks.json")
     (folder / "cameras").mkdir()
     (folder / "cameras/cameras.txt").write_text("1 PINHOLE 160 160 120 120 80 80\n")
     (folder / "cameras/images.txt").write_text("\n".join(lines) + "\n")

@@ -11,6 +11,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import NoReturn
 
 import pytest
 
@@ -33,14 +34,14 @@ def free_port() -> int:
 
 
 @pytest.fixture
-def database() -> Iterator[str]:
+def database(lacks: Callable[[str], NoReturn]) -> Iterator[str]:
     """URL of an empty database; the server ends with the test."""
     folder = programs()
     if folder is None:
-        pytest.skip("PostgreSQL is not installed (Debian: apt-get install postgresql)")
+        lacks("PostgreSQL is not installed (Debian: apt-get install postgresql)")
     driver = next((name for name in DRIVERS if importlib.util.find_spec(name)), None)
     if driver is None:
-        pytest.skip(f"no PostgreSQL driver ({', '.join(DRIVERS)}): pip install pg8000")
+        lacks(f"no PostgreSQL driver ({', '.join(DRIVERS)}): pip install pg8000")
     place = Path(tempfile.mkdtemp(prefix="walltopo-postgres-"))
     # The server refuses to run as root.
     user = "nobody" if os.getuid() == 0 else None

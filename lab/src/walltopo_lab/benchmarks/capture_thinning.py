@@ -15,8 +15,8 @@ import tempfile
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -30,9 +30,12 @@ from walltopo.meshes.similarity import Similarity
 from walltopo.raycast import render_ids
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.model import read_views
+from walltopo.scans.photo_list import PhotoList
+from walltopo.scans.photo_set import PhotoSet
 from walltopo.sparse.colmap_process import run_worker
 from walltopo.sparse.contract import SparseSettings
-from walltopo.sparse.stage import camera_entries, mapping_job, photo_entries
+from walltopo.sparse.job import ImageEntry, MapTask
+from walltopo.sparse.jobs import camera_entries, database_of, features_job, photo_ids
 from walltopo_lab.benchmarks.reconstruction_poses import centres, fit_on_floor, load_truth, matched
 
 Floats = NDArray[np.float64]
@@ -42,17 +45,15 @@ _NEAR = 0.02  # m; a surface point is seen where the rendered depth is its own w
 
 def map_subset(scan: ScanFolder, names: Sequence[str], work: Path) -> list[View]:
     """Map only the named photos, from the features and matches that the scan has."""
-    photos = photo_entries(scan)
+    photos = sorted(PhotoList.load(scan.photo_list).photos, key=lambda photo: photo.name)
     database = work / "features.db"
-    shutil.copyfile(scan.work / "features" / "features.db", database)
-    job = mapping_job(database, scan.photos, SparseSettings())
+    shutil.copyfile(database_of(scan.work), database)
     cameras, indices = camera_entries(photos)
-    job["cameras"] = cameras
-    job["images"] = [{"name": p["name"], "camera": k} for p, k in zip(photos, indices, strict=True)]
-    task: dict[str, Any] = {"output": str(work / "mapping"), "reference": "", "expected": 0}
-    task |= {"constant_cameras": [], "held_images": [], "only": list(names)}
-    result = run_worker({**job, "pairing": None, "map": task}, Silent())
-    return read_views(Path(result["best"])) if result["best"] else []
+    images = [ImageEntry(photo.name, k) for photo, k in zip(photos, indices, strict=True)]
+    job = features_job(database, scan.photos, SparseSettings(), cameras, images, photo_ids(photos))
+    task = MapTask(str(work / "mapping"), len(names), only=tuple(names))
+    result = run_worker(msgspec.structs.replace(job, pairing=None, map=task), Silent())
+    return read_views(Path(result.best)) if result.best else []
 
 
 def in_world(view: View, world: Similarity) -> View:
@@ -169,7 +170,7 @@ def main() -> int:
     parser.add_argument("--table", choices=("photos", "measures", "both"), default="both")
     args = parser.parse_args()
     scan, names = ScanFolder(args.scan), sorted(load_truth(args.truth))
-    detections = detect_in_photos(scan.photos, names, built_in_plates()[:3], Silent())
+    detections = detect_in_photos(PhotoSet(scan.photos), names, built_in_plates()[:3], Silent())
     if args.table != "measures":
         thin_photos(scan, args.truth, detections)
     if args.table != "photos":

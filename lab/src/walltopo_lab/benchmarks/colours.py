@@ -23,9 +23,10 @@ from walltopo.core import Camera, Mesh, Silent, View
 from walltopo.holds.colour import HoldPaint, assign_colours, find_palette, paint_over_views
 from walltopo.holds.contract import ClassifySettings
 from walltopo.holds.geometry import measure_shapes
-from walltopo.holds.observe import gather
+from walltopo.holds.observe import observe
 from walltopo.holds.palette import Entry
 from walltopo.scans.model import read_views
+from walltopo.scans.photo_set import PhotoSet
 from walltopo_lab.evaluate.truth import CLASS_IDS, read_truth
 
 CLASSES = {number: name for name, number in CLASS_IDS.items()}
@@ -80,7 +81,7 @@ def paints_of(
     """
     source = generated_scan(folder) if lift is None else true_scan(folder, lift)
     views, mesh, labels, colours, kinds = source
-    seen, light = gather(views, folder / "photos", mesh, labels, settings, Silent())
+    seen, light = observe(views, PhotoSet(folder / "photos"), mesh, labels, settings, Silent())
     shapes = measure_shapes(mesh, labels, sorted(colours))
     positions = {number: shape.position for number, shape in shapes.items()}
     seen = {number: rows for number, rows in sorted(seen.items()) if number in positions}

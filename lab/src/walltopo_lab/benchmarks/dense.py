@@ -21,33 +21,31 @@ from __future__ import annotations
 import argparse
 import json
 import resource
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Silent, View
-from walltopo.core.files import read_json
 from walltopo.dense.contract import DenseSettings
 from walltopo.dense.scene import read_scene
 from walltopo.dense.sgm import sgm_mesh
 from walltopo.dense.stage import edge_and_unit
-from walltopo.dense.stage import run as run_dense
 from walltopo.imaging.photo_file import read_grey, read_rgb
 from walltopo.meshes.check import check_mesh
 from walltopo.meshes.ply import read_mesh
 from walltopo.meshes.topology import edges_of
+from walltopo.pipeline.settings import Settings
 from walltopo.raycast import render_ids
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.model import read_views
-from walltopo.texture import run as run_texture
+from walltopo.scans.scale import Scale
+from walltopo.sparse.contract import SparseSettings
 from walltopo.texture.atlas import Texture, make_texture
 from walltopo.texture.contract import TextureSettings
-from walltopo_lab.benchmarks.reconstruction_poses import run_stages as run_to_scale
+from walltopo_lab.benchmarks.reconstruction_poses import run_stages, run_to_scale
 
 Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -207,17 +205,9 @@ def _summary(gaps: Floats) -> str:
     return f"median {median:.2f}, 90 % {p90:.2f}, 95 % {p95:.2f};"
 
 
-def run_stages(scan: ScanFolder) -> None:
+def run_measured(folder: Path) -> None:
     """Dense and texture with their seconds and the process's peak memory."""
-    stages: dict[str, Callable[[], Any]] = {
-        "dense": lambda: run_dense(scan, DenseSettings(), Silent()),
-        "texture": lambda: run_texture(scan, TextureSettings(), Silent()),
-    }
-    for name, stage in stages.items():
-        start, cpu = time.perf_counter(), time.process_time()
-        metrics = stage()
-        wall, used = time.perf_counter() - start, time.process_time() - cpu
-        print(f"{name}: {wall:.0f} s ({used:.0f} CPU-s); {metrics}", flush=True)
+    run_stages(folder, ("dense", "texture"), Settings())
     # Mapping is a process of its own.
     own, child = (
         resource.getrusage(who).ru_maxrss / 1e6
@@ -270,7 +260,7 @@ def held_out(scan: ScanFolder, every: int, within: float, folder: Path | None) -
     out = list(range(every // 2, len(scene.views), every))
     rest = scene.subset([k for k in range(len(scene.views)) if k not in out])
     settings = DenseSettings()
-    edge, unit = edge_and_unit(rest, settings, bool(read_json(scan.scale).get("metric")))
+    edge, unit = edge_and_unit(rest, settings, Scale.load(scan.scale).metric)
     mesh = sgm_mesh(
         rest, lambda name: read_grey(scan.photos / name), settings, edge, unit, Silent()
     )
@@ -321,9 +311,9 @@ def main() -> None:
     scan = ScanFolder(args.scan)
     if not scan.sparse.is_dir():
         reference = str(args.reference[0]) if args.reference else ""
-        run_to_scale(args.photos, args.scan, reference=reference)
+        run_to_scale(args.photos, args.scan, SparseSettings(reference=reference))
     if not scan.mesh.is_file():
-        run_stages(scan)
+        run_measured(args.scan)
     if args.truth:
         compare(scan, args.truth, tuple(args.reference) if args.reference else None)
     if args.held_out:

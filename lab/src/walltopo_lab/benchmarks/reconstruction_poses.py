@@ -10,21 +10,24 @@ registered into it both ways, and judges all three.
 from __future__ import annotations
 
 import argparse
-import json
 import resource
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import Silent, View
+from walltopo.core import View
+from walltopo.pipeline.runner import run_stage
+from walltopo.pipeline.settings import Settings
+from walltopo.scans.aligned import Aligned
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.model import read_views
+from walltopo.sparse.contract import SparseSettings
 
 Floats = NDArray[np.float64]
 
@@ -118,42 +121,29 @@ def judge_scan(label: str, folder: Path, truth_folder: Path) -> FloorFit:
 def judge_update(label: str, folder: Path, truth_folder: Path, fit: FloorFit) -> None:
     """Judge an aligned update in its reference's frame: nothing is fitted to its own cameras."""
     judge(label, read_views(ScanFolder(folder).sparse), load_truth(truth_folder), fit)
-    aligned = ScanFolder(folder).work / "aligned.json"
+    aligned = ScanFolder(folder).aligned
     if aligned.is_file():
-        told = json.loads(aligned.read_text(encoding="utf-8"))
-        print(f"{'':28s} reference poses moved by {told.get('reference_moved', float('nan')):.1e}")
+        moved = Aligned.load(aligned).reference_moved
+        print(f"{'':28s} reference poses moved by {moved:.1e}")
 
 
 def run_stages(
-    photos: Path,
-    out: Path,
-    reference: str = "",
-    align: Literal["constrained", "rigid"] = "constrained",
+    folder: Path, names: Sequence[str], settings: Settings, photos: Sequence[Path] = ()
 ) -> None:
-    """ingest, sparse and scale with default settings; prints wall and CPU seconds of each."""
-    from walltopo.measure.contract import ScaleSettings
-    from walltopo.measure.stage import run as scale
-    from walltopo.photos.contract import IngestSettings
-    from walltopo.photos.stage import run as ingest
-    from walltopo.sparse.contract import SparseSettings
-    from walltopo.sparse.stage import run as sparse_run
-
-    scan, silent = ScanFolder(out), Silent()
-    out.mkdir(parents=True, exist_ok=True)
-    stages: dict[str, Callable[[], dict[str, Any]]] = {
-        "ingest": lambda: ingest(scan, IngestSettings(), silent, [photos]),
-        "sparse": lambda: sparse_run(
-            scan,
-            SparseSettings(reference=reference, align=align),
-            silent,
-        ),
-        "scale": lambda: scale(scan, ScaleSettings(), silent),
-    }
-    for name, stage in stages.items():
+    """Run stages of a scan; prints wall and CPU seconds of each."""
+    scan = ScanFolder(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in names:
         clock, cpu = time.perf_counter(), _cpu_seconds()
-        metrics = stage()
+        metrics = run_stage(scan, name, getattr(settings, name), sources=photos)
         spent = f"{time.perf_counter() - clock:6.1f} s, {_cpu_seconds() - cpu:6.1f} CPU-s"
-        print(f"{out.name} {name:7s} {spent}: {metrics}")
+        print(f"{folder.name} {name:7s} {spent}: {metrics}", flush=True)
+
+
+def run_to_scale(photos: Path, folder: Path, sparse: SparseSettings | None = None) -> None:
+    """ingest, sparse and scale."""
+    settings = Settings(sparse=sparse or SparseSettings())
+    run_stages(folder, ("ingest", "sparse", "scale"), settings, (photos,))
 
 
 def _cpu_seconds() -> float:
@@ -183,11 +173,11 @@ def main() -> int:
         "rigid": args.out / "reset-rigid",
     }
     if not args.reuse:
-        run_stages(args.data / "gym-a" / "photos", args.out / "gym-a")
+        run_to_scale(args.data / "gym-a" / "photos", args.out / "gym-a")
         for align, folder in names.items():
             reference = str(args.out / "gym-a")
             photos = args.data / "gym-a-reset" / "photos"
-            run_stages(photos, folder, reference=reference, align=align)
+            run_to_scale(photos, folder, SparseSettings(reference=reference, align=align))
     fit = judge_scan("gym-a", args.out / "gym-a", args.data / "gym-a")
     for align, folder in names.items():
         judge_update(f"gym-a-reset, {align}", folder, args.data / "gym-a-reset", fit)

@@ -25,8 +25,11 @@ from sklearn.metrics import adjusted_rand_score
 from walltopo.core import Mesh
 from walltopo.routes.contract import RoutesSettings
 from walltopo.routes.stage import find_routes
-from walltopo.scans.attributes import Hold, Route
+from walltopo.scans.attributes import Hold, Role
+from walltopo.scans.routes import Route
 from walltopo_lab.benchmarks.routes_gyms import set_gym
+
+ROLES: dict[int, Role] = {-1: "volume", -2: "downclimb"}
 
 
 def rand_index(routes: list[Route], truth: dict[int, int]) -> float:
@@ -50,13 +53,13 @@ def true_holds(folder: Path) -> tuple[Mesh, list[Hold], dict[int, int]]:
     scene = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
     holds, truth = [], {}
     for entry in scene["instances"]:
-        role = {-1: "volume", -2: "downclimb"}.get(entry["route"], "hold")
+        role: Role = ROLES.get(entry["route"], "hold")
         holds.append(
             Hold(
                 entry["id"],
                 entry["class"],
-                _point(entry["position"]),
-                _point(entry["normal"]),
+                position=_point(entry["position"]),
+                normal=_point(entry["normal"]),
                 colour=entry["colour"],
                 size_m=0.15,
                 role=role,
@@ -162,7 +165,7 @@ def speed(data: Path) -> None:
     )
     places = vertices[rng.choice(len(vertices), 600, replace=False)].tolist()
     holds = [
-        Hold(k + 1, "hold", (p[0], p[1], p[2]), colour=f"colour {k % 10}", size_m=0.15)
+        Hold(k + 1, "hold", position=(p[0], p[1], p[2]), colour=f"colour {k % 10}", size_m=0.15)
         for k, p in enumerate(places)
     ]
     mesh = Mesh(vertices, faces)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
-from walltopo.scans.attributes import Hold
+from walltopo.scans.attributes import Hold, Role
 from walltopo_lab.evaluate.routes import type_of_kind
 from walltopo_lab.synth.bodies import Body
 from walltopo_lab.synth.holds import make_hold
@@ -75,13 +75,13 @@ def set_gym(preset: str, seed: int) -> SetGym:
     for item in board.holds:
         position, normal = item.position.tolist(), item.normal.tolist()
         assert item.body is not None
-        role = "downclimb" if item.route == -2 else "hold"
+        role: Role = "downclimb" if item.route == -2 else "hold"
         holds.append(
             Hold(
                 item.id,
                 "hold",
-                (position[0], position[1], position[2]),
-                (normal[0], normal[1], normal[2]),
+                position=(position[0], position[1], position[2]),
+                normal=(normal[0], normal[1], normal[2]),
                 type=type_of_kind(item.kind),
                 colour=item.colour,
                 size_m=2 * item.body.radius,

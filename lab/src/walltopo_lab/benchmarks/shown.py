@@ -21,11 +21,12 @@ from pathlib import Path
 import numpy as np
 
 from walltopo.core import Silent
-from walltopo.holds.doubtful import read_instances
+from walltopo.holds.doubtful import Lifted
 from walltopo.holds.flatness import Rise, flat_instances, measure_rises
 from walltopo.lifting import LiftParams, lift
 from walltopo.meshes.ply import read_mesh
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.instances import InstanceRecords, InstanceTable
 from walltopo_lab.benchmarks.tables_lift import Plan, load_wall, scan_defaults
 from walltopo_lab.evaluate.align import align_views
 from walltopo_lab.evaluate.carry import carry_truth, overlap_with_missing
@@ -77,7 +78,8 @@ def heights(folder: Path, truth_folder: Path) -> tuple[dict[int, Rise], dict[int
     """Rises of the real holds of a scan and of what is none; half matches are left out."""
     scan, truth = ScanFolder(folder), read_truth(truth_folder)
     mesh = read_mesh(scan.mesh)
-    lifted = read_instances(scan, len(mesh.faces))
+    table = InstanceTable.load(scan.instances)
+    lifted = Lifted.of(table, InstanceRecords.load(scan.instance_records))
     rises = measure_rises(mesh, lifted.face_instance, lifted.kinds, 1.0)
     turned = align_views(scan_views(scan, truth), truth.views, False).mesh(mesh)
     carried = carry_truth(truth, turned, WITHIN, REACH_M)

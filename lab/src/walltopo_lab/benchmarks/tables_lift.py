@@ -93,7 +93,8 @@ def detections(
     """
     path = folder / f"{name}-{detector_hash()}.json"
     if not path.is_file():
-        detect_photos(photos, open_detector(DetectSettings(score=score)), path, Silent())
+        found, _ = detect_photos(photos, open_detector(DetectSettings(score=score)), Silent())
+        found.save(path)
     return path
 
 

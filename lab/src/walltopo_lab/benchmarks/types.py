@@ -23,9 +23,10 @@ import numpy as np
 from walltopo.core import Mesh, Silent
 from walltopo.holds.classifier_model import CutoutClassifier, Verdict, judge, open_classifier
 from walltopo.holds.contract import ClassifySettings
-from walltopo.holds.observe import gather
+from walltopo.holds.observe import observe
 from walltopo.holds.types import shipped_model
 from walltopo.holds.verdicts import verdicts
+from walltopo.scans.photo_set import PhotoSet
 from walltopo_lab.benchmarks.colours import true_scan
 from walltopo_lab.classifier.samples import read_cutouts
 from walltopo_lab.evaluate.truth import Truth, read_truth
@@ -104,7 +105,9 @@ def of_another_generator(classifier: CutoutClassifier, data: Path) -> None:
     """The same on `gym-a`: every third photo, the instances' own cutouts as a scan takes them."""
     settings = ClassifySettings()
     views, mesh, labels, _, _ = true_scan(data / "gym-a", True)
-    seen, _ = gather(views[::3], data / "gym-a" / "photos", mesh, labels, settings, Silent())
+    seen, _ = observe(
+        views[::3], PhotoSet(data / "gym-a" / "photos"), mesh, labels, settings, Silent()
+    )
     types = true_types(read_truth(data / "gym-a").instances)
     answers = answers_of(shipped_model(), mesh, labels, sorted(types))
     truth = {("gym-a", number): types[number] for number in answers}

@@ -17,6 +17,8 @@ from walltopo.core.files import read_json
 from walltopo.holds.classifier_meaning import Meaning, read_classes
 from walltopo.holds.classifier_picture import square
 from walltopo.imaging.photo_file import read_rgb
+from walltopo.scans.attributes import Attributes
+from walltopo.scans.cutouts import Cutouts as StoredCutouts
 from walltopo.scans.folder import ScanFolder
 
 __all__ = ["LABELS", "Cutouts", "read_cutouts"]
@@ -174,15 +176,15 @@ def _picture(file: Path, side: int) -> NDArray[np.uint8] | None:
 
 
 def _of_scan(scan: ScanFolder, label: str, side: int) -> Iterator[_Cutout]:
-    rows = {int(row["id"]): row for row in read_json(scan.attributes)["instances"]}
-    for entry in read_json(scan.cutouts / "index.json")["cutouts"]:
-        row = rows.get(int(entry["id"]))
-        if row is None or row["review"]:
+    holds = {hold.id: hold for hold in Attributes.load(scan.attributes).instances}
+    for entry in StoredCutouts.load(scan.cutouts).index:
+        hold = holds.get(entry.id)
+        if hold is None or hold.review:
             continue
-        named = _class(label, row["colour"], row["type"], row["role"])
-        picture = _picture(scan.cutouts / entry["file"], side) if named else None
+        named = _class(label, hold.colour, hold.type, hold.role)
+        picture = _picture(scan.cutouts / entry.file, side) if named else None
         if named and picture is not None:
-            yield _Cutout(picture, named[0], f"{scan.root}/{entry['id']}", named[1])
+            yield _Cutout(picture, named[0], f"{scan.root}/{entry.id}", named[1])
 
 
 def _truth_class(item: dict[str, Any], label: str) -> tuple[str, Meaning] | None:

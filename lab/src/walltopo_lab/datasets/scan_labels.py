@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from walltopo.core import InputError
-from walltopo.core.files import atomic_path, read_json, write_json
 from walltopo.meshes.ply import read_mesh
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTable
 from walltopo_lab.datasets.painted import Painted
 
 __all__ = ["read_scan_labels", "write_scan_labels"]
@@ -21,14 +20,10 @@ _NEAR = 1e-3
 
 def read_scan_labels(scan: ScanFolder) -> tuple[NDArray[np.int32], dict[int, int], dict[int, str]]:
     """Face instances, the class id of each instance, and the class names of a scan."""
-    if not scan.instances.is_file():
-        raise InputError(f"{scan.instances}: no such file", "Run the lift first.")
-    with np.load(scan.instances) as archive:
-        face_instance = archive["face_instance"].astype(np.int32)
-    data = read_json(scan.instance_records)
-    classes = {int(k): str(v) for k, v in data["classes"].items()}
-    labels = {int(row["id"]): int(row["label"]) for row in data["instances"]}
-    return face_instance, labels, classes
+    records = InstanceRecords.load(scan.instance_records)
+    classes = {int(label): name for label, name in records.classes.items()}
+    labels = {record.id: record.label for record in records.instances}
+    return InstanceTable.load(scan.instances).face_instance, labels, classes
 
 
 def _on_scan(scan: ScanFolder, painted: Painted) -> NDArray[np.int32]:
@@ -63,29 +58,24 @@ def write_scan_labels(scan: ScanFolder, painted: Painted) -> int:
     """
     face_instance = _on_scan(scan, painted)
     old, _, classes = read_scan_labels(scan)
-    data = read_json(scan.instance_records)
-    records = {int(row["id"]): row for row in data["instances"]}
+    stored = InstanceRecords.load(scan.instance_records)
+    records = {record.id: record for record in stored.instances}
     free = 1 + max([0, *records])
     result = np.zeros(len(face_instance), dtype=np.int32)
-    rows: list[dict[str, Any]] = []
-    used: set[int] = set()
+    rows: dict[int, InstanceRecord] = {}
     for number in np.unique(face_instance[face_instance > 0]).tolist():
         faces = face_instance == number
         counts = np.bincount(old[faces])
         before, label = int(counts.argmax()), painted.labels[number]
-        same = before > 0 and before not in used and counts[before] > 0.5 * faces.sum()
-        if same and int(records[before]["label"]) == label:
-            row = {**records[before], "faces": int(faces.sum())}
+        same = before > 0 and before not in rows and counts[before] > 0.5 * faces.sum()
+        if same and records[before].label == label:
+            row = replace(records[before], faces=int(faces.sum()))
         else:
-            row = {"id": free, "label": label, "class": classes[label], "score": 1.0}
-            row |= {"votes": {str(label): 1.0}, "views": [], "faces": int(faces.sum())}
+            votes = {str(label): 1.0}
+            row = InstanceRecord(free, label, classes[label], 1.0, votes, (), int(faces.sum()))
             free += 1
-        used.add(int(row["id"]))
-        result[faces] = row["id"]
-        rows.append(row)
-    rows.sort(key=lambda row: int(row["id"]))
-    with atomic_path(scan.instances) as temporary, temporary.open("wb") as stream:
-        score = (result > 0).astype(np.float32)
-        np.savez_compressed(stream, face_instance=result, face_score=score)
-    write_json(scan.instance_records, {**data, "instances": rows})
+        result[faces] = row.id
+        rows[row.id] = row
+    InstanceTable(result, (result > 0).astype(np.float32)).save(scan.instances)
+    replace(stored, instances=tuple(rows[k] for k in sorted(rows))).save(scan.instance_records)
     return len(rows)

@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from walltopo.scans.attributes import UNKNOWN, Hold
+from walltopo.scans.routes import Route
 from walltopo_lab.evaluate.overlap import Overlap
-from walltopo_lab.evaluate.truth import TrueInstance
+from walltopo_lab.evaluate.truth import CLASS_IDS, TrueInstance
 
 __all__ = ["attribute_metrics", "grouping_scores", "match_pairs", "route_metrics", "type_of_kind"]
 
@@ -38,7 +40,7 @@ def grouping_scores(truth: Sequence[int], predicted: Sequence[int]) -> dict[str,
 
 
 def route_metrics(
-    routes: Sequence[Mapping[str, Any]],
+    routes: Sequence[Route],
     pairs: Mapping[int, int],
     truth: Mapping[int, TrueInstance],
 ) -> dict[str, Any]:
@@ -49,14 +51,14 @@ def route_metrics(
 
     Parameters
     ----------
-    routes : the `routes` of `routes.json`.
+    routes : of `routes.json`.
     pairs : predicted id to true id, see `match_pairs`.
     truth : true instances by id.
     """
     route_of: dict[int, int] = {}
     for route in routes:
-        for hold in route["holds"]:
-            route_of.setdefault(int(hold), int(route["id"]))
+        for hold in route.holds:
+            route_of.setdefault(hold, route.id)
     holds = [(p, t) for p, t in sorted(pairs.items()) if truth[t].route >= 0]
     true_groups = [truth[t].route for _, t in holds]
     # Negative ids cannot clash with route ids.
@@ -81,7 +83,7 @@ def type_of_kind(kind: str) -> str:
 
 
 def attribute_metrics(
-    records: Sequence[Mapping[str, Any]],
+    found: Sequence[Hold],
     pairs: Mapping[int, int],
     truth: Mapping[int, TrueInstance],
 ) -> dict[str, Any]:
@@ -92,23 +94,21 @@ def attribute_metrics(
 
     Parameters
     ----------
-    records : the `instances` of `attributes.json`.
+    found : the instances of `attributes.json`.
     """
-    by_id = {int(record["id"]): record for record in records}
+    by_id = {hold.id: hold for hold in found}
     both = [(by_id[p], truth[t]) for p, t in sorted(pairs.items()) if p in by_id]
     holds = [(mine, true) for mine, true in both if true.label == 1]
-    typed = [(mine, true) for mine, true in holds if mine.get("type", "unknown") != "unknown"]
+    typed = [(mine, true) for mine, true in holds if mine.type != UNKNOWN]
 
     def share(rows: Sequence[bool]) -> float | None:
         return float(np.mean(rows)) if rows else None
 
     return {
         "compared": len(both),
-        "colour_accuracy": share([mine.get("colour") == true.colour for mine, true in holds]),
+        "colour_accuracy": share([mine.colour == true.colour for mine, true in holds]),
         "type_named": len(typed) / len(holds) if holds else None,
-        "type_accuracy": share([mine["type"] == type_of_kind(true.kind) for mine, true in typed]),
+        "type_accuracy": share([mine.type == type_of_kind(true.kind) for mine, true in typed]),
         "type_unknown": len(holds) - len(typed),
-        "class_accuracy": share(
-            [{"hold": 1, "volume": 2}.get(str(m.get("class"))) == t.label for m, t in both]
-        ),
+        "class_accuracy": share([CLASS_IDS.get(mine.kind) == true.label for mine, true in both]),
     }

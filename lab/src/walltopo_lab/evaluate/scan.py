@@ -10,11 +10,15 @@ from typing import Any
 import numpy as np
 
 from walltopo.core import InputError, Mesh, Progress, Silent, View
-from walltopo.core.files import read_json
 from walltopo.meshes.ply import read_mesh
 from walltopo.meshes.similarity import Similarity
+from walltopo.scans.attributes import Attributes
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.instances import InstanceRecords, InstanceTable
 from walltopo.scans.model import read_views
+from walltopo.scans.photo_list import PhotoList
+from walltopo.scans.routes import Routes
+from walltopo.scans.scale import Scale
 from walltopo_lab.evaluate.align import align_views, pose_metrics
 from walltopo_lab.evaluate.carry import (
     Carried,
@@ -59,15 +63,11 @@ class ScanEvaluation:
 
 def read_labelled(npz: Path, records: Path) -> Labelled:
     """The instances of a scan: `instances.npz` and `instances.json`."""
-    if not npz.is_file():
-        raise InputError(f"{npz}: no such file", "Run the lift first.")
-    with np.load(npz) as archive:
-        face_instance = archive["face_instance"].astype(np.int32)
-    rows = read_json(records)["instances"]
+    rows = InstanceRecords.load(records).instances
     return Labelled(
-        face_instance,
-        {int(row["id"]): int(row["label"]) for row in rows},
-        {int(row["id"]): float(row["score"]) for row in rows},
+        InstanceTable.load(npz).face_instance,
+        {row.id: row.label for row in rows},
+        {row.id: row.score for row in rows},
     )
 
 
@@ -78,8 +78,8 @@ def scan_views(scan: ScanFolder, truth: Truth) -> dict[str, View]:
     """
     sources: dict[str, str] = {}
     if scan.photo_list.is_file():
-        for photo in read_json(scan.photo_list)["photos"]:
-            sources[photo["name"]] = Path(str(photo["source"])).stem
+        for photo in PhotoList.load(scan.photo_list).photos:
+            sources[photo.name] = Path(photo.source).stem
     by_stem = {Path(name).stem: name for name in truth.views}
     views: dict[str, View] = {}
     for view in read_views(scan.sparse):
@@ -90,7 +90,7 @@ def scan_views(scan: ScanFolder, truth: Truth) -> dict[str, View]:
 
 def is_metric(scan: ScanFolder) -> bool:
     """Whether the scan says that it is in metres."""
-    return scan.scale.is_file() and bool(read_json(scan.scale)["metric"])
+    return scan.scale.is_file() and Scale.load(scan.scale).metric
 
 
 def evaluate_scan(
@@ -152,8 +152,7 @@ def _shown(scan: ScanFolder, predicted: Labelled) -> Labelled:
     """The instances that the scan shows as holds; all of them where it has not classified."""
     if not scan.attributes.is_file():
         return predicted
-    rows = read_json(scan.attributes)["instances"]
-    return only(predicted, {int(row["id"]) for row in rows})
+    return only(predicted, {hold.id for hold in Attributes.load(scan.attributes).instances})
 
 
 def _rank_figures(
@@ -203,8 +202,8 @@ def _route_figures(
     if not truth.instances:
         return
     if scan.attributes.is_file():
-        records = read_json(scan.attributes)["instances"]
-        figures["attributes"] = attribute_metrics(records, pairs, truth.instances)
+        holds = Attributes.load(scan.attributes).instances
+        figures["attributes"] = attribute_metrics(holds, pairs, truth.instances)
     if scan.routes.is_file():
-        routes = read_json(scan.routes)["routes"]
+        routes = Routes.load(scan.routes).routes
         figures["routes"] = route_metrics(routes, pairs, truth.instances)

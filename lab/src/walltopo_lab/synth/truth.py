@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Camera, Mask, View
 from walltopo.core.files import atomic_path, read_json, write_json
-from walltopo.scans.detections import write_coco_masks
+from walltopo.scans.detections import Detections
 from walltopo_lab.synth.bodies import GymInstance
 from walltopo_lab.synth.gym import Gym
 from walltopo_lab.synth.marks import Tag
@@ -179,9 +179,9 @@ def write_masks(
     info: Mapping[str, Any],
 ) -> None:
     """COCO with RLE; every annotation also carries `instance_id`, the id in `scene.json`."""
-    plain = {name: [mask for _, mask in items] for name, items in masks.items()}
-    write_coco_masks(path, plain, dict.fromkeys(masks, size), CLASSES, info)
-    data = read_json(path)
+    plain = {name: tuple(mask for _, mask in items) for name, items in masks.items()}
+    Detections(plain, dict.fromkeys(masks, size), CLASSES).save(path)
+    data = read_json(path) | {"info": dict(info)}
     numbers = [number for items in masks.values() for number, _ in items]
     for annotation, number in zip(data["annotations"], numbers, strict=True):
         annotation["instance_id"] = number

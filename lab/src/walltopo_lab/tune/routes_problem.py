@@ -15,7 +15,7 @@ from walltopo.routes.contract import RoutesSettings
 from walltopo.routes.geodesic import pair_lengths
 from walltopo.routes.grouping import group_holds
 from walltopo.routes.proxy import PROXY_FACES, Proxy, build_proxy
-from walltopo.scans.attributes import Hold, read_holds
+from walltopo.scans.attributes import Attributes, Hold
 from walltopo.scans.folder import ScanFolder
 from walltopo_lab.evaluate.align import align_views
 from walltopo_lab.evaluate.carry import carry_truth, overlap_with_missing
@@ -88,7 +88,7 @@ def _of_scan(scan: ScanFolder, truth: Truth) -> tuple[Mesh, list[tuple[Hold, int
     pairs = match_pairs(overlap_with_missing(predicted, carried, mesh.areas, truth))
     return mesh, [
         (hold, pairs[hold.id])
-        for hold in read_holds(scan.attributes)
+        for hold in Attributes.load(scan.attributes).instances
         if hold.role == "hold" and hold.id in pairs and truth.instances[pairs[hold.id]].route >= 0
     ]
 

@@ -85,9 +85,11 @@ def least_certain(sure: NDArray[np.floating[Any]], right: NDArray[np.bool_]) -> 
     return round(float(certain), 2)
 
 
-def _sure_of_made_up(path: Path) -> tuple[NDArray[np.floating[Any]], NDArray[np.bool_]]:
+def _sure_of_made_up(
+    path: Path, size: float
+) -> tuple[NDArray[np.floating[Any]], NDArray[np.bool_]]:
     """`least_certain`'s rows on made-up holds that trained nothing."""
-    others, truth = make(60, 180, 100, 2)
+    others, truth = make(round(60 * size), round(180 * size), round(100 * size), 2)
     answers = open_model(path).probabilities(others)
     best = answers.argmax(axis=1)
     return np.where(best < len(TYPES), answers.max(axis=1), 0), best == truth
@@ -137,7 +139,7 @@ def fit_hold_types(
     }
     write_onnx(nets, path, facts)
     progress.step("choosing how sure it must be")
-    sure, right = _sure_on_scans(path, scans) if scans else _sure_of_made_up(path)
+    sure, right = _sure_on_scans(path, scans) if scans else _sure_of_made_up(path, size)
     certain = least_certain(sure, right)
     set_metadata(path, {"certain": json.dumps(certain)})
     named = sure >= certain

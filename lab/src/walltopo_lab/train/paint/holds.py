@@ -16,7 +16,7 @@ from sklearn.metrics import adjusted_rand_score
 
 from walltopo.holds.colour import HoldPaint, assign_colours, find_palette
 from walltopo.holds.contract import ClassifySettings
-from walltopo.holds.light import SceneLight
+from walltopo.holds.light import TINT_RADIUS, SceneLight
 from walltopo.holds.observations import paint_of
 from walltopo.imaging.srgb import linear_from_srgb8
 from walltopo.routes import paint as linking
@@ -87,7 +87,7 @@ def read_holds(
     paint = np.array(linear)
     # One exposure for the photo, as `paint_over_views` gives a scan.
     paint *= 0.8 / np.percentile(paint.mean(axis=1), 98)
-    return PhotoHolds(points, paint, light.tint_at(points, linking.TINT_RADIUS), routes)
+    return PhotoHolds(points, paint, light.tint_at(points, TINT_RADIUS), routes)
 
 
 def of_generated(photo: DimPhoto) -> PhotoHolds:
