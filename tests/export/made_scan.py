@@ -139,7 +139,7 @@ def made_hold(number: int, place: Any, radius: float, colour: str) -> Hold:
     return Hold(
         number, "hold", type="jug", type_confidence=0.7, colour=colour,
         colour_rgb=(red, green, blue), colour_confidence=0.9, position=(x, -0.5 * float(radius), z),
-        size_m=2 * float(radius), area_m2=0.05, steepness_deg=10.0, photos=("IMG_1.jpg",),
+        size=2 * float(radius), area=0.05, steepness_deg=10.0, photos=("IMG_1.jpg",),
         review=number == 2,
     )  # fmt: skip
 
@@ -147,7 +147,7 @@ def made_hold(number: int, place: Any, radius: float, colour: str) -> Hold:
 def made_route(number: int, holds: list[int], colour: str) -> Route:
     """A route over all its holds; the second has a hostile name."""
     return Route(
-        number, MARKUP if number == 2 else "", colour, tuple(holds), length_m=3.2,
+        number, MARKUP if number == 2 else "", colour, tuple(holds), length=3.2,
         steepness_deg=10.0, start=tuple(holds[:1]), top=tuple(holds[-1:]),
     )  # fmt: skip
 

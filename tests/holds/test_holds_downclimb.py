@@ -17,11 +17,11 @@ def wall(unit: float = 1.0) -> list[Hold]:
         for colour, x in (("red", 1.0), ("blue", 4.0)):
             place = (x * unit, 0.0, (0.4 + 0.4 * number) * unit)
             holds.append(Hold(len(holds) + 1, "hold", position=place, colour=colour, type=kind))
-    holds = [replace(hold, size_m=0.12 * unit) for hold in holds]
+    holds = [replace(hold, size=0.12 * unit) for hold in holds]
     for x in (0.0, 3.0, 6.0):
         place = (x * unit, 0.0, 2.0 * unit)
         jug = Hold(len(holds) + 1, "hold", position=place, colour="grey", type="jug")
-        holds.append(replace(jug, size_m=0.2 * unit))
+        holds.append(replace(jug, size=0.2 * unit))
     return holds
 
 
@@ -38,13 +38,13 @@ def changed(**changes: object) -> list[Hold]:
 
 
 def test_what_makes_a_colour_a_route() -> None:
-    assert downclimb_colours(changed(size_m=0.06), 1.0) == []  # small
+    assert downclimb_colours(changed(size=0.06), 1.0) == []  # small
     assert downclimb_colours(changed(type="unknown"), 1.0) == []  # not known to be jugs
     crimps = [replace(h, type="crimp") if h.id in (17, 18) else h for h in wall()]
     assert downclimb_colours(crimps, 1.0) == []
     assert downclimb_colours([h for h in wall() if h.id not in (18, 19)], 1.0) == []  # one hold
     column = [
-        Hold(100 + k, "hold", position=(8.0, 0, 0.5 * k), colour="grey", type="jug", size_m=0.2)
+        Hold(100 + k, "hold", position=(8.0, 0, 0.5 * k), colour="grey", type="jug", size=0.2)
         for k in range(6)
     ]
     assert downclimb_colours([*wall(), *column], 1.0) == []

@@ -113,7 +113,7 @@ def test_stage_finds_colour_and_shape(scan: ScanFolder) -> None:
     for number in (1, 2, 3, 4, 5):
         assert holds[number].colour == COLOURS[number], number
         assert holds[number].steepness_deg == pytest.approx(STEEP_DEG, abs=3)
-        assert holds[number].size_m == pytest.approx(0.22, abs=0.04)
+        assert holds[number].size == pytest.approx(0.22, abs=0.04)
         assert len(holds[number].photos) >= 3
     assert holds[5].role == holds[5].type == "volume"
     x, y, z = holds[1].position
@@ -192,7 +192,7 @@ def test_shape_does_not_depend_on_where_the_wall_stands() -> None:
     assert sorted(here) == [1]  # 9 has no triangles
     np.testing.assert_allclose(there[1].position, here[1].position @ turn.T + [3, -7, 0])
     np.testing.assert_allclose(there[1].normal, here[1].normal @ turn.T, atol=1e-9)
-    assert there[1].size_m == pytest.approx(here[1].size_m)
+    assert there[1].size == pytest.approx(here[1].size)
     assert there[1].protrusion_m == pytest.approx(0.06, abs=0.02)
 
 

@@ -29,8 +29,8 @@ def some_holds(count: int, seed: int = 0) -> list[Hold]:
             position=(x, y, z),
             colour="red" if k % 2 else "blue",
             type="jug",
-            size_m=float(rng.uniform(0.05, 0.4)),
-            area_m2=0.01,
+            size=float(rng.uniform(0.05, 0.4)),
+            area=0.01,
             colour_rgb=(200, 30, 30) if k % 2 else (30, 60, 200),
         )
         for k, (x, y, z) in enumerate(places)
@@ -41,8 +41,16 @@ def test_counts_and_areas_add_up() -> None:
     holds = some_holds(50)
     rows = count_holds(holds)
     assert sum(row.count for row in rows) == 50
-    assert sum(row.area_m2 for row in rows) == pytest.approx(0.5)
+    assert sum(row.area for row in rows) == pytest.approx(0.5)
     assert count_holds([]) == []
+
+
+def test_an_unscaled_scan_has_the_same_size_classes() -> None:
+    holds = some_holds(50)
+    grown = [replace(hold, size=7 * hold.size, area=49 * hold.area) for hold in holds]
+    metres, units = count_holds(holds), count_holds(grown, unit=7.0)
+    assert [(row.size, row.count) for row in units] == [(row.size, row.count) for row in metres]
+    assert sum(row.area for row in units) == pytest.approx(sum(row.area for row in metres))
 
 
 @pytest.mark.parametrize(
@@ -77,9 +85,9 @@ def test_matching_survives_a_shift_and_a_turn_of_the_scan(
 def test_what_came_and_went() -> None:
     holds = some_holds(30)
     gone, *rest = holds
-    swapped = replace(rest[0], size_m=rest[0].size_m * 3)
+    swapped = replace(rest[0], size=rest[0].size * 3)
     painted = replace(rest[1], colour="green")
-    new = [swapped, painted, *rest[2:], Hold(99, "hold", position=(20.0, 0.0, 1.0), size_m=0.1)]
+    new = [swapped, painted, *rest[2:], Hold(99, "hold", position=(20.0, 0.0, 1.0), size=0.1)]
     found: dict[str, list[int]] = {what: [] for what in ("came", "went", "recoloured", "stayed")}
     for change in changes(holds, new):
         hold = change.new or change.old
@@ -109,7 +117,7 @@ def scan_of(folder: Path, holds: list[Hold]) -> Path:
 
 
 def test_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    added = [Hold(90 + k, "hold", position=(9.0 + k, 0.0, 1.0), size_m=0.1) for k in range(2)]
+    added = [Hold(90 + k, "hold", position=(9.0 + k, 0.0, 1.0), size=0.1) for k in range(2)]
     old = scan_of(tmp_path / "old", some_holds(20))
     new = scan_of(tmp_path / "new", [*some_holds(20), *added])
     out = tmp_path / "changes.json"

@@ -37,7 +37,7 @@ def column(x: float, colour: str, first: int, count: int = 8) -> list[Hold]:
             "hold",
             position=(x + 0.15 * (-1) ** k, 0.0, 0.3 + 0.45 * k),
             colour=colour,
-            size_m=0.15,
+            size=0.15,
         )
         for k in range(count)
     ]
@@ -76,7 +76,7 @@ def test_a_route_with_one_hold_is_left_without_a_route_unless_asked_for() -> Non
     routes, unrouted = find_routes(wall(), holds, RoutesSettings(min_holds=1))
     assert [route.holds for route in routes][1] == (30,)
     assert routes[1].start == routes[1].top == (30,)
-    assert routes[1].length_m == 0.0
+    assert routes[1].length == 0.0
     assert unrouted == []
 
 
@@ -133,7 +133,7 @@ def test_unscaled_scan_gives_the_same_routes() -> None:
             "hold",
             position=tuple(factor * v for v in hold.position),  # type: ignore[arg-type]
             colour=hold.colour,
-            size_m=factor * hold.size_m,
+            size=factor * hold.size,
         )
         for hold in holds
     ]
@@ -145,7 +145,7 @@ def test_unscaled_scan_gives_the_same_routes() -> None:
 
 
 def test_a_hold_between_two_routes_is_ambiguous() -> None:
-    middle = Hold(99, "hold", position=(2.75, 0.0, 1.9), colour="red", size_m=0.15)
+    middle = Hold(99, "hold", position=(2.75, 0.0, 1.9), colour="red", size=0.15)
     holds = [*column(1.5, "red", 1), *column(4.0, "red", 21), middle]
     routes, _ = find_routes(wall(), holds, RoutesSettings())
     shares = [entry.routes for route in routes for entry in route.ambiguous if entry.hold == 99]

@@ -36,7 +36,7 @@ def wall() -> Mesh:
 
 def column(x: float, colour: str, first: int) -> list[Hold]:
     return [
-        Hold(first + k, "hold", position=(x, 0.0, 0.4 + 0.45 * k), colour=colour, size_m=0.15)
+        Hold(first + k, "hold", position=(x, 0.0, 0.4 + 0.45 * k), colour=colour, size=0.15)
         for k in range(6)
     ]
 

@@ -76,7 +76,7 @@ def test_what_toml_and_json_must_escape_comes_back(tmp_path: Path) -> None:
 def test_rounding_is_done_once_and_keeps_what_it_should(hold: Hold) -> None:
     once = hold.rounded()
     assert once.rounded() == once
-    assert once.size_m == pytest.approx(hold.size_m, abs=5.1e-5)
+    assert once.size == pytest.approx(hold.size, abs=5.1e-5)
     assert once.position == pytest.approx(hold.position, abs=5.1e-6)
     exact = ("id", "kind", "type", "colour", "colour_rgb", "photos", "role", "review")
     assert [getattr(once, name) for name in exact] == [getattr(hold, name) for name in exact]

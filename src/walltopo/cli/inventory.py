@@ -47,14 +47,15 @@ def run(args: argparse.Namespace) -> int:
     if args.changed and args.since is None:
         raise SettingsError("--changed needs --since OLD")
     scan, holds, metric = load_scan(args.scan)
+    unit = unit_of(holds, metric, RoutesSettings().typical_hold)
     if args.since is None:
-        rows = [row.to_json() for row in count_holds(holds)]
+        rows = [row.to_json() for row in count_holds(holds, unit)]
         area = wall_area(scan)
-        unit = "m²" if metric else "square scan units (the scan has no scale)"
-        summary = f"{len(holds)} instances on {area:.1f} {unit} of mesh"
+        told = "m²" if metric else "square scan units (the scan has no scale)"
+        summary = f"{len(holds)} instances on {area:.1f} {told} of mesh"
         return _emit(args, rows, {"holds": len(holds), "area_m2": round(area, 3)}, summary)
     _, old, _ = load_scan(args.since)
-    found = changes(old, holds, unit_of(holds, metric, RoutesSettings().typical_hold))
+    found = changes(old, holds, unit)
     counts = dict.fromkeys(("came", "went", "recoloured", "stayed"), 0)
     for change in found:
         counts[change.what] += 1

@@ -135,7 +135,7 @@ def _show_result(root: Path) -> None:
             str(route.id),
             escape(route.colour),
             str(len(route.holds)),
-            f"{route.length_m:.2f}",
+            f"{route.length:.2f}",
             f"{route.steepness_deg:.0f}°",
         )
     console.print(table)

@@ -82,7 +82,7 @@ def doubtful(
     """
     kinds = lifted.kinds
     faint = {number for number, score in lifted.scores.items() if score < settings.least_score}
-    sizes = [s.size_m for n, s in shapes.items() if n not in faint and kinds[n] == "hold"]
+    sizes = [s.size for n, s in shapes.items() if n not in faint and kinds[n] == "hold"]
     unit = unit_of_sizes(sizes, scale.metric, settings.typical_hold)
     present = {number: kinds[number] for number in shapes}
     rises = measure_rises(mesh, lifted.face_instance, present, unit)
@@ -144,7 +144,7 @@ def left_out_rows(
         shown = hold.rounded()
         score, reason = round(scores[hold.id], 4), doubts[hold.id]
         rows.append(
-            LeftOut(hold.id, hold.kind, shown.position, shown.size_m, hold.photos, score, reason)
+            LeftOut(hold.id, hold.kind, shown.position, shown.size, hold.photos, score, reason)
         )
     cutouts = {h.id: best_views(seen.get(h.id, ()), CUTOUTS_OF_DOUBTFUL) for h in ranked}
     return rows, cutouts

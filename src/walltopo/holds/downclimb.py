@@ -41,7 +41,7 @@ def downclimb_colours(holds: Sequence[Hold], unit: float) -> list[str]:
     unit : scan units a metre.
     """
     climbed = [hold for hold in holds if hold.kind == "hold" and hold.colour != "unknown"]
-    sizes = [hold.size_m for hold in climbed if hold.size_m > 0]
+    sizes = [hold.size for hold in climbed if hold.size > 0]
     if not sizes:
         return []
     usual = float(np.median(sizes))
@@ -52,7 +52,7 @@ def downclimb_colours(holds: Sequence[Hold], unit: float) -> list[str]:
         jugs, typed = types.count("jug"), len(types) - types.count("unknown")
         if len(own) < LEAST_HOLDS or jugs < JUGS * len(own) or typed - jugs > OTHERS * typed:
             continue
-        large = float(np.median([hold.size_m for hold in own])) >= LARGE * usual
+        large = float(np.median([hold.size for hold in own])) >= LARGE * usual
         if large and _largest_cluster(own, unit) <= ALONE:
             found.append(colour)
     return found

@@ -31,19 +31,19 @@ class Shape:
     ----------
     position : (3,) centroid of its surface, weighted by area.
     normal : (3,) unit, of the wall it sits on, out of the wall.
-    size_m : longest extent in the plane of the wall (robust: 1st to 99th percentile).
+    size : longest extent in the plane of the wall (robust: 1st to 99th percentile).
     protrusion_m : how far it stands out of the wall it sits on (99th percentile).
     standing_m : how far `position` stands out of that wall.
-    area_m2 : area of its triangles.
+    area : of its triangles.
     steepness_deg : angle of the wall under it: 0 vertical, > 0 overhanging, < 0 slab.
     """
 
     position: Floats
     normal: Floats
-    size_m: float
+    size: float
     protrusion_m: float
     standing_m: float
-    area_m2: float
+    area: float
     steepness_deg: float
 
 
@@ -143,10 +143,10 @@ def _shape(mesh: Mesh, rows: Ints, wall: _Wall | None) -> Shape:
     return Shape(
         position=position,
         normal=normal,
-        size_m=_longest(corners @ plane_axes(normal).T),
+        size=_longest(corners @ plane_axes(normal).T),
         protrusion_m=_spread(corners @ normal),
         standing_m=standing,
-        area_m2=total,
+        area=total,
         steepness_deg=float(np.degrees(np.arcsin(np.clip(-normal[2], -1, 1)))),
     )
 

@@ -24,21 +24,24 @@ __all__ = ["Change", "Row", "changes", "count_holds", "size_class", "to_csv", "w
 SIZES = (("XS", 0.06), ("S", 0.10), ("M", 0.16), ("L", 0.26), ("XL", 0.45), ("XXL", np.inf))
 
 
-def size_class(size_m: float) -> str:
-    """XS up to 6 cm, S 10, M 16, L 26, XL 45, XXL beyond."""
-    return next(name for name, limit in SIZES if size_m <= limit)
+def size_class(size: float) -> str:
+    """XS up to 6 cm, S 10, M 16, L 26, XL 45, XXL beyond; `size` in metres."""
+    return next(name for name, limit in SIZES if size <= limit)
 
 
 @dataclass(frozen=True)
 class Row:
-    """One line of the inventory: holds that share role, colour, type and size class."""
+    """One line of the inventory: holds that share role, colour, type and size class.
+
+    `area` : of all their triangles, square metres.
+    """
 
     role: str
     colour: str
     type: str
     size: str
     count: int
-    area_m2: float
+    area: float
 
     def to_json(self) -> dict[str, Any]:
         return {
@@ -47,18 +50,23 @@ class Row:
             "type": self.type,
             "size": self.size,
             "count": self.count,
-            "area_m2": round(self.area_m2, 5),
+            "area_m2": round(self.area, 5),
         }
 
 
-def count_holds(holds: Sequence[Hold]) -> list[Row]:
-    """The inventory, sorted by role, colour, type and size."""
+def count_holds(holds: Sequence[Hold], unit: float = 1.0) -> list[Row]:
+    """The inventory, sorted by role, colour, type and size.
+
+    Parameters
+    ----------
+    unit : scan units a metre (1 for scaled scans).
+    """
     groups: dict[tuple[str, str, str, str], list[Hold]] = defaultdict(list)
     for hold in holds:
-        groups[hold.role, hold.colour, hold.type, size_class(hold.size_m)].append(hold)
+        groups[hold.role, hold.colour, hold.type, size_class(hold.size / unit)].append(hold)
     order = [name for name, _ in SIZES]
     return [
-        Row(*key, len(members), sum(hold.area_m2 for hold in members))
+        Row(*key, len(members), sum(hold.area for hold in members) / unit**2)
         for key, members in sorted(
             groups.items(), key=lambda item: (*item[0][:3], order.index(item[0][3]))
         )
@@ -73,11 +81,13 @@ class Change:
     ----------
     what : "came", "went", "recoloured" or "stayed".
     old, new : the hold in either scan; None where it is not there.
+    size : its size class.
     """
 
     what: str
     old: Hold | None
     new: Hold | None
+    size: str
 
     def to_json(self) -> dict[str, Any]:
         hold = self.new or self.old
@@ -90,7 +100,7 @@ class Change:
             "was_colour": self.old.colour if self.old else None,
             "type": hold.type,
             "role": hold.role,
-            "size": size_class(hold.size_m),
+            "size": self.size,
             "position": [round(v, 4) for v in hold.position],
         }
 
@@ -103,18 +113,23 @@ def changes(old: Sequence[Hold], new: Sequence[Hold], unit: float = 1.0) -> list
     """
     pairs = match_holds(old, new, unit)
     fresh = {hold.id: hold for hold in new}
+
+    def change(what: str, was: Hold | None, now: Hold | None) -> Change:
+        hold = now or was
+        assert hold is not None
+        return Change(what, was, now, size_class(hold.size / unit))
+
     result: list[Change] = []
     for hold in sorted(old, key=lambda hold: hold.id):
         now = fresh.get(pairs.get(hold.id, -1))
         if now is None:
-            result.append(Change("went", hold, None))
+            result.append(change("went", hold, None))
         else:
-            result.append(
-                Change("stayed" if now.colour == hold.colour else "recoloured", hold, now)
-            )
+            what = "stayed" if now.colour == hold.colour else "recoloured"
+            result.append(change(what, hold, now))
     matched = set(pairs.values())
     came = sorted((hold for hold in new if hold.id not in matched), key=lambda hold: hold.id)
-    return result + [Change("came", None, hold) for hold in came]
+    return result + [change("came", None, hold) for hold in came]
 
 
 def to_csv(rows: Sequence[dict[str, Any]]) -> str:

@@ -25,7 +25,7 @@ def _cost(old: Sequence[Hold], new: Sequence[Hold], points: Floats, radius: floa
     """(n, m) distance plus a penalty for shape, inf where the pair is impossible."""
     here = np.array([hold.position for hold in old]).reshape(-1, 1, 3)
     distance = np.linalg.norm(here - points[None], axis=2)
-    sizes = [np.log(np.maximum([hold.size_m for hold in side], 1e-6)) for side in (old, new)]
+    sizes = [np.log(np.maximum([hold.size for hold in side], 1e-6)) for side in (old, new)]
     change = np.abs(sizes[0][:, None] - sizes[1][None])
     normals = [np.array([hold.normal for hold in side]).reshape(-1, 3) for side in (old, new)]
     facing = normals[0] @ normals[1].T

@@ -25,7 +25,7 @@ STRONGEST = 3  # similarities that speak for a hold's membership of a route
 
 def _is_foothold(hold: Hold, median_size: float) -> bool:
     return hold.type == "foothold" or (
-        hold.type == "unknown" and 0 < hold.size_m < FOOT_SHARE * median_size
+        hold.type == "unknown" and 0 < hold.size < FOOT_SHARE * median_size
     )
 
 
@@ -57,10 +57,10 @@ def route_facts(holds: Sequence[Hold], hands: Sequence[Hold]) -> dict[str, Any]:
 
     Returns
     -------
-    length_m : polyline through the hand holds from bottom to top, metres.
+    length : polyline through the hand holds from bottom to top.
     steepness_deg : mean wall angle under its holds.
     steepness_profile : [height above the lowest hold in metres, degrees] per hand hold.
-    largest_move_m : longest distance from a hand hold to the nearest lower one.
+    largest_move : longest distance from a hand hold to the nearest lower one.
     holds_by_type : type to count.
     """
     points = np.array([hold.position for hold in hands]).reshape(-1, 3)
@@ -70,12 +70,12 @@ def route_facts(holds: Sequence[Hold], hands: Sequence[Hold]) -> dict[str, Any]:
     ]
     base = min(hold.position[2] for hold in holds)
     return {
-        "length_m": round(float(steps.sum()), 3),
+        "length": round(float(steps.sum()), 3),
         "steepness_deg": round(float(np.mean([hold.steepness_deg for hold in holds])), 1),
         "steepness_profile": tuple(
             (round(hold.position[2] - base, 3), round(hold.steepness_deg, 1)) for hold in hands
         ),
-        "largest_move_m": round(max(reach, default=0.0), 3),
+        "largest_move": round(max(reach, default=0.0), 3),
         "holds_by_type": dict(sorted(Counter(hold.type for hold in holds).items())),
     }
 

@@ -135,7 +135,7 @@ def _describe(
     group = np.array([book.route_of.get(hold.id, 0) for hold in climbed], dtype=np.int64)
     shares = memberships(links, group)
     row_of = {hold.id: row for row, hold in enumerate(climbed)}
-    sizes = [hold.size_m for hold in holds if hold.role == "hold" and hold.size_m > 0]
+    sizes = [hold.size for hold in holds if hold.role == "hold" and hold.size > 0]
     median = float(np.median(sizes)) if sizes else 0.0
     routes = []
     for number in sorted(set(book.route_of.values())):

@@ -30,7 +30,8 @@ def _rounded(values: Point, digits: int = 5) -> Point:
 class Hold(msgspec.Struct, frozen=True, eq=True):
     """One instance with its attributes.
 
-    Lengths are world units: metres where `Scale.metric`, for which the keys are named.
+    Lengths are world units: metres where `Scale.metric`. The file's keys (`size_m`, `area_m2`) are
+    named for that case, as other programs read them.
 
     Parameters
     ----------
@@ -42,8 +43,8 @@ class Hold(msgspec.Struct, frozen=True, eq=True):
     colour_rgb : 0..255, the hold's own colour under the scan's mean light.
     position : world frame; area centroid of the instance's surface.
     normal : unit, out of the wall.
-    size_m : longest extent of the hold along the wall.
-    area_m2 : surface area of its triangles.
+    size : longest extent of the hold along the wall.
+    area : surface area of its triangles.
     steepness_deg : of the wall under it: 0 vertical, > 0 overhanging, < 0 slab.
     photos : names of the photos that show it, best first.
     role : see `Role`.
@@ -60,8 +61,8 @@ class Hold(msgspec.Struct, frozen=True, eq=True):
     colour_confidence: Share = 0.0
     position: Point = (0.0, 0.0, 0.0)
     normal: Point = (0.0, -1.0, 0.0)
-    size_m: float = 0.0
-    area_m2: float = 0.0
+    size: float = msgspec.field(name="size_m", default=0.0)
+    area: float = msgspec.field(name="area_m2", default=0.0)
     steepness_deg: float = 0.0
     photos: tuple[str, ...] = ()
     role: Role = "hold"
@@ -80,8 +81,8 @@ class Hold(msgspec.Struct, frozen=True, eq=True):
             colour_confidence=round(self.colour_confidence, 3),
             position=_rounded(self.position),
             normal=_rounded(self.normal),
-            size_m=round(self.size_m, 4),
-            area_m2=round(self.area_m2, 6),
+            size=round(self.size, 4),
+            area=round(self.area, 6),
             steepness_deg=round(self.steepness_deg, 2),
             wall_tint=_rounded(self.wall_tint, 4),
         )
@@ -99,14 +100,14 @@ class LeftOut(msgspec.Struct, frozen=True):
 
     Parameters
     ----------
-    id, kind, position, size_m, photos : see `Hold`.
+    id, kind, position, size, photos : see `Hold`.
     score : of the instance; reason : why it is left out.
     """
 
     id: int
     kind: str = msgspec.field(name="class")
     position: Point
-    size_m: float
+    size: float = msgspec.field(name="size_m")
     photos: tuple[str, ...]
     score: float
     reason: str

@@ -27,8 +27,8 @@ class HoldRow(msgspec.Struct, frozen=True):
     colour_rgb: Rgb
     position: Point
     normal: Point
-    size_m: float
-    area_m2: float
+    size: float = msgspec.field(name="size_m")
+    area: float = msgspec.field(name="area_m2")
     steepness_deg: float
     photos: tuple[str, ...]
     score: float

@@ -17,7 +17,8 @@ class Ambiguous(msgspec.Struct, frozen=True):
 
 
 class Route(msgspec.Struct, frozen=True):
-    """One route. Lengths are world units: metres where `Scale.metric`.
+    """One route. Lengths are world units: metres where `Scale.metric`; the file's keys are
+    `length_m` and `largest_move_m`.
 
     Parameters
     ----------
@@ -26,10 +27,10 @@ class Route(msgspec.Struct, frozen=True):
     colour : the colour of its holds.
     holds : ids from bottom to top (hand holds and footholds; volumes are in no list because
         they belong to every route).
-    length_m : of the way from hand hold to hand hold.
+    length : of the way from hand hold to hand hold.
     steepness_deg : mean wall angle under its holds.
     steepness_profile : (height above the lowest hold, degrees) per hand hold.
-    largest_move_m : longest distance from a hand hold to the nearest lower one.
+    largest_move : longest distance from a hand hold to the nearest lower one.
     holds_by_type : type to count.
     start, top : ids of the start (one or two holds) and of the last hold.
     footholds : ids of holds too small for hands.
@@ -40,10 +41,10 @@ class Route(msgspec.Struct, frozen=True):
     name: str = ""
     colour: str = ""
     holds: tuple[int, ...] = ()
-    length_m: float = 0.0
+    length: float = msgspec.field(name="length_m", default=0.0)
     steepness_deg: float = 0.0
     steepness_profile: tuple[tuple[float, float], ...] = ()
-    largest_move_m: float = 0.0
+    largest_move: float = msgspec.field(name="largest_move_m", default=0.0)
     holds_by_type: dict[str, int] = {}
     start: tuple[int, ...] = ()
     top: tuple[int, ...] = ()

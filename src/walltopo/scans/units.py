@@ -17,7 +17,7 @@ def unit_of(holds: Sequence[Hold], metric: bool, typical_hold: float) -> float:
     Without a scale the size of holds is the ruler: the median hold of a gym is about
     `typical_hold` long, so the unit is the median size of the scan's holds over that.
     """
-    return unit_of_sizes((h.size_m for h in holds if h.role == "hold"), metric, typical_hold)
+    return unit_of_sizes((h.size for h in holds if h.role == "hold"), metric, typical_hold)
 
 
 def unit_of_sizes(sizes: Iterable[float], metric: bool, typical_hold: float) -> float:

@@ -61,7 +61,7 @@ def true_holds(folder: Path) -> tuple[Mesh, list[Hold], dict[int, int]]:
                 position=_point(entry["position"]),
                 normal=_point(entry["normal"]),
                 colour=entry["colour"],
-                size_m=0.15,
+                size=0.15,
                 role=role,
             )
         )
@@ -165,7 +165,7 @@ def speed(data: Path) -> None:
     )
     places = vertices[rng.choice(len(vertices), 600, replace=False)].tolist()
     holds = [
-        Hold(k + 1, "hold", position=(p[0], p[1], p[2]), colour=f"colour {k % 10}", size_m=0.15)
+        Hold(k + 1, "hold", position=(p[0], p[1], p[2]), colour=f"colour {k % 10}", size=0.15)
         for k, p in enumerate(places)
     ]
     mesh = Mesh(vertices, faces)

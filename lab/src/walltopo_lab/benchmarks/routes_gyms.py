@@ -84,7 +84,7 @@ def set_gym(preset: str, seed: int) -> SetGym:
                 normal=(normal[0], normal[1], normal[2]),
                 type=type_of_kind(item.kind),
                 colour=item.colour,
-                size_m=2 * item.body.radius,
+                size=2 * item.body.radius,
                 role=role,
             )
         )
