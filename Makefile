@@ -49,9 +49,8 @@ test: $(VENV)/dev-ready browser database
 # Ultralytics is AGPL-3.0, so it is no part of `make test`.
 test-ultralytics: $(VENV)/dev-ready
 	$(PYTHON) -m venv $(VENV)-ultralytics
-	$(VENV)-ultralytics/bin/python -m pip install --quiet --disable-pip-version-check -e '.[dev]' -e './lab[train,ultralytics]'
-	$(VENV)-ultralytics/bin/python -m pytest lab/tests/detectors lab/tests/train/test_train_yolo.py \
-	  lab/tests/classifier/test_classifier_training.py
+	$(VENV)-ultralytics/bin/python -m pip install --quiet --disable-pip-version-check -e '.[dev]' -e './lab[train,tune,ultralytics]'
+	$(VENV)-ultralytics/bin/python -m pytest lab/tests -m ultralytics
 
 lint: $(VENV)/dev-ready
 	$(BIN)/ruff format --check src lab tests examples conftest.py

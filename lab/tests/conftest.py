@@ -8,6 +8,13 @@ from typing import Any
 import pytest
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark the tests that want Ultralytics, for `make test-ultralytics`."""
+    for item in items:
+        if "ultralytics" in getattr(item, "fixturenames", ()):
+            item.add_marker("ultralytics")
+
+
 @pytest.fixture(scope="session")
 def ultralytics(tmp_path_factory: pytest.TempPathFactory) -> Any:
     """Ultralytics itself, kept from the network and from the home folder."""

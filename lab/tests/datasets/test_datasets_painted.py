@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 
 import numpy as np
@@ -13,9 +12,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from walltopo.core import Camera, InputError, Mesh, View
-from walltopo.core.files import write_json
 from walltopo.meshes.ply import write_ply
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTable
 from walltopo_lab.cli import dataset as commands
 from walltopo_lab.datasets.legend import Legend, object_colours, read_legend, write_legend
 from walltopo_lab.datasets.painted import paint_instances, read_painted, write_painted
@@ -152,21 +151,10 @@ def make_scan(folder: Path) -> ScanFolder:
     scan, mesh = ScanFolder(folder), grid()
     write_ply(scan.mesh, mesh)
     face_instance = two_objects(mesh)
-    np.savez(scan.instances, face_instance=face_instance, face_score=face_instance.astype("f4"))
-    rows = [
-        {
-            "id": k,
-            "label": k,
-            "class": c,
-            "score": 0.5,
-            "votes": {str(k): 1.0},
-            "views": [],
-            "faces": 1,
-        }
-        for k, c in ((1, "hold"), (2, "volume"))
-    ]
+    InstanceTable(face_instance, (face_instance > 0).astype(np.float32)).save(scan.instances)
     classes = {"1": "hold", "2": "volume"}
-    write_json(scan.instance_records, {"version": 1, "classes": classes, "instances": rows})
+    records = [InstanceRecord(k, k, classes[str(k)], 0.5, {str(k): 1.0}, (), 1) for k in (1, 2)]
+    InstanceRecords(classes=classes, instances=tuple(records)).save(scan.instance_records)
     return scan
 
 
@@ -190,10 +178,9 @@ def test_scan_painted_corrected_and_read_back(tmp_path: Path) -> None:
     colours[(x > 0.6) & (y < 0.3)] = (7, 130, 240)
     write_painted(painted, again.mesh, colours)
     assert run_command("unpaint", str(painted), str(scan.root)) == 0
-    rows = json.loads(scan.instance_records.read_text())["instances"]
-    assert [(row["id"], row["label"], row["score"]) for row in rows] == [(1, 1, 0.5), (3, 1, 1.0)]
-    with np.load(scan.instances) as archive:
-        assert set(np.unique(archive["face_instance"])) == {0, 1, 3}
+    rows = InstanceRecords.load(scan.instance_records).instances
+    assert [(row.id, row.label, row.score) for row in rows] == [(1, 1, 0.5), (3, 1, 1.0)]
+    assert set(np.unique(InstanceTable.load(scan.instances).face_instance)) == {0, 1, 3}
     write_painted(painted, Mesh(again.mesh.vertices + 1, again.mesh.faces), colours)
     with pytest.raises(InputError, match="scan"):
         run_command("unpaint", str(painted), str(scan.root))
