@@ -6,13 +6,14 @@ VENV := .venv
 BIN := $(VENV)/bin
 PAGE := demo-scan/index.html
 
-.PHONY: help demo test test-ultralytics lint docs wheels viewer pictures system system-venv system-compiler browser database clean
+.PHONY: help demo test test-ultralytics test-pythons lint docs wheels viewer pictures system system-venv system-compiler browser database clean
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make demo     set up, scan the bundled photos, name the page to open"
 	@echo "make test     set up everything, run all tests"
 	@echo "make test-ultralytics   the tests that need Ultralytics (AGPL-3.0), in an environment of its own"
+	@echo "make test-pythons       the quick tests on Python 3.12 and 3.13, where they are installed"
 	@echo "make lint     ruff, mypy, import floors"
 	@echo "make wheels   wheels and source archives of both distributions in dist/"
 	@echo "make docs     write the generated parts of docs/"
@@ -51,6 +52,19 @@ test-ultralytics: $(VENV)/dev-ready
 	$(PYTHON) -m venv $(VENV)-ultralytics
 	$(VENV)-ultralytics/bin/python -m pip install --quiet --disable-pip-version-check -e '.[dev]' -e './lab[train,tune,ultralytics]'
 	$(VENV)-ultralytics/bin/python -m pytest lab/tests -m ultralytics
+
+# The quick tests of the product on each newer Python that is here and that the wheels exist for.
+test-pythons:
+	@for version in 3.12 3.13; do \
+	  command -v python$$version >/dev/null && python$$version -c '' 2>/dev/null \
+	    || { echo "no python$$version here: not tested"; continue; }; \
+	  python$$version -m venv $(VENV)-$$version \
+	    && $(VENV)-$$version/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]' -e ./lab \
+	    && $(VENV)-$$version/bin/python -m pytest tests/core tests/graphs tests/imaging tests/inference tests/meshes \
+	         tests/raycast tests/scans tests/photos tests/lifting tests/holds tests/routes tests/resets tests/cli \
+	         --deselect tests/scans/test_scans_schemas.py::test_what_a_scan_writes_is_valid \
+	    || exit 1; \
+	done
 
 lint: $(VENV)/dev-ready
 	$(BIN)/ruff format --check src lab tests examples conftest.py
