@@ -72,8 +72,8 @@ def test_colmap_without_cuda_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(has_cuda(), reason="CUDA and a device are here")
-def test_auto_without_cuda_and_openmvs_is_sgm(tmp_path: Path) -> None:
-    assert stage.pick_backend(DenseSettings(openmvs_bin=str(tmp_path)))[0] == "sgm"
+def test_auto_without_cuda_is_sgm() -> None:
+    assert stage.pick_backend(DenseSettings())[0] == "sgm"
 
 
 def test_a_backend_asked_for_is_not_replaced() -> None:

@@ -8,14 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from walltopo.core import EnvironmentLacksError, Mesh
+from walltopo.core import Mesh
 from walltopo.dense.colmap import colmap_mesh, has_cuda
 from walltopo.dense.contract import DenseSettings, Reads, Writes
 from walltopo.dense.openmvs import openmvs_mesh
 from walltopo.dense.preview import preview_mesh
 from walltopo.dense.scene import Scene, ground_sampling, read_scene, surroundings
 from walltopo.dense.sgm import sgm_mesh
-from walltopo.openmvs.programs import find_programs
 from walltopo.scans.context import Context
 
 __all__ = ["edge_and_unit", "pick_backend", "run"]
@@ -41,19 +40,15 @@ def edge_and_unit(scene: Scene, settings: DenseSettings, metric: bool) -> tuple[
 def pick_backend(settings: DenseSettings) -> tuple[str, str]:
     """The backend to use and why, from what this machine has.
 
-    `auto` takes COLMAP's PatchMatch where pycolmap has CUDA, else OpenMVS where all its programs
-    are found, else the embedded stereo. A backend asked for by name is not replaced: it says
-    itself what it lacks.
+    `auto` takes COLMAP's PatchMatch where pycolmap has CUDA and a device, else the embedded
+    stereo: OpenMVS on a CPU was slower and less complete (docs/dense.md). A backend asked for by
+    name is not replaced: it says itself what it lacks.
     """
     if settings.backend != "auto":
         return settings.backend, "as asked"
     if has_cuda():
         return "colmap", "pycolmap has CUDA and a device"
-    try:
-        find_programs(settings.openmvs_bin)
-    except EnvironmentLacksError:
-        return "sgm", "no CUDA for pycolmap, no OpenMVS found"
-    return "openmvs", "OpenMVS found, no CUDA for pycolmap"
+    return "sgm", "no CUDA for pycolmap"
 
 
 def _mesh(
