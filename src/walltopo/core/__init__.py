@@ -1,4 +1,4 @@
-"""The nouns everyone shares; NumPy only."""
+"""The nouns everyone shares, errors, files, settings; NumPy and msgspec only."""
 
 from walltopo.core.camera import Camera
 from walltopo.core.errors import (

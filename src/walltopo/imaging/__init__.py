@@ -1,1 +1,1 @@
-"""Photos as arrays, colour spaces, packing."""
+"""Pictures as arrays: reading, colour curves, packing into an atlas."""

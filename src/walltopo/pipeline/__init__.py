@@ -1,1 +1,1 @@
-"""The stages in order."""
+"""The stages in order: settings, what must run again, loading, running, storing."""

@@ -18,6 +18,7 @@ import traceback
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -106,10 +107,8 @@ def scan(
     _prepare(folder)
     with _locked(folder):
         _sweep(folder)
-        from walltopo import __version__
-
         manifest = Manifest.load(folder.manifest)
-        manifest.walltopo = __version__
+        manifest.walltopo = version("walltopo")
         sources = [Path(p).absolute() for p in given] or [Path(p) for p in manifest.sources]
         if not sources:
             raise InputError(f"{folder.root}: no photos given, and none were ingested before")

@@ -1,1 +1,1 @@
-"""What each hold is (colour, type, size) and which holds make a route."""
+"""Which holds make a route: by colour and by the way along the wall."""

@@ -1,1 +1,1 @@
-"""Readers and writers of the files in a scan folder (COCO, COLMAP, PLY, NPZ)."""
+"""What lies in a scan folder: a class for each artifact, with load, save, checks and schema."""

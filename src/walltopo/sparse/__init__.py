@@ -1,1 +1,1 @@
-"""Photos to posed cameras, metres, a mesh and its texture."""
+"""Photos to cameras and points, by COLMAP in a child process."""

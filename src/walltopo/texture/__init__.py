@@ -1,5 +1,1 @@
 """Photos onto the mesh: one texture atlas without visible seams."""
-
-from walltopo.texture.stage import run
-
-__all__ = ["run"]
