@@ -36,7 +36,12 @@ def test_no_command_prints_help_and_fails(capsys: pytest.CaptureFixture[str]) ->
 
 
 @pytest.mark.parametrize(
-    "code", ["import walltopo", "from walltopo.cli import build_parser as b; b()"]
+    "code",
+    [
+        "import walltopo",
+        "import walltopo.pipeline.settings",
+        "from walltopo.cli import build_parser as b; b()",
+    ],
 )
 def test_importing_is_light(code: str) -> None:
     check = f"{code}; import sys; print([m for m in {HEAVY!r} if m in sys.modules])"
