@@ -7,23 +7,18 @@ rerun that produces the same file does not trigger the stages after it.
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
 import json
-import os
-import shutil
 import tempfile
 import time
 import traceback
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Protocol
 
 from walltopo.core import (
-    EnvironmentLacksError,
     InputError,
     Progress,
     Silent,
@@ -34,6 +29,7 @@ from walltopo.core.files import hash_path, told_when_full
 from walltopo.pipeline.memory import peak_mb, reset_peak
 from walltopo.pipeline.settings import Settings
 from walltopo.pipeline.stages import SOURCES, STAGES, Stage, stage_index
+from walltopo.pipeline.workplace import held
 from walltopo.scans.artifacts import ARTIFACTS, load_artifact, store_artifact
 from walltopo.scans.context import Context
 from walltopo.scans.folder import ScanFolder
@@ -104,9 +100,7 @@ def scan(
     settings = settings or Settings()
     listener = listener or _Quiet()
     folder = ScanFolder(out)
-    _prepare(folder)
-    with _locked(folder):
-        _sweep(folder)
+    with held(folder):
         manifest = Manifest.load(folder.manifest)
         manifest.walltopo = version("walltopo")
         sources = [Path(p).absolute() for p in given] or [Path(p) for p in manifest.sources]
@@ -282,49 +276,3 @@ def _chosen(from_stage: str | None, to_stage: str | None) -> Sequence[Stage]:
     if first > last:
         raise InputError(f"--from {from_stage} comes after --to {to_stage}")
     return STAGES[: last + 1]
-
-
-def _prepare(folder: ScanFolder) -> None:
-    root = folder.root
-    if root.exists() and not root.is_dir():
-        raise InputError(f"{root}: is a file, expected a folder for the scan")
-    if root.is_dir() and not folder.manifest.exists() and _has_files(root):
-        raise InputError(
-            f"{root}: is not empty and not a scan folder",
-            "Choose another output folder; nothing was changed.",
-        )
-    try:
-        root.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise EnvironmentLacksError(f"cannot create {root}: {error.strerror}") from error
-    if not os.access(root, os.W_OK):
-        raise EnvironmentLacksError(f"cannot write to {root}: permission denied")
-
-
-def _has_files(root: Path) -> bool:
-    return any(not item.name.startswith(".") for item in root.iterdir())
-
-
-def _sweep(folder: ScanFolder) -> None:
-    """Remove what a killed run left half-written; finished files are never in these folders."""
-    for parent in (folder.root, folder.work):
-        for leftover in parent.glob(".partial-*"):
-            shutil.rmtree(leftover, ignore_errors=True)
-
-
-@contextmanager
-def _locked(folder: ScanFolder) -> Iterator[None]:
-    """Hold the folder for this process; the lock vanishes with the process."""
-    try:
-        stream = (folder.root / ".lock").open("w")
-    except OSError as error:
-        raise EnvironmentLacksError(f"cannot write to {folder.root}: {error.strerror}") from error
-    with stream:
-        try:
-            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
-            raise EnvironmentLacksError(
-                f"{folder.root}: another walltopo is at work on this scan",
-                "Wait for it or stop it first.",
-            ) from error
-        yield
