@@ -63,28 +63,21 @@ def about(
     return _About(text, unit, low, high, content, expert)
 
 
-@dataclass(frozen=True)
-class SettingField:
-    """One declared setting.
+@dataclass(frozen=True, kw_only=True)
+class SettingField(_About):
+    """One declared setting, with what `about` says of it.
 
     Parameters
     ----------
     name, default : of the field.
     type : its type, without what `about` added.
     choices : the words of a `Literal`, else empty.
-    text, unit, low, high, content, expert : see `about`.
     """
 
     name: str
     type: Any
     default: Any
-    text: str
-    unit: str
-    low: float | None
-    high: float | None
     choices: tuple[str, ...]
-    content: tuple[str, ...]
-    expert: bool
 
     @property
     def type_name(self) -> str:
@@ -117,7 +110,7 @@ def _settings_of(section: type[DataclassInstance]) -> Mapping[str, SettingField]
             type=kind,
             default=default,
             choices=choices,
-            **{item.name: getattr(told, item.name) for item in dataclasses.fields(_About)},
+            **dataclasses.asdict(told),
         )
     return found
 

@@ -18,6 +18,7 @@ from walltopo.scans.folder import ScanFolder
 from walltopo.scans.holds import HoldRow, hold_rows
 from walltopo.scans.instances import InstanceTable
 from walltopo.scans.routes import Route
+from walltopo.scans.texture import TextureUv
 
 __all__ = ["Wall", "read_wall", "wall_of"]
 
@@ -54,11 +55,8 @@ class Wall:
                 f"{self.face_instance.shape}",
                 "mesh.ply and instances.npz are of different runs; run the scan again.",
             )
-        if self.uv is not None and self.uv.shape != (count, 3, 2):
-            raise InputError(
-                f"texture: the mesh has {count} triangles, uv is {self.uv.shape}",
-                "mesh.ply and texture.npz are of different runs; run the scan again.",
-            )
+        if self.uv is not None:
+            TextureUv(self.uv).check_fits(self.mesh)
         if (self.uv is None) != (self.texture is None):
             raise InputError("texture: texture.png and texture.npz must come together")
 
@@ -89,7 +87,6 @@ def wall_of(reads: WallReads, title: str) -> Wall:
     """
     mesh = reads.mesh
     reads.instances.check_fits(mesh)
-    reads.texture_uv.check_fits(mesh)
     scores = {record.id: record.score for record in reads.instance_records.instances}
     holds = reads.attributes.instances
     kept = [hold.id for hold in holds]

@@ -183,6 +183,11 @@ def _mapped(job: Job, task: MapTask, context: Context) -> Any | None:
     return open_model(Path(result.best)) if result.best else None
 
 
+def _new_count(job: Job) -> int:
+    """How many of the job's photos are the scan's own; they come first."""
+    return sum(entry.name.startswith(f"{_NEW}/") for entry in job.images)
+
+
 def _output(context: Context) -> str:
     return str(context.cache / "mapping")
 
@@ -225,7 +230,7 @@ def _reference_for_mapper(reference: _Reference, job: Job) -> Any:
     """The reference's model with the ids of the database and the keypoints found there."""
     import pycolmap
 
-    first = 1 + sum(entry.name.startswith(f"{_NEW}/") for entry in job.images)
+    first = 1 + _new_count(job)
     kept: list[KeptImage] = []
     with pycolmap.Database.open(job.database) as db:
         for number, image in enumerate(reference.images, start=first):
@@ -268,7 +273,7 @@ def _shared_points(alone: Any, known: Any, job: Job) -> tuple[Floats, Floats]:
     """Points (n, 3) of the new model and of the reference that verified matches connect."""
     import pycolmap
 
-    count = sum(entry.name.startswith(f"{_NEW}/") for entry in job.images)
+    count = _new_count(job)
     pairs: set[tuple[int, int]] = set()
     with pycolmap.Database.open(job.database) as db:
         for pair, geometry in zip(*db.read_two_view_geometries(), strict=True):
