@@ -72,6 +72,43 @@ def test_a_class_that_is_wrong_in_some_photos_is_outvoted(three_bumps: Bumps) ->
     assert any(2 in record.votes for record in found.records)
 
 
+def test_classes_clustered_apart_make_two_of_one(three_bumps: Bumps) -> None:
+    mesh, views, _ = three_bumps
+    spoilt = [
+        view.with_masks(tuple(replace(m, label=1 + k % 2) for m in view.masks))
+        for k, view in enumerate(views)
+    ]
+    params = LiftParams(threshold=0.0, rounds=0)
+    assert len(lift(mesh, spoilt, params)) == 3
+    votes = [r.votes for r in lift(mesh, spoilt, replace(params, by_class=True)).records]
+    assert len(votes) > 3
+    assert all(len(shares) == 1 for shares in votes)
+
+
+def test_what_a_photo_cannot_see_is_no_disagreement(three_bumps: Bumps) -> None:
+    """Half of the photos end in the middle of the objects, and so do their masks."""
+    mesh, views, _ = three_bumps
+    cut = []
+    for number, view in enumerate(views):
+        if number % 2:
+            camera = replace(view.camera, width=48)
+            masks = tuple(Mask.from_full(m.full()[:, :48], 1, 0.9) for m in view.masks)
+            view = replace(view, camera=camera).with_masks(masks)
+        cut.append(view)
+    params = LiftParams(cohesion=0.6, rounds=0, least_support=0.0)
+    together, apart = lift(mesh, cut, params), lift(mesh, cut, replace(params, overlap="all"))
+    assert len(together) < len(apart)
+
+
+def test_photos_that_missed_an_object_vote_only_where_all_vote(three_bumps: Bumps) -> None:
+    mesh, views, truth = three_bumps
+    missed = [view if k < 3 else view.with_masks(()) for k, view in enumerate(views)]
+    params = LiftParams(least_support=0.0)
+    found = lift(mesh, missed, params)
+    assert min(overlaps(found, truth)) > 0.7
+    assert max(overlaps(lift(mesh, missed, replace(params, voters="all")), truth)) < 0.5
+
+
 def test_a_mask_that_one_photo_invents_is_dropped(three_bumps: Bumps) -> None:
     mesh, views, _ = three_bumps
     blob = np.zeros((72, 96), dtype=np.bool_)
@@ -200,8 +237,11 @@ def test_small_masks_lie_on_top_and_duplicates_go() -> None:
 
     view = View("a.jpg", Camera("PINHOLE", 40, 20, (30, 30, 20, 10)), np.eye(3, 4))
     view = view.with_masks((box(10, 14, 0.9), box(0, 30, 0.4), box(0, 29, 0.8)))
-    assert tidy_order(view, drop_duplicates=True) == [2, 0]
-    assert tidy_order(view, drop_duplicates=False) == [1, 2, 0]
+    assert tidy_order(view, "small", drop_duplicates=True) == [2, 0]
+    assert tidy_order(view, "small", drop_duplicates=False) == [1, 2, 0]
+    assert tidy_order(view, "surest", drop_duplicates=False) == [1, 2, 0]
+    surest = view.with_masks((box(10, 14, 0.3), box(0, 30, 0.4)))
+    assert tidy_order(surest, "surest", drop_duplicates=True) == [0, 1]
 
 
 def test_distances_to_a_border() -> None:

@@ -14,7 +14,7 @@ from walltopo.lifting import LiftParams, lift
 from walltopo.lifting.blocks import blocks_of
 from walltopo.lifting.contract import Method
 from walltopo.lifting.evidence import Sampling, gather_evidence
-from walltopo.lifting.fast import by_score
+from walltopo.lifting.labels import drawing_order
 from walltopo_lab.tune.lift_problem import LiftProblem, LiftWall, load_lift_wall
 from walltopo_lab.tune.lifted import Lifted
 from walltopo_lab.tune.seen import SeenOnce
@@ -42,9 +42,12 @@ def _shifted(mask: Mask, seed: int) -> Mask:
 def test_seen_once_gives_what_a_fresh_look_gives(
     wall: LiftWall, distance: float, power: float
 ) -> None:
+    def drawing(view: View) -> list[int]:
+        return drawing_order(view, "small")
+
     sampling = Sampling(distance, power)
-    fresh = gather_evidence(blocks_of(wall.mesh), wall.views, by_score, sampling, Silent())
-    cached = SeenOnce(wall.mesh, wall.views, by_score, Sampling(20.0)).evidence(distance, power)
+    fresh = gather_evidence(blocks_of(wall.mesh), wall.views, drawing, sampling, Silent())
+    cached = SeenOnce(wall.mesh, wall.views, drawing, Sampling(20.0)).evidence(distance, power)
     for name in ("faces", "starts", "projection", "view", "first_mask", "label"):
         assert (getattr(fresh, name) == getattr(cached, name)).all(), name
     assert cached.ease == pytest.approx(fresh.ease, abs=1e-4)
@@ -65,6 +68,10 @@ def test_a_remembered_lift_is_the_lift(wall: LiftWall, method: Method) -> None:
             resolution=float(rng.choice([0.5, 1.0, 20.0])),
             cohesion=float(rng.choice([0.1, 0.5])),
             border_band=float(rng.choice([0.0, 2.0, 12.0])),
+            on_top="surest" if trial % 3 else "small",
+            by_class=bool(rng.integers(2)),
+            overlap="all" if trial % 2 else "covisible",
+            voters="all" if trial > 5 else "holders",
             normalised=trial == 7,
         )
         remembered, fresh = lifted(params), lift(wall.mesh, wall.views, params)

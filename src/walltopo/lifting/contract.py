@@ -14,9 +14,11 @@ from walltopo.scans.manifest import Metrics
 from walltopo.scans.model import SparseModel
 from walltopo.scans.scale import Scale
 
-__all__ = ["LiftParams", "Method", "Reads", "Writes", "length_of_share"]
+__all__ = ["Confidence", "LiftParams", "Method", "OnTop", "Reads", "Writes", "length_of_share"]
 
 Method = Literal["robust", "literal"]
+OnTop = Literal["small", "surest"]
+Confidence = Literal["mean", "sum", "share"]
 
 
 def length_of_share(share: float, mean_distance: float) -> float:
@@ -71,23 +73,59 @@ class LiftParams:
         float,
         about("Louvain resolution: larger gives more, smaller clusters", low=0.0, expert=True),
     ] = 1.0
+    confidence: Annotated[
+        Confidence,
+        about(
+            "literal: what instances are ranked by, which the publication does not tell: mean or "
+            "sum of their masks' scores on the mesh, or mean share of positive evidence",
+            expert=True,
+        ),
+    ] = "mean"
     threshold: Annotated[
         float,
         about(
-            "a triangle is kept at this share of positive evidence (published: 0.5)",
+            "a triangle is kept at this share of positive evidence",
             low=0.0,
             high=1.0,
         ),
     ] = 0.5
+    on_top: Annotated[
+        OnTop,
+        about(
+            "which mask is drawn on top where those of one photo overlap: the smaller, or the one "
+            "with the higher score",
+            expert=True,
+        ),
+    ] = "small"
+    by_class: Annotated[
+        bool,
+        about(
+            "robust: cluster the masks of each class apart, as literal does; else a mask of the "
+            "wrong class still joins its object",
+            expert=True,
+        ),
+    ] = False
+    overlap: Annotated[
+        Literal["covisible", "all"],
+        about(
+            "robust: masks are compared over what both photos saw, or, as in literal, over all "
+            "their triangles",
+            expert=True,
+        ),
+    ] = "covisible"
+    voters: Annotated[
+        Literal["holders", "all"],
+        about(
+            "robust: who votes on an instance's triangles: photos that hold a mask of it, or, as "
+            "in literal, all that see them",
+            expert=True,
+        ),
+    ] = "holders"
     drop_duplicates: Annotated[
         bool,
         about(
             "robust: of two masks of the same object in one photo keep the surer one", expert=True
         ),
-    ] = True
-    drop_fused: Annotated[
-        bool,
-        about("robust: ignore masks that most other views see as several objects", expert=True),
     ] = True
     cohesion: Annotated[
         float,

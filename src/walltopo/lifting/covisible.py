@@ -50,6 +50,11 @@ class Covisible:
         """(E,) overlap of p and q over what both views saw."""
         return self.shared / (self.p_seen + self.q_seen - self.shared)
 
+    @property
+    def iou_of_all(self) -> Floats:
+        """(E,) overlap of p and q over all their triangles, as published."""
+        return self.shared / (self.area[self.p] + self.area[self.q] - self.shared)
+
 
 def compare_projections(evidence: Evidence) -> Covisible:
     """Compare all projections of different views that share a triangle."""

@@ -1,4 +1,4 @@
-"""The lift's two methods over the same sparse evidence."""
+"""The published lift over sparse evidence, in kernels."""
 
 from __future__ import annotations
 
@@ -13,19 +13,20 @@ from walltopo.graphs.louvain import Partition, louvain
 from walltopo.lifting.blocks import blocks_of
 from walltopo.lifting.contract import LiftParams
 from walltopo.lifting.evidence import Evidence, Sampling, gather_evidence
-from walltopo.lifting.merge import literal_instances, literal_labels
+from walltopo.lifting.labels import drawing_order
+from walltopo.lifting.merge import (
+    Kept,
+    keep_faces,
+    literal_instances,
+    one_each,
+    projection_scores,
+)
 from walltopo.lifting.overlap import overlaps_of
 
-__all__ = ["by_score", "lift_literal", "literal_clusters", "literal_graph", "nothing"]
+__all__ = ["lift_literal", "literal_clusters", "literal_graph", "literal_kept", "nothing"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int32]
-
-
-def by_score(view: View) -> list[int]:
-    """Masks in the order of drawing as published: the most certain on top."""
-    order = [k for k, mask in enumerate(view.masks) if mask.area > 0]
-    return sorted(order, key=lambda k: view.masks[k].score)
 
 
 def nothing(faces: int) -> Instances:
@@ -36,12 +37,7 @@ def nothing(faces: int) -> Instances:
 def literal_graph(evidence: Evidence) -> tuple[Ints, Ints, Floats]:
     """Edges between projections of one class, weight = IoU of areas times both mean scores."""
     overlaps = overlaps_of(evidence)
-    positive = evidence.projection >= 0
-    owner = evidence.projection[positive]
-    scores = evidence.ease[positive].astype(np.float64) * evidence.score[owner]
-    count = len(evidence.label)
-    sizes = np.bincount(owner, minlength=count)
-    mean = np.bincount(owner, scores, minlength=count) / np.maximum(sizes, 1)
+    mean = projection_scores(evidence)
     p, q = overlaps.first, overlaps.second
     same = evidence.label[p] == evidence.label[q]
     p, q, shared = p[same], q[same], overlaps.shared[same]
@@ -80,6 +76,38 @@ def literal_clusters(
     return renumber(clusters)
 
 
+def literal_kept(
+    mesh: Mesh,
+    views: Sequence[View],
+    params: LiftParams,
+    progress: Progress | None = None,
+    partition: Partition = louvain,
+) -> tuple[Evidence, Ints, Kept]:
+    """What the published algorithm returns: clusters of projections, and the faces each keeps.
+
+    Parameters
+    ----------
+    params : lengths in the mesh's unit (`normalised` is resolved by the caller).
+    partition : how the graph is divided; for the comparison with the reference.
+
+    Returns
+    -------
+    The evidence; (P,) int32, the cluster of each projection; the faces, which clusters of
+    different classes may share.
+    """
+    progress = progress or Silent()
+    if len(mesh.faces) == 0:
+        raise InputError("the mesh has no triangles", "Is it a point cloud?")
+    sampling = Sampling(params.visibility_distance, params.easing_power, params.mask_resolution)
+    evidence = gather_evidence(
+        blocks_of(mesh), views, lambda view: drawing_order(view, params.on_top), sampling, progress
+    )
+    progress.step("cluster projections")
+    cluster = literal_clusters(evidence, params, partition)
+    progress.step("merge")
+    return evidence, cluster, keep_faces(evidence, cluster, params.threshold)
+
+
 def lift_literal(
     mesh: Mesh,
     views: Sequence[View],
@@ -87,22 +115,12 @@ def lift_literal(
     progress: Progress | None = None,
     partition: Partition = louvain,
 ) -> Instances:
-    """The published algorithm, fast: equal to `reference.lift_reference`.
+    """The published algorithm, fast, with one instance a face: equal to `lift_reference`.
 
-    Parameters
-    ----------
-    params : lengths in the mesh's unit (`normalised` is resolved by the caller).
-    partition : how the graph is divided; for the comparison with the reference.
+    See `literal_kept` for the parameters.
     """
-    progress = progress or Silent()
-    if len(mesh.faces) == 0:
-        raise InputError("the mesh has no triangles", "Is it a point cloud?")
-    sampling = Sampling(params.visibility_distance, params.easing_power, params.mask_resolution)
-    if not any(by_score(view) for view in views):
+    if not any(mask.area for view in views for mask in view.masks):
         return nothing(len(mesh.faces))
-    evidence = gather_evidence(blocks_of(mesh), views, by_score, sampling, progress)
-    progress.step("cluster projections")
-    cluster = literal_clusters(evidence, params, partition)
-    progress.step("merge")
-    kept, shares = literal_labels(evidence, cluster, params.threshold)
-    return literal_instances(evidence, cluster, kept, shares, len(mesh.faces))
+    evidence, cluster, kept = literal_kept(mesh, views, params, progress, partition)
+    winner, shares = one_each(kept, len(evidence.faces))
+    return literal_instances(evidence, cluster, winner, shares, len(mesh.faces), params.confidence)

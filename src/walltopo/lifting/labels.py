@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mask, View
+from walltopo.lifting.contract import OnTop
 
-__all__ = ["draw_labels", "label_size", "resized_mask"]
+__all__ = ["draw_labels", "drawing_order", "label_size", "resized_mask"]
 
 
 def label_size(view: View, mask_resolution: int) -> tuple[int, int]:
@@ -26,6 +27,20 @@ def label_size(view: View, mask_resolution: int) -> tuple[int, int]:
         return view.camera.width, view.camera.height
     largest = max(view.masks, key=lambda mask: mask.width * mask.height)
     return largest.width, largest.height
+
+
+def drawing_order(view: View, on_top: OnTop) -> list[int]:
+    """The masks of a view that have pixels, in the order of drawing: later ones lie on top.
+
+    The publication speaks of one image of masks a photo and of no order. With the smaller mask on
+    top, what lies on something stays visible, and a mask over two objects, one of which has a mask
+    of its own, loses that part.
+    """
+    masks = view.masks
+    order = [k for k, mask in enumerate(masks) if mask.area > 0]
+    if on_top == "surest":
+        return sorted(order, key=lambda k: masks[k].score)
+    return sorted(order, key=lambda k: (-masks[k].area, masks[k].score, k))
 
 
 def draw_labels(view: View, order: list[int], mask_resolution: int) -> NDArray[np.int32]:

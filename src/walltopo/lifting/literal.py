@@ -1,8 +1,10 @@
-"""The published lift to the letter: slow, plain, the oracle of the tests.
+"""The published lift, slow and plain: the oracle of the tests.
 
-Every step is written as it is described, with loops, sets and dictionaries, NumPy and ray casting
-by trimesh. It shares no kernel with the fast one; only the drawing of label images, the easing and
-the settings are common. The caller says who clusters: the tests hand both methods networkx.
+The publication's Algorithms 3 to 7, each step with loops, sets and dictionaries, NumPy and ray
+casting by trimesh. It shares no kernel with the fast one; only the drawing of label images, the
+easing and the settings are common. The caller says who clusters: the tests hand both methods
+networkx. docs/publication.md tells where the text leaves a choice, or contradicts itself, and what
+is done here.
 """
 
 from __future__ import annotations
@@ -10,6 +12,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import combinations
 
 import numpy as np
@@ -17,11 +20,12 @@ from numpy.typing import NDArray
 
 from walltopo.core import Instance, Instances, Mesh, View
 from walltopo.graphs.louvain import Partition
-from walltopo.lifting.contract import LiftParams
+from walltopo.lifting.contract import Confidence, LiftParams
 from walltopo.lifting.easing import ease
-from walltopo.lifting.labels import draw_labels
+from walltopo.lifting.labels import draw_labels, drawing_order
+from walltopo.lifting.merge import TIE, confidence_of
 
-__all__ = ["Projection", "lift_reference", "project_view"]
+__all__ = ["Projection", "lift_reference", "project_view", "reference_kept"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int32]
@@ -29,23 +33,22 @@ Ints = NDArray[np.int32]
 # A ray "hits the triangle itself" also where it meets another one within this share of the
 # distance: duplicates of a triangle are seen together, and Embree's rays are float32.
 NEARER = 1e-5
-TIE = 1e-6  # see merge.TIE
 # Cells of the spatial hash along the visibility distance; their size changes no result.
 CELLS = 80
 
 
 @dataclass
 class Projection:
-    """One mask on the mesh: its triangles with a score each."""
+    """One mask on the mesh: its triangles with a score each (`p.triangle_scores`)."""
 
     view: int
     mask: int
     label: int
     triangles: dict[int, float] = field(default_factory=dict[int, float])
 
-    @property
+    @cached_property
     def score(self) -> float:
-        """Mean of the scores of its triangles."""
+        """Mean of the scores of its triangles; asked for when all of them are there."""
         return float(np.mean(list(self.triangles.values())))
 
 
@@ -58,11 +61,7 @@ def project_view(
     ----------
     tracer : trimesh's ray caster of the mesh.
     """
-    order = sorted(
-        (k for k, mask in enumerate(view.masks) if mask.area > 0),
-        key=lambda k: view.masks[k].score,
-    )
-    labels = draw_labels(view, order, params.mask_resolution)
+    labels = draw_labels(view, drawing_order(view, params.on_top), params.mask_resolution)
     rays = mesh.centroids - view.centre
     distance = np.linalg.norm(rays, axis=1)
     near = (distance <= params.visibility_distance) & (rays @ view.direction > 0)
@@ -182,12 +181,35 @@ def _clusters(
 def lift_reference(
     mesh: Mesh, views: Sequence[View], params: LiftParams, partition: Partition
 ) -> Instances:
-    """Masks to instances as published; lengths in the mesh's unit.
+    """Masks to instances as published, with one instance a triangle; lengths in the mesh's unit.
+
+    See `reference_kept` for the parameters.
+    """
+    projections, clusters, kept = reference_kept(mesh, views, params, partition)
+    winner: dict[int, tuple[int, int]] = {}
+    for number, shares in enumerate(kept):
+        for triangle, share in shares.items():
+            # The greatest share; of equals (`TIE`) the lowest number.
+            rank = round(share / TIE), -number
+            winner[triangle] = max(winner.get(triangle, rank), rank)
+    faces = [[t for t in kept[k] if winner[t][1] == -k] for k in range(len(kept))]
+    return _instances(mesh, projections, clusters, kept, faces, params.confidence)
+
+
+def reference_kept(
+    mesh: Mesh, views: Sequence[View], params: LiftParams, partition: Partition
+) -> tuple[list[Projection], list[list[int]], list[dict[int, float]]]:
+    """What the published algorithm returns: instances, which may overlap across classes.
 
     Parameters
     ----------
     partition : how the graph of projections is divided. Both the fast method and this one take
         it, so that a test can compare everything else exactly.
+
+    Returns
+    -------
+    All projections; the clusters, as numbers of projections; and the triangles that each cluster
+    keeps, with the share of positive evidence.
     """
     import trimesh
 
@@ -201,57 +223,64 @@ def lift_reference(
             uncovered[triangle] += d
     edges = projection_graph(projections, mesh, params.visibility_distance / CELLS)
     clusters = _clusters(projections, edges, params, partition)
-    return _merge(mesh, projections, clusters, uncovered, params.threshold)
+    return projections, clusters, _merge(projections, clusters, uncovered, params.threshold)
 
 
 def _merge(
-    mesh: Mesh,
     projections: list[Projection],
     clusters: list[list[int]],
     uncovered: dict[int, float],
     threshold: float,
-) -> Instances:
-    """Step 3: positive against negative evidence for each triangle of each cluster."""
-    total: dict[tuple[int, int], float] = defaultdict(float)  # (class, triangle)
-    for projection in projections:
-        for triangle, score in projection.triangles.items():
-            total[projection.label, triangle] += score
-    winner: dict[int, tuple[float, int]] = {}
+) -> list[dict[int, float]]:
+    """Algorithm 7: the triangles that each cluster keeps, with their share."""
+    others: dict[int, list[tuple[int, Projection]]] = defaultdict(list)
     for number, members in enumerate(clusters):
+        for k in members:
+            for triangle in projections[k].triangles:
+                others[triangle].append((number, projections[k]))
+    kept: list[dict[int, float]] = []
+    for number, members in enumerate(clusters):
+        label = projections[members[0]].label
+        # Algorithm 5: the scores of the cluster's projections, each the mean of its triangles.
         positive: dict[int, float] = defaultdict(float)
         for k in members:
-            for triangle, score in projections[k].triangles.items():
-                positive[triangle] += score
-        label = projections[members[0]].label
+            for triangle in projections[k].triangles:
+                positive[triangle] += projections[k].score
+        kept.append({})
         for triangle, plus in positive.items():
-            minus = uncovered.get(triangle, 0.0) + total[label, triangle] - plus
-            share = plus / (plus + minus) if plus + minus > 0 else 0.0
-            if plus > 0 and share >= threshold - TIE:
-                best, _ = winner.get(triangle, (-1.0, -1))
-                if share > best + TIE:
-                    winner[triangle] = (share, number)
-    return _instances(mesh, projections, clusters, winner)
+            # Algorithm 6: views that see no object there, and what other clusters say.
+            minus = uncovered.get(triangle, 0.0)
+            for other, projection in others[triangle]:
+                if other != number and projection.label == label:
+                    minus += projection.triangles[triangle]
+            if plus > 0 and plus >= (threshold - TIE) * (plus + minus):
+                kept[-1][triangle] = plus / (plus + minus)
+    return kept
 
 
 def _instances(
     mesh: Mesh,
     projections: list[Projection],
     clusters: list[list[int]],
-    winner: dict[int, tuple[float, int]],
+    kept: list[dict[int, float]],
+    faces: list[list[int]],
+    way: Confidence,
 ) -> Instances:
+    """The instances, numbered as their clusters; those without a triangle of their own go."""
     face_instance = np.zeros(len(mesh.faces), dtype=np.int32)
     face_score = np.zeros(len(mesh.faces), dtype=np.float32)
-    alive = sorted({number for _, number in winner.values()})
-    ids = {number: k for k, number in enumerate(alive, start=1)}
-    for triangle, (share, number) in winner.items():
-        face_instance[triangle] = ids[number]
-        face_score[triangle] = share
-    records = []
-    for number in alive:
-        mine = face_instance == ids[number]
+    records: list[Instance] = []
+    for number, mine in enumerate(faces):
+        if not mine:
+            continue
         members = [projections[k] for k in clusters[number]]
-        score = float(np.average(face_score[mine], weights=mesh.areas[mine]))
+        shares = np.array([kept[number][triangle] for triangle in mine])
+        scores = np.array([p.score for p in members])
         pairs = tuple((p.view, p.mask) for p in members)
         label = members[0].label
-        records.append(Instance(ids[number], label, min(score, 1.0), pairs, {label: 1.0}))
+        sure = confidence_of(way, scores, shares, mesh.areas[mine])
+        record = Instance(len(records) + 1, label, sure, pairs, {label: 1.0})
+        face_instance[mine] = record.id
+        face_score[mine] = shares
+        records.append(record)
     return Instances(face_instance, face_score, tuple(records))

@@ -1,7 +1,8 @@
-"""Merge and threshold, as published: from clusters of projections to labels of triangles."""
+"""Merge and threshold, as published: from clusters of projections to faces of instances."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -9,10 +10,20 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from walltopo.core import Instance, Instances
+from walltopo.lifting.contract import Confidence
 from walltopo.lifting.evidence import Evidence
 
-__all__ = ["TIE", "literal_instances", "literal_labels"]
+__all__ = [
+    "TIE",
+    "Kept",
+    "confidence_of",
+    "keep_faces",
+    "literal_instances",
+    "one_each",
+    "projection_scores",
+]
 
+Floats = NDArray[np.float64]
 Ints = NDArray[np.int32]
 
 # Shares within this of the threshold count as reaching it, so that the order in which floats
@@ -20,86 +31,153 @@ Ints = NDArray[np.int32]
 TIE = 1e-6
 
 
-def literal_labels(
-    evidence: Evidence, cluster: Ints, threshold: float
-) -> tuple[Ints, NDArray[np.float32]]:
-    """The cluster that keeps each face, and the share of its positive evidence.
+@dataclass(frozen=True, eq=False)
+class Kept:
+    """The faces that each cluster keeps; clusters of different classes may keep the same face.
+
+    Parameters
+    ----------
+    face : (n,) int64, indices into `Evidence.faces`, ascending.
+    cluster : (n,) int32, ascending within a face.
+    share : (n,) float32, of positive evidence.
+    """
+
+    face: NDArray[np.int64]
+    cluster: Ints
+    share: NDArray[np.float32]
+
+
+def projection_scores(evidence: Evidence) -> Floats:
+    """(P,) `p.score`: the mean of its triangles' scores; 0 for a projection without triangles."""
+    positive = evidence.projection >= 0
+    owner = evidence.projection[positive]
+    scores = evidence.ease[positive].astype(np.float64) * evidence.score[owner]
+    count = len(evidence.label)
+    sizes = np.bincount(owner, minlength=count)
+    return np.asarray(np.bincount(owner, scores, minlength=count) / np.maximum(sizes, 1))
+
+
+def keep_faces(evidence: Evidence, cluster: Ints, threshold: float) -> Kept:
+    """Every face with every cluster that keeps it (the publication's Algorithms 5 to 7).
 
     Parameters
     ----------
     cluster : (P,) int32, cluster of each projection.
-
-    Returns
-    -------
-    (C,) int32, -1 = none keeps it, and (C,) float32. Where clusters (of several classes, or at
-    a low threshold) keep the same face it goes to the greatest share, then the lowest number.
     """
-    weight = (evidence.share * evidence.ease).astype(np.float64)
-    return _vote(
-        evidence.starts, evidence.projection, weight, evidence.score, evidence.label, cluster,
-        threshold,
+    common = (
+        evidence.starts, evidence.projection, evidence.ease.astype(np.float64), evidence.score,
+        projection_scores(evidence), evidence.label, cluster, threshold,
     )  # fmt: skip
+    places = np.zeros(len(evidence.starts), dtype=np.int64)
+    nothing = np.zeros(0, dtype=np.int32), np.zeros(0, dtype=np.float32)
+    np.cumsum(_keep(*common, places, *nothing), out=places[1:])
+    owner = np.zeros(places[-1], dtype=np.int32)
+    share = np.zeros(places[-1], dtype=np.float32)
+    _keep(*common, places, owner, share)
+    face = np.repeat(np.arange(len(places) - 1), np.diff(places))
+    order = np.lexsort((owner, face))
+    return Kept(face, owner[order], share[order])
 
 
 @njit(parallel=True, cache=True)
-def _vote(
-    starts: Any, projection: Any, weight: Any, score: Any, label: Any, cluster: Any, threshold: Any
-) -> Any:
+def _keep(
+    starts: Any, projection: Any, ease: Any, score: Any, mean: Any, label: Any, cluster: Any,
+    threshold: Any, places: Any, owner: Any, share: Any,
+) -> Any:  # fmt: skip
+    """How many clusters keep each face; where `owner` is not empty, which, from `places` on."""
     count = len(starts) - 1
-    kept = np.full(count, -1, dtype=np.int32)
-    shares = np.zeros(count, dtype=np.float32)
+    found = np.zeros(count, dtype=np.int64)
     for face in prange(count):
         begin, end = starts[face], starts[face + 1]
         uncovered = 0.0
         for k in range(begin, end):
             if projection[k] < 0:
-                uncovered += weight[k]
-        best, winner = -1.0, -1
+                uncovered += ease[k]
         for k in range(begin, end):
             p = projection[k]
             if p < 0:
                 continue
-            mine, same = 0.0, 0.0
+            first = True
+            positive, negative = 0.0, uncovered
             for j in range(begin, end):
                 q = projection[j]
-                if q >= 0 and label[q] == label[p]:
-                    value = weight[j] * score[q]
-                    same += value
-                    if cluster[q] == cluster[p]:
-                        mine += value
-            total = uncovered + same
-            share = mine / total if total > 0 else 0.0
-            reaches = share >= threshold - TIE and mine > 0
-            better = share > best + TIE or (share > best - TIE and cluster[p] < winner)
-            if reaches and better:
-                best, winner = share, cluster[p]
-        if winner >= 0:
-            kept[face] = winner
-            shares[face] = best
-    return kept, shares
+                if q < 0:
+                    continue
+                if cluster[q] == cluster[p]:
+                    first = first and j >= k
+                    positive += mean[q]
+                elif label[q] == label[p]:
+                    negative += ease[j] * score[q]
+            total = positive + negative
+            if first and positive > 0 and positive >= (threshold - TIE) * total:
+                if len(owner):
+                    owner[places[face] + found[face]] = cluster[p]
+                    share[places[face] + found[face]] = positive / total
+                found[face] += 1
+    return found
+
+
+def one_each(kept: Kept, count: int) -> tuple[Ints, NDArray[np.float32]]:
+    """One cluster a face: the greatest share, then the lowest number.
+
+    This is not in the publication, whose instances of two classes may overlap: a labelled mesh
+    has one label a triangle.
+
+    Returns
+    -------
+    (count,) int32, -1 = none keeps it, and (count,) float32.
+    """
+    winner = np.full(count, -1, dtype=np.int32)
+    shares = np.zeros(count, dtype=np.float32)
+    # Shares within a tie are equal, whatever rounding says. The last write wins.
+    order = np.lexsort((-kept.cluster, np.round(kept.share / TIE), kept.face))
+    winner[kept.face[order]] = kept.cluster[order]
+    shares[kept.face[order]] = kept.share[order]
+    return winner, shares
+
+
+def confidence_of(way: Confidence, scores: Floats, shares: Floats, areas: Floats) -> float:
+    """How sure an instance is, in [0, 1].
+
+    Parameters
+    ----------
+    scores : (n,) `p.score` of its projections. Their sum is told as s / (1 + s).
+    shares, areas : (m,) share of positive evidence, and area, of its faces.
+    """
+    if way == "share":
+        return min(float(np.average(shares, weights=areas)), 1.0)
+    total = float(scores.sum())
+    return total / len(scores) if way == "mean" else total / (1 + total)
 
 
 def literal_instances(
-    evidence: Evidence, cluster: Ints, kept: Ints, shares: NDArray[np.float32], faces: int
+    evidence: Evidence,
+    cluster: Ints,
+    winner: Ints,
+    shares: NDArray[np.float32],
+    faces: int,
+    way: Confidence,
 ) -> Instances:
-    """Instances of the clusters that kept a face, numbered in the order of clusters.
+    """Instances of the clusters that have a face, numbered in the order of clusters.
 
-    The published method gives no confidence: an instance's score is the area-weighted mean
-    share of positive evidence of its faces.
+    Parameters
+    ----------
+    winner, shares : of `one_each`; faces : of the mesh.
     """
     face_instance = np.zeros(faces, dtype=np.int32)
     face_score = np.zeros(faces, dtype=np.float32)
-    alive = np.unique(kept[kept >= 0])
+    scores = projection_scores(evidence)
     view_of = evidence.view_of
     records = []
-    for number, found in enumerate(alive, start=1):
-        mine = kept == found
+    for number, found in enumerate(np.unique(winner[winner >= 0]), start=1):
+        mine = winner == found
         face_instance[evidence.faces[mine]] = number
         face_score[evidence.faces[mine]] = shares[mine]
         members = np.flatnonzero(cluster == found)
         label = int(evidence.label[members[0]])
-        areas = evidence.areas[mine]
-        score = float(np.average(shares[mine], weights=areas))
+        sure = confidence_of(
+            way, scores[members], shares[mine].astype(np.float64), evidence.areas[mine]
+        )
         views = tuple((int(view_of[p]), int(p - evidence.first_mask[view_of[p]])) for p in members)
-        records.append(Instance(number, label, min(score, 1.0), views, {label: 1.0}))
+        records.append(Instance(number, label, sure, views, {label: 1.0}))
     return Instances(face_instance, face_score, tuple(records))

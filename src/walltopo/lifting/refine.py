@@ -116,7 +116,7 @@ def _ask_again(
 ) -> Instances:
     """Label the pieces of cut triangles by the views."""
     evidence = robust_evidence(mesh, views, params, progress)
-    winner, shares = vote(evidence, cluster, params.threshold, params.border_band)
+    winner, shares = vote(evidence, cluster, params)
     found = np.zeros(len(mesh.faces), dtype=np.int32)
     score = np.zeros(len(mesh.faces), dtype=np.float32)
     found[evidence.faces] = winner + 1

@@ -1,10 +1,12 @@
-"""Masks of one view before they are projected: duplicates out, small ones on top."""
+"""Masks of one view before they are projected: duplicates out."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from walltopo.core import Mask, View
+from walltopo.lifting.contract import OnTop
+from walltopo.lifting.labels import drawing_order
 
 __all__ = ["tidy_order"]
 
@@ -12,18 +14,13 @@ __all__ = ["tidy_order"]
 SAME = 0.7
 
 
-def tidy_order(view: View, drop_duplicates: bool) -> list[int]:
-    """The order of drawing: the largest first, so that what lies on something stays visible.
-
-    A mask over two objects, one of which has a mask of its own, thereby loses that part. Of
-    masks that show the same object twice (IoU of 0.7) the one with the lower score is left out.
-    """
+def tidy_order(view: View, on_top: OnTop, drop_duplicates: bool) -> list[int]:
+    """The order of drawing; of masks that show the same object twice only the surer one."""
     masks = view.masks
-    areas = [mask.area for mask in masks]
-    order = [k for k in range(len(masks)) if areas[k] > 0]
+    order = drawing_order(view, on_top)
     if drop_duplicates:
-        order = _without_duplicates(masks, areas, order)
-    return sorted(order, key=lambda k: (-areas[k], masks[k].score, k))
+        order = _without_duplicates(masks, [mask.area for mask in masks], order)
+    return order
 
 
 def _without_duplicates(masks: tuple[Mask, ...], areas: list[int], order: list[int]) -> list[int]:

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
+from walltopo.lifting.contract import LiftParams
 from walltopo.lifting.covisible import Covisible
 from walltopo.lifting.evidence import Evidence
 
@@ -21,19 +22,17 @@ Floats = NDArray[np.float64]
 DOUBT = 1.0
 
 
-def vote(
-    evidence: Evidence, cluster: Ints, threshold: float, band: float
-) -> tuple[Ints, NDArray[np.float32]]:
+def vote(evidence: Evidence, cluster: Ints, params: LiftParams) -> tuple[Ints, NDArray[np.float32]]:
     """The cluster of each face, and the share of views that agree.
 
     Parameters
     ----------
     cluster : (P,) int32, cluster of each projection, -1 = none.
-    band : pixels, what the evidence was gathered with: a face at a mask's border counts half,
-        one this far inside fully. The mean of borders that are off by chance is surer than their
-        median, which is what counting in and out amounts to.
-    threshold : a face needs this share of the views that see it and hold a mask of the cluster.
-        A view that missed the object altogether says nothing about its border.
+    params : `border_band` is what the evidence was gathered with: a face at a mask's border counts
+        half, one this far inside fully. The mean of borders that are off by chance is surer than
+        their median, which is what counting in and out amounts to. A face needs the share
+        `threshold` of the views that see it and, by `voters`, hold a mask of the cluster: a view
+        that missed the object altogether says nothing about its border.
 
     Returns
     -------
@@ -41,7 +40,8 @@ def vote(
     """
     views = len(evidence.first_mask) - 1
     count = int(cluster.max(initial=-1)) + 1
-    present = np.zeros((count, views), dtype=np.bool_)
+    band = params.border_band
+    present = np.full((count, views), params.voters == "all")
     known = np.flatnonzero(cluster >= 0)
     present[cluster[known], evidence.view_of[known]] = True
     weight = evidence.share * evidence.detail
@@ -49,7 +49,7 @@ def vote(
     depth = evidence.border / np.float32(band) if band > 0 else np.ones_like(weight)
     mean = float(evidence.detail.mean()) if len(weight) else 1.0
     return _vote(
-        evidence.starts, evidence.projection, evidence.view, cluster, threshold,
+        evidence.starts, evidence.projection, evidence.view, cluster, params.threshold,
         weight, depth, present, DOUBT * mean,
     )  # fmt: skip
 

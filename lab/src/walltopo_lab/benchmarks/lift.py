@@ -1,9 +1,7 @@
-"""Figures of the lift: speed, accuracy, the worth of each robust step.
+"""Figures of the lift: speed, and borders refined on coarse meshes.
 
     python -m walltopo_lab.benchmarks.lift speed DATA       # DATA: the folder with gym-a/lift
     python -m walltopo_lab.benchmarks.lift scaling
-    python -m walltopo_lab.benchmarks.lift accuracy DATA
-    python -m walltopo_lab.benchmarks.lift ablation         # on our own scenes; what the defaults rest on
     python -m walltopo_lab.benchmarks.lift coarse           # borders refined on coarse meshes
 
 Times are wall clock of one call on meshes and masks in memory, the best of three after one to
@@ -16,9 +14,7 @@ import argparse
 import resource
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,49 +23,8 @@ from walltopo.core import Camera, Instances, Mask, Mesh, View
 from walltopo.lifting import LiftParams, lift
 from walltopo.lifting.refine import refine_borders
 from walltopo.raycast.bvh import Bvh
-from walltopo.scans.detections import read_coco_masks
-from walltopo.scans.model import read_views
+from walltopo_lab.benchmarks.lift_accuracy import against, load_gym
 from walltopo_lab.benchmarks.lift_scenes import MaskNoise, make_scene, spoil
-from walltopo_lab.evaluate.instances import ApSummary, Labelled, evaluate_instances
-
-ABLATION: dict[str, dict[str, Any]] = {
-    "all of the default": {},
-    "without soft borders": {"border_band": 0.0},
-    "band of 2 px": {"border_band": 2.0},
-    "band of 6 px": {"border_band": 6.0},
-    "duplicates stay": {"drop_duplicates": False},
-    "fused masks stay": {"drop_fused": False},
-    "no reassignment": {"rounds": 0},
-    "cohesion .15": {"cohesion": 0.15},
-    "cohesion .40": {"cohesion": 0.4},
-    "no support needed": {"least_support": 0.0},
-    "pinholes stay": {"fill_pinholes": False},
-    "modularity": {"objective": "modularity"},
-    "modularity, resolution 10": {"objective": "modularity", "resolution": 10.0},
-    "one sample a triangle": {"most_splits": 1},
-    "literal": {"method": "literal"},
-    "literal, resolution 10": {"method": "literal", "resolution": 10.0},
-}
-
-
-def score(
-    found: Instances, mesh: Mesh, truth: NDArray[np.int32], face_views: NDArray[np.int32]
-) -> ApSummary:
-    """Class-agnostic AP by face area; faces that no view sees are ignored."""
-    objects = {int(k): 1 for k in np.unique(truth) if k > 0}
-    scores = {record.id: record.score for record in found.records}
-    predicted = Labelled(found.face_instance, dict.fromkeys(scores, 1), scores)
-    labelled = Labelled(truth.astype(np.int32), objects)
-    return evaluate_instances(predicted, labelled, mesh.areas, face_views == 0).agnostic
-
-
-def load_gym(data: Path, masks: str) -> tuple[Mesh, list[View], Any]:
-    folder = data / "gym-a" / "lift"
-    truth = np.load(folder / "gt.npz")
-    mesh = Mesh(truth["vertices"].astype(np.float64), truth["faces"].astype(np.int32))
-    found, _ = read_coco_masks(folder / f"{masks}.json")
-    views = [v.with_masks(found.get(v.name, ())) for v in read_views(folder / "cameras")]
-    return mesh, views, truth
 
 
 def timed(run: Callable[[], object], repeats: int = 3) -> tuple[float, float]:
@@ -177,51 +132,6 @@ def scaling() -> None:
         print(f"| {count} | {wall:.2f} | {cpu:.2f} | {cpu / count * 1e6:.2f} |", flush=True)
 
 
-def accuracy(data: Path) -> None:
-    print(
-        "| masks | AP / AP50 / AP25 | COCO AP .50:.95 | instances | CPU s |\n|---|---|---|---|---|"
-    )
-    for masks in ("noisy", "clean"):
-        mesh, views, truth = load_gym(data, masks)
-        for name, params in (
-            ("robust", LiftParams()),
-            ("literal", LiftParams(method="literal")),
-            ("literal, resolution 10", LiftParams(method="literal", resolution=10.0)),
-        ):
-            lift(mesh, views, params)
-            cpu = time.process_time()
-            found = lift(mesh, views, params)
-            cpu = time.process_time() - cpu
-            a = score(found, mesh, truth["face_instance"], truth["face_views"])
-            print(
-                f"| {masks}, {name} | {a.ap:.3f} / {a.ap50:.3f} / {a.ap25:.3f} | {a.coco_ap:.3f} "
-                f"| {a.predicted} of {a.truth} | {cpu:.2f} |",
-                flush=True,
-            )
-
-
-def ablation(scenes: int) -> None:
-    noises = {"noisy": MaskNoise(), "hard": MaskNoise(halved=0.06, twice=0.06)}
-    cases = []
-    for seed in range(scenes):
-        scene = make_scene(100 + seed)
-        for name, noise in noises.items():
-            cases.append((name, scene, spoil(scene.views, noise, seed + 50 * (name == "hard"))))
-        cases.append(("clean", scene, list(scene.views)))
-    print(
-        "| variant | clean AP | noisy AP / AP50 / AP25 | hard AP / AP50 / AP25 |\n|---|---|---|---|"
-    )
-    for label, change in ABLATION.items():
-        rows: dict[str, list[list[float]]] = {}
-        for name, scene, views in cases:
-            found = lift(scene.mesh, views, replace(LiftParams(), **change))
-            a = score(found, scene.mesh, scene.face_instance, scene.face_views)
-            rows.setdefault(name, []).append([a.ap, a.ap50, a.ap25])
-        mean = {name: np.mean(values, axis=0) for name, values in rows.items()}
-        texts = [" / ".join(f"{v:.3f}" for v in mean[name]) for name in ("noisy", "hard")]
-        print(f"| {label} | {mean['clean'][0]:.3f} | {texts[0]} | {texts[1]} |", flush=True)
-
-
 def coarse() -> None:
     """Borders on meshes that are coarse, refined or not, against the truth of the fine mesh."""
     scene = make_scene(100)
@@ -244,7 +154,7 @@ def coarse() -> None:
                     np.zeros(len(hit), dtype=np.float32),
                     found.records,
                 )
-                a = score(fine, scene.mesh, scene.face_instance, scene.face_views)
+                a = against(fine, scene.mesh, scene.face_instance, scene.face_views)
                 texts.append(f"{a.ap:.3f} / {a.ap50:.3f} / {a.ap25:.3f}")
             clean = texts[1].split()[0]
             print(f"| {step} m | {levels} | {len(mesh.faces)} | {texts[0]} | {clean} |", flush=True)
@@ -252,22 +162,17 @@ def coarse() -> None:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
-    parser.add_argument("what", choices=("speed", "scaling", "accuracy", "ablation", "coarse"))
+    parser.add_argument("what", choices=("speed", "scaling", "coarse"))
     parser.add_argument("data", type=Path, nargs="?", help="folder that holds gym-a")
-    parser.add_argument("--scenes", type=int, default=3, help="ablation: number of scenes")
     args = parser.parse_args(arguments)
-    if args.what in ("speed", "accuracy") and args.data is None:
+    if args.what == "speed" and args.data is None:
         parser.error(f"{args.what} needs the data folder")
     if args.what == "speed":
         speed(args.data)
-    elif args.what == "accuracy":
-        accuracy(args.data)
     elif args.what == "scaling":
         scaling()
-    elif args.what == "coarse":
-        coarse()
     else:
-        ablation(args.scenes)
+        coarse()
 
 
 if __name__ == "__main__":

@@ -19,7 +19,6 @@ from walltopo.lifting.blocks import blocks_of
 from walltopo.lifting.covisible import compare_projections
 from walltopo.lifting.evidence import Sampling, gather_evidence
 from walltopo.lifting.outputs import instance_colours
-from walltopo.lifting.robust import find_fused
 from walltopo.lifting.tidy import tidy_order
 from walltopo.raycast import render_ids
 from walltopo_lab.benchmarks.lift_scenes import MaskNoise, make_scene, spoil
@@ -70,7 +69,7 @@ def main(folder: Path) -> None:
 
     sampling = Sampling(8.0, band=4.0, most_splits=8)
     evidence = gather_evidence(
-        blocks_of(mesh), views, lambda v: tidy_order(v, True), sampling, Silent()
+        blocks_of(mesh), views, lambda v: tidy_order(v, "small", True), sampling, Silent()
     )
     entry_face = np.repeat(np.arange(len(evidence.faces)), np.diff(evidence.starts))
     painted = np.full((len(mesh.faces), 3), GREY, dtype=np.uint8)
@@ -82,15 +81,14 @@ def main(folder: Path) -> None:
     save(folder, "2-projections.png", shaded(mesh, view, painted))
 
     pairs = compare_projections(evidence)
-    fused = find_fused(evidence, pairs)
     found = lift(mesh, views, LiftParams())
-    cluster = np.zeros(len(fused), dtype=np.int64)
+    cluster = np.zeros(len(evidence.label), dtype=np.int64)
     for record in found.records:
         for v, m in record.views:
             cluster[evidence.first_mask[v] + m] = record.id
     order = np.argsort(np.where(cluster == 0, 1 << 20, cluster), kind="stable")
     rank = np.argsort(order)
-    matrix = np.zeros((len(fused), len(fused)))
+    matrix = np.zeros((len(cluster), len(cluster)))
     matrix[rank[pairs.p], rank[pairs.q]] = pairs.iou
     picture = 255 - (matrix[..., None] * [225, 120, 40]).astype(np.uint8)
     large = cv2.resize(picture, (800, 800), interpolation=cv2.INTER_NEAREST)
@@ -106,7 +104,6 @@ def main(folder: Path) -> None:
     for name, result in (("5-literal.png", literal), ("6-robust.png", found)):
         save(folder, name, shaded(mesh, view, colours[result.face_instance]))
     save(folder, "7-truth.png", shaded(mesh, view, colours[scene.face_instance]))
-    print(f"{len(fused)} masks, {int(fused.sum())} found to be over several objects")
     print(f"literal {len(literal)}, robust {len(found)}, truth {len(scene.labels)} instances")
 
 

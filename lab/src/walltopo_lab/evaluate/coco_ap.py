@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from walltopo_lab.evaluate.overlap import Overlap
 
-__all__ = ["COCO_THRESHOLDS", "average_precision", "coco_ap", "coco_matches"]
+__all__ = ["COCO_THRESHOLDS", "average_precision", "coco_ap", "coco_matches", "exact_ap"]
 
 Floats = NDArray[np.float64]
 
@@ -45,13 +45,16 @@ def coco_matches(scene: Overlap, threshold: float, min_size: float = 0.0) -> NDA
     return taken
 
 
-def average_precision(scores: Floats, hits: NDArray[np.bool_], truth: int) -> float:
+def average_precision(
+    scores: Floats, hits: NDArray[np.bool_], truth: int, every_point: bool = False
+) -> float:
     """Area under the monotone precision over recall, at 101 recalls.
 
     Parameters
     ----------
     scores, hits : (n,) of each detection, and whether it took a true object.
     truth : number of true objects, > 0.
+    every_point : integrate over every recall that is reached, instead of COCO's 101.
     """
     if len(hits) == 0:
         return 0.0
@@ -59,11 +62,19 @@ def average_precision(scores: Floats, hits: NDArray[np.bool_], truth: int) -> fl
     positives = np.cumsum(hit)
     precision = positives / np.arange(1, len(hit) + 1)
     precision = np.maximum.accumulate(precision[::-1])[::-1]
+    if every_point:
+        return float((precision * hit).sum() / truth)
     at = np.searchsorted(positives / truth, _RECALLS, side="left")
     return float(np.where(at < len(hit), precision[np.minimum(at, len(hit) - 1)], 0.0).mean())
 
 
-def _ap_at(scenes: Sequence[Overlap], threshold: float, min_size: float, truth: int) -> float:
+def _ap_at(
+    scenes: Sequence[Overlap],
+    threshold: float,
+    min_size: float,
+    truth: int,
+    every_point: bool = False,
+) -> float:
     scores: list[Floats] = []
     hits: list[NDArray[np.bool_]] = []
     for scene in scenes:
@@ -74,7 +85,7 @@ def _ap_at(scenes: Sequence[Overlap], threshold: float, min_size: float, truth: 
         ignored[~matched] = scene.pred_sizes[~matched] < min_size
         scores.append(scene.pred_scores[~ignored])
         hits.append(matched[~ignored])
-    return average_precision(np.concatenate(scores), np.concatenate(hits), truth)
+    return average_precision(np.concatenate(scores), np.concatenate(hits), truth, every_point)
 
 
 def coco_ap(
@@ -92,3 +103,9 @@ def coco_ap(
     if truth == 0:
         return np.full(len(thresholds), np.nan)
     return np.array([_ap_at(scenes, t, min_size, truth) for t in thresholds])
+
+
+def exact_ap(scenes: Sequence[Overlap], thresholds: Sequence[float]) -> Floats:
+    """(len(thresholds),) AP with COCO's matching, integrated over every recall that is reached."""
+    truth = sum(len(scene.truth_sizes) for scene in scenes)
+    return np.array([_ap_at(scenes, t, 0.0, truth, every_point=True) for t in thresholds])

@@ -12,8 +12,9 @@ from walltopo.lifting import LiftParams
 from walltopo.lifting.covisible import compare_projections
 from walltopo.lifting.distance import resolve_lengths
 from walltopo.lifting.evidence import Sampling
-from walltopo.lifting.fast import by_score, literal_clusters, literal_graph
-from walltopo.lifting.merge import literal_instances, literal_labels
+from walltopo.lifting.fast import literal_clusters, literal_graph
+from walltopo.lifting.labels import drawing_order
+from walltopo.lifting.merge import keep_faces, literal_instances, one_each
 from walltopo.lifting.robust import robust_instances
 from walltopo.lifting.tidy import tidy_order
 from walltopo_lab.tune.seen import SeenOnce
@@ -61,10 +62,13 @@ class Lifted:
         return self._literal(params) if params.method == "literal" else self._robust(params)
 
     def _literal(self, params: LiftParams) -> Instances:
-        look = "literal", self._farthest, params.mask_resolution
+        on_top = params.on_top
+        look = "literal", self._farthest, params.mask_resolution, on_top
         sampling = Sampling(self._farthest, 0.0, params.mask_resolution)
         seen: SeenOnce = self._step(
-            "look", look, lambda: SeenOnce(self._mesh, self._views, by_score, sampling)
+            "look",
+            look,
+            lambda: SeenOnce(self._mesh, self._views, lambda v: drawing_order(v, on_top), sampling),
         )
         distance, power = params.visibility_distance, params.easing_power
         weigh = *look, distance, power
@@ -75,14 +79,17 @@ class Lifted:
             "cluster", parted, lambda: literal_clusters(evidence, params, louvain, graph)
         )
         self.done["decide"] += 1
-        kept, shares = literal_labels(evidence, cluster, params.threshold)
-        return literal_instances(evidence, cluster, kept, shares, len(self._mesh.faces))
+        kept = keep_faces(evidence, cluster, params.threshold)
+        winner, shares = one_each(kept, len(evidence.faces))
+        return literal_instances(
+            evidence, cluster, winner, shares, len(self._mesh.faces), params.confidence
+        )
 
     def _robust(self, params: LiftParams) -> Instances:
-        drop = params.drop_duplicates
+        drop, on_top = params.drop_duplicates, params.on_top
         look = (
             "robust", self._farthest, self._widest, params.mask_resolution, params.sample_px,
-            params.most_splits, drop,
+            params.most_splits, drop, on_top,
         )  # fmt: skip
         sampling = Sampling(
             self._farthest, 0.0, params.mask_resolution, self._widest, params.sample_px,
@@ -91,7 +98,9 @@ class Lifted:
         seen: SeenOnce = self._step(
             "look",
             look,
-            lambda: SeenOnce(self._mesh, self._views, lambda v: tidy_order(v, drop), sampling),
+            lambda: SeenOnce(
+                self._mesh, self._views, lambda v: tidy_order(v, on_top, drop), sampling
+            ),
         )
         # Distance alone says who takes part: easing weighs nothing in this method.
         distance, band = params.visibility_distance, params.border_band

@@ -1,0 +1,137 @@
+"""The figures of the pages, written and checked from the records in `docs/results`.
+
+    python -m walltopo_lab.benchmarks.figures           # write the tables of README and docs
+    python -m walltopo_lab.benchmarks.figures --check   # say what is not as recorded
+
+In a page, a table between
+
+    <!-- figures: NAME -->
+    <!-- /figures -->
+
+is that of the record `docs/results/NAME.json` (`NAME 2`: its second one), with a line below that
+tells command, data, evaluator and date. A figure in prose is a link to its record, whose title
+are words of the line of the output that it stands in:
+
+    ARI [0.692](results/routes-masks.json "link = paint")
+
+A score (a number below 1 with three decimals) that stands in neither is stray: nobody can tell
+where it came from.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from rich.console import Console
+
+from walltopo.core.files import atomic_path
+from walltopo_lab.benchmarks.results import RESULTS, Record, tables
+
+__all__ = ["complaints", "pages", "written"]
+
+# Written by commands of their own, which read the same records or no figures at all.
+GENERATED = ("settings.md", "bad-input.md", "results.md")
+BLOCK = re.compile(r"(<!-- figures: ([\w-]+)(?: (\d+))? -->\n).*?(<!-- /figures -->)", re.DOTALL)
+LINK = re.compile(r"\[([^\]\n]+)\]\(([\w/.-]*results/([\w-]+)\.json)(?:\s+\"([^\"]*)\")?\)")
+NUMBER = re.compile(r"(?<![\w.])[-+]?\d*\.?\d+(?!\w)")
+SCORE = re.compile(r"(?<![\w.,])(?:0?\.\d{3}|1\.000)(?![\w.])")
+CODE = re.compile(r"```.*?```|`[^`\n]*`|^ {4,}[^\n]*$", re.DOTALL | re.MULTILINE)
+
+console = Console()
+
+
+def pages(root: Path) -> list[Path]:
+    """README and the pages of docs that people write."""
+    return [
+        root / "README.md",
+        *(page for page in sorted((root / "docs").glob("*.md")) if page.name not in GENERATED),
+    ]
+
+
+def caption(record: Record, name: str, folder: str) -> str:
+    """The line below a table."""
+    told = [f"`{record.command}`", record.on]
+    told += [f"evaluator: {record.evaluator}"] if record.evaluator else []
+    told += [f"classes: {record.classes}"] if record.classes else []
+    if record.measured is not None:
+        when = f"{record.measured.date}, {record.measured.version} ({record.measured.revision})"
+        told.append(
+            f"[{'copied' if record.transcribed else 'measured'} {when}]({folder}{name}.json)"
+        )
+    return f"*{'; '.join(told)}.*"
+
+
+def written(page: Path, root: Path) -> str:
+    """The page with its tables as recorded."""
+    folder = "results/" if page.parent.name == "docs" else f"{RESULTS}/"
+
+    def block(found: re.Match[str]) -> str:
+        begin, name, number, end = found.groups()
+        record = Record.load(root / RESULTS / f"{name}.json")
+        kept = tables(record)
+        chosen = kept if number is None else kept[int(number) - 1 : int(number)]
+        text = "\n\n".join("\n".join(rows) for rows in chosen)
+        return f"{begin}\n{text}\n\n{caption(record, name, folder)}\n\n{end}"
+
+    return BLOCK.sub(block, page.read_text(encoding="utf-8"))
+
+
+def _agrees(told: str, line: str) -> bool:
+    """Is every number of a text among those of a line, to the decimals of the text?"""
+    known = [float(number) for number in NUMBER.findall(line)]
+    for number in NUMBER.findall(told.replace(",", "")):
+        decimals = len(number.partition(".")[2])
+        scale = 100.0 if "%" in told and "%" not in line else 1.0
+        if not any(
+            abs(scale * value - float(number)) <= 0.50001 * 10**-decimals for value in known
+        ):
+            return False
+    return True
+
+
+def _links(text: str, root: Path) -> Iterator[str]:
+    for told, _, name, words in LINK.findall(text):
+        path = root / RESULTS / f"{name}.json"
+        if not path.is_file():
+            yield f"[{told}]: there is no record {path.name}"
+            continue
+        lines = [line.replace(",", "") for line in Record.load(path).output]
+        wanted = (words or "").replace(",", "")
+        if NUMBER.search(told) and not any(wanted in s and _agrees(told, s) for s in lines):
+            yield f"[{told}]: {path.name} has no line with {words!r} that says so"
+
+
+def complaints(page: Path, root: Path) -> list[str]:
+    """What of a page's figures is not as recorded; empty where all is well."""
+    text = page.read_text(encoding="utf-8")
+    found = [] if written(page, root) == text else ["a table is not as recorded: run `make docs`"]
+    bare = BLOCK.sub("", text)
+    found += _links(bare, root)
+    stray = SCORE.findall(CODE.sub("", LINK.sub("", bare)))
+    found += [f"{number} comes from no record" for number in stray]
+    return [f"{page.name}: {line}" for line in found]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    parser.add_argument("--check", action="store_true")
+    parser.add_argument("--root", type=Path, default=Path())
+    args = parser.parse_args(arguments)
+    wrong = []
+    for page in pages(args.root):
+        if not args.check:
+            text = written(page, args.root)
+            with atomic_path(page) as temporary:
+                temporary.write_text(text, encoding="utf-8")
+        wrong += complaints(page, args.root)
+    for line in wrong:
+        console.print(line, markup=False)
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
