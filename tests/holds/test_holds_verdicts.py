@@ -62,6 +62,17 @@ def test_area_or_sharp_area() -> None:
     assert cutout_weights(views, "sharp") == pytest.approx([100, 20, 50, 50, 10])
 
 
+def test_the_published_weight_is_the_box_and_counts_every_cutout() -> None:
+    mask = np.zeros((10, 10), np.bool_)
+    mask[2:4, 1:9] = mask[2:8, 1:2] = True  # 20 pixels of the crop in a box of 6 x 8
+    views = [view((0, 0, 0)), view((0, 0, 0), mask=mask, pixels=80)]
+    assert cutout_weights(views, "box").tolist() == [100.0, 80 * 48 / 20]
+    # Twenty small blue cutouts outweigh a red one; the heaviest two do not.
+    seen = {3: [view((200, 0, 0), 900), *(view((0, 0, 200), 290) for _ in range(20))]}
+    assert verdicts(ByColour(), seen, "box", 2)[3].name == "pinch"  # type: ignore[arg-type]
+    assert verdicts(ByColour(), seen, "area", 2)[3].name == "jug"  # type: ignore[arg-type]
+
+
 def test_the_heaviest_cutouts_decide() -> None:
     """One large red cutout against two small blue ones."""
     seen = {3: [view((200, 0, 0), 900), view((0, 0, 200), 50), view((0, 0, 200), 50)], 4: []}

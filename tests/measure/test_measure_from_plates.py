@@ -70,7 +70,7 @@ def world_of(views: list[View], detections: list[Detection], **options: object) 
     return measure.world_from_model
 
 
-@pytest.mark.parametrize("way", ["corners", "markers", "auto"])
+@pytest.mark.parametrize("way", ["corners", "markers", "auto", "published"])
 def test_exact_sightings_give_the_exact_world(way: str) -> None:
     views, seen = shoot([(p, on_floor(p, at)) for p, at in zip(PLATES[:2], PLACES, strict=False)])
     world = world_of(views, seen, way=way).after(MODEL_FROM_WORLD)
@@ -90,6 +90,18 @@ def test_noise_of_a_fifth_of_a_pixel_stays_within_the_targets(way: str) -> None:
     assert world.scale == pytest.approx(1, abs=1e-3)
     assert np.degrees(np.arccos(world.rotation[2, 2])) < 0.1
     assert abs(world.translation[2]) < 0.005
+
+
+def test_the_published_way_is_not_polished() -> None:
+    placed = [(p, on_floor(p, at)) for p, at in zip(PLATES[:3], PLACES, strict=False)]
+    views, seen = shoot(placed, photos=5, noise=0.2)
+    errors = {}
+    for way in ("published", "markers"):
+        _, reports, _ = measure_from_plates(views, seen, PLATES, UP, way=way)
+        errors[way] = [report.residual_mm for report in reports]
+        world = world_of(views, seen, way=way).after(MODEL_FROM_WORLD)
+        assert world.scale == pytest.approx(1, abs=0.01)
+    assert all(a < b for a, b in zip(errors["markers"], errors["published"], strict=True))
 
 
 def test_each_plate_is_told_with_its_place_in_the_world() -> None:

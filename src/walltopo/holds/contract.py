@@ -86,10 +86,10 @@ class ClassifySettings:
         ),
     ] = ""
     cutout_weight: Annotated[
-        Literal["sharp", "area"],
+        Literal["sharp", "area", "box"],
         about(
-            "What a cutout weighs when the model's confidences are summed: its area, or its sharp, "
-            "unhidden area",
+            "What a cutout weighs when the model's confidences are summed: its sharp, unhidden "
+            "pixels; its pixels; or width times height of its box, over all cutouts, as published",
             expert=True,
         ),
     ] = "sharp"

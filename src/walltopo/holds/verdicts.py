@@ -49,8 +49,11 @@ def cutout_weights(views: Sequence[HoldView], weighting: str) -> NDArray[np.floa
     Parameters
     ----------
     weighting : "area": visible pixels; "sharp": those, less where the cutout is blurred against
-        the hold's others, cut off, overexposed, or partly hidden by something nearer.
+        the hold's others, cut off, overexposed, or partly hidden by something nearer; "box": width
+        times height of the visible pixels' box (the publication's Algorithm 8).
     """
+    if weighting == "box":
+        return np.array([_box_area(view) for view in views])
     if weighting == "area":
         return np.array([float(view.pixels) for view in views])
     usual = max(float(np.median([view.sharpness for view in views])), 1e-9)
@@ -60,6 +63,13 @@ def cutout_weights(views: Sequence[HoldView], weighting: str) -> NDArray[np.floa
             for view in views
         ]
     )
+
+
+def _box_area(view: HoldView) -> float:
+    """Pixels of the photo in the box around a hold's visible pixels."""
+    rows, columns = np.nonzero(view.mask)
+    box = (np.ptp(rows) + 1.0) * (np.ptp(columns) + 1.0)
+    return float(view.pixels * box / len(rows))  # the crop is shrunk, `pixels` is not
 
 
 def verdicts(
@@ -72,7 +82,8 @@ def verdicts(
 
     Parameters
     ----------
-    seen : hold id to its cutouts; the `most` heaviest are looked at.
+    seen : hold id to its cutouts.
+    most : so many of the heaviest are looked at; with the weighting "box" all of them are.
     """
     found: dict[int, Verdict] = {}
     for hold, views in seen.items():
@@ -80,7 +91,7 @@ def verdicts(
         if not shown:
             continue
         weights = cutout_weights(shown, weighting)
-        best = np.argsort(-weights, kind="stable")[:most]
+        best = np.argsort(-weights, kind="stable")[: None if weighting == "box" else most]
         pictures = [square(shown[k].crop, shown[k].mask, classifier.side) for k in best]
         confidences = classifier.confidences(np.stack(pictures))
         found[hold] = judge(confidences, weights[best], classifier.names)

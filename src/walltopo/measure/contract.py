@@ -44,10 +44,11 @@ class ScaleSettings:
         ),
     ] = ""
     way: Annotated[
-        Literal["auto", "markers", "corners"],
+        Literal["auto", "markers", "corners", "published"],
         about(
             "estimation of the measure: markers (PnP per marker and photo, averaged), corners "
-            "(triangulated, one similarity), auto = whichever fits the photos better",
+            "(triangulated, one similarity), both polished by the reprojection of all corners; "
+            "auto = whichever fits the photos better; published = markers, not polished",
             expert=True,
         ),
     ] = "auto"

@@ -31,6 +31,13 @@ _MOST_RESIDUAL_MM = 5.0  # root mean square of a plate's corner residuals at whi
 _FLOOR_TILT_DEG = 40.0  # of a plate against the cameras' up, beyond which it does not lie flat
 _UNEVEN = 0.03  # m; a plate further from the common floor plane than this is reported
 
+_WAYS = {
+    "auto": (fit_from_corners, fit_from_markers),
+    "corners": (fit_from_corners,),
+    "markers": (fit_from_markers,),
+    "published": (fit_from_markers,),
+}
+
 
 @dataclass(frozen=True)
 class PlateReport:
@@ -96,7 +103,8 @@ def measure_from_plates(
     detections : markers; those in photos that are not among the views are not used.
     plates : the known geometries.
     up : (3,) unit, a rough up in the model frame (from the cameras).
-    way : "markers", "corners" or "auto" (per plate whichever fits the photos better).
+    way : "markers", "corners" or "auto" (per plate whichever fits the photos better), each
+        polished; or "published": "markers" as it is.
 
     Returns
     -------
@@ -164,10 +172,9 @@ def _fit_plate(
         outcome.problems[label] = told
         outcome.doubled.append(label)
         return
-    ways = {"markers": (fit_from_markers,), "corners": (fit_from_corners,)}.get(
-        way, (fit_from_corners, fit_from_markers)
-    )
-    fits = [polish(fit, used) for attempt in ways if (fit := attempt(plate, used)) is not None]
+    fits = [fit for attempt in _WAYS[way] if (fit := attempt(plate, used)) is not None]
+    if way != "published":
+        fits = [polish(fit, used) for fit in fits]
     if not fits:
         outcome.problems[label] = (
             f"seen in {len(photos)} photos, but from too nearly one place to measure it"

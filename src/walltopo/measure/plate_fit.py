@@ -1,6 +1,6 @@
 """Where a plate lies in the reconstruction, found in two ways.
 
-(a) `fit_from_markers`: as published, the rigid transform of each marker in each photo by PnP,
+(a) `fit_from_markers`: the published way, the rigid transform of each marker in each photo by PnP,
 averaged over markers and photos. (b) `fit_from_corners`: each corner triangulated over all photos
 with their known poses, then one similarity to the plate's known shape. Both give the similarity
 from the model to the plate's frame; `polish` brings either to the least robust reprojection error
