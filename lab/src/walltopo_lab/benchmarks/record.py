@@ -11,7 +11,6 @@ file by hand, with an empty "output". `walltopo_lab.benchmarks.figures` writes t
 from __future__ import annotations
 
 import argparse
-import datetime
 import shlex
 import subprocess
 import sys
@@ -21,9 +20,8 @@ from pathlib import Path
 from msgspec.structs import replace
 from rich.console import Console
 
-import walltopo
 from walltopo.core import InputError
-from walltopo_lab.benchmarks.results import RESULTS, Measured, Record
+from walltopo_lab.benchmarks.results import RESULTS, Record, measured_now
 
 console = Console()
 
@@ -51,13 +49,6 @@ def filled(command: str, given: Mapping[str, str]) -> list[str]:
     return [sys.executable, *words[1:]] if words[0] == "python" else words
 
 
-def revision(root: Path) -> str:
-    """Short name of the commit, with a + where files differ from it."""
-    asked = ["git", "-C", str(root), "describe", "--always", "--dirty=+", "--abbrev=7"]
-    found = subprocess.run(asked, capture_output=True, text=True, check=False)
-    return found.stdout.strip() or "unknown"
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("names", nargs="+", metavar="NAME")
@@ -68,15 +59,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for name in args.names:
         path = args.folder / f"{name}.json"
         record = Record.load(path)
-        begun = revision(Path.cwd())
+        measured = measured_now()
         done = subprocess.run(filled(record.command, given), stdout=subprocess.PIPE, text=True)
         if done.returncode:
             console.print(f"{name}: the command failed, the record stays", style="red")
             return done.returncode
-        today = datetime.datetime.now(datetime.UTC).date().isoformat()
-        measured = Measured(today, walltopo.__version__, begun)
         output = tuple(line.rstrip() for line in done.stdout.strip().splitlines())
-        replace(record, measured=measured, output=output).save(path)
+        replace(record, measured=measured, transcribed=False, output=output).save(path)
         console.print(f"wrote {path}")
     return 0
 

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import datetime
+import subprocess
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
+import walltopo
 from walltopo.scans.document import Document
 
-__all__ = ["RESULTS", "Measured", "Record", "tables"]
+__all__ = ["RESULTS", "Measured", "Part", "Record", "measured_now", "tables"]
 
 RESULTS = Path("docs/results")
 
@@ -43,6 +47,33 @@ class Record(Document, frozen=True, kw_only=True):
     measured: Measured | None = None
     transcribed: bool = False
     output: tuple[str, ...] = ()
+
+
+class Part(Document, frozen=True, kw_only=True):
+    """Figures of one table of `docs/results.md`, which `walltopo_lab.benchmarks.tables` writes.
+
+    Parameters
+    ----------
+    measured, transcribed : see `Record`.
+    note : what else a reader should know, in the page's words.
+    figures : as the table's own code makes and reads them.
+    took : seconds and cpu_seconds; setup : what the figures depend on besides code.
+    """
+
+    measured: Measured
+    transcribed: bool = False
+    note: str = ""
+    figures: dict[str, Any]
+    took: dict[str, float]
+    setup: dict[str, Any]
+
+
+def measured_now(root: Path = Path()) -> Measured:
+    """Today, this version, and the commit of the checkout at `root`."""
+    asked = ["git", "-C", str(root), "describe", "--always", "--dirty=+", "--abbrev=7"]
+    found = subprocess.run(asked, capture_output=True, text=True, check=False)
+    today = datetime.datetime.now(datetime.UTC).date().isoformat()
+    return Measured(today, walltopo.__version__, found.stdout.strip() or "unknown")
 
 
 def tables(record: Record) -> list[list[str]]:

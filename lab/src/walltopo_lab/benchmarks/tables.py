@@ -1,12 +1,13 @@
 """The published tables, in one command.
 
     python -m walltopo_lab.benchmarks.tables [DATA] [--work DIR] [--scan SCAN] [--gyms N] [--trials N]
-        [--photos N] [--presets modern,oldschool-dark]
+        [--photos N] [--presets modern,oldschool-dark] [--again]
         [--only labels,detectors,lift,given,routes,endtoend]
+    python -m walltopo_lab.benchmarks.tables --page     # only write the page
 
-Writes docs/results.md. Every part keeps its figures in DIR (default build/tables) and is not run
-again while they are there and were made with the same detector and plan, so the command can be
-stopped and repeated, and a part that was not run says so in the page. The last table is of a scan
+Writes docs/results.md from docs/results/tables-*.json, where every part keeps its figures. A part is
+not run again while they are there and were made with the same detector and plan, unless --again
+says so; gyms, detections and searches stay in DIR (default build/tables). The last table is of a scan
 folder: it is measured anew whenever --scan is given. The generated gyms of the lift's table are
 split by gym (see `walltopo_lab.benchmarks.tables_lift`); `gym-a` is never tuned on.
 """
@@ -22,9 +23,10 @@ from typing import Any
 from rich.console import Console
 
 from walltopo.core import Camera, View
-from walltopo.core.files import hash_path, read_json, write_json
+from walltopo.core.files import hash_path, read_json
 from walltopo.scans.folder import ScanFolder
 from walltopo_lab.benchmarks.detectors import LOW_SCORE, thresholds
+from walltopo_lab.benchmarks.results import RESULTS, Part, measured_now
 from walltopo_lab.benchmarks.tables_lift import (
     PRESETS,
     Plan,
@@ -32,10 +34,11 @@ from walltopo_lab.benchmarks.tables_lift import (
     detector_hash,
     lift_rows,
     lift_table,
-    test_gyms,
+    scan_defaults,
     ways_to_lift,
 )
 from walltopo_lab.benchmarks.tables_page import write_page
+from walltopo_lab.benchmarks.tables_routes import routes_table
 from walltopo_lab.datasets.model import Annotation, Dataset
 
 console = Console()
@@ -59,9 +62,11 @@ def labels_from_paint(data: Path, args: argparse.Namespace) -> Row:
     true = project_labels(
         exact.mesh, exact.face_instance, exact.labelled.labels, CLASSES, views, gym / "photos"
     )
+    begin = time.process_time()
     mine = project_labels(
         painted.mesh, painted.face_instance, painted.labelled.labels, CLASSES, views, gym / "photos"
     )
+    projecting = time.process_time() - begin
     boxes = Dataset(
         tuple(
             p.with_annotations(tuple(Annotation(a.label, a.box) for a in p.annotations))
@@ -70,14 +75,19 @@ def labels_from_paint(data: Path, args: argparse.Namespace) -> Row:
         CLASSES,
     )
     rows: Row = {"photos": len(views)}
-    for name, dataset in (
-        ("painted mesh", mine),
-        ("painted mesh, GrabCut", refine_dataset(mine, grabcut)[0]),
-        ("true boxes as masks", boxes),
-        ("true boxes, GrabCut", refine_dataset(boxes, grabcut)[0]),
-    ):
+    ways: dict[str, Callable[[], Dataset]] = {
+        "painted mesh": lambda: mine,
+        "painted mesh, GrabCut": lambda: refine_dataset(mine, grabcut)[0],
+        "true boxes as masks": lambda: boxes,
+        "true boxes, GrabCut": lambda: refine_dataset(boxes, grabcut)[0],
+    }
+    for name, make in ways.items():
+        begin = time.process_time()
+        dataset = make()
+        seconds = time.process_time() - begin + (projecting if name.startswith("painted") else 0.0)
         figures = compare(dataset, true).as_dict()
         rows[name] = {k: figures[k] for k in ("miou", "miou_objects", "instance_iou", "objects")}
+        rows[name]["cpu_seconds"] = seconds
     return rows
 
 
@@ -129,8 +139,14 @@ def given_masks(data: Path, args: argparse.Namespace) -> Row:
     gym, kept = data / "gym-a/lift", args.work / "tuned.json"
     settings: dict[str, tuple[str, dict[str, Any]]] = {
         "literal, defaults": ("literal", {}),
+        "literal, surest on top": ("literal", {"on_top": "surest"}),
         "literal, resolution 10": ("literal", {"resolution": 10.0}),
+        "literal, resolution 10, surest on top": (
+            "literal",
+            {"resolution": 10.0, "on_top": "surest"},
+        ),
         "ours, defaults": ("robust", {}),
+        "ours, a scan's defaults": ("robust", scan_defaults()),
     }
     tuned = read_json(kept) if kept.is_file() else {}
     if "modern literal" in tuned:
@@ -143,16 +159,8 @@ def given_masks(data: Path, args: argparse.Namespace) -> Row:
 
 
 def routes(data: Path, args: argparse.Namespace) -> Row:
-    """Table 5: route ARI with true holds and colours, default settings."""
-    from walltopo_lab.tune.routes_problem import RoutesProblem, load_routes_wall
-    from walltopo_lab.tune.walls import Wall
-
-    walls = [Wall(name, "test", data / name) for name in ("gym-a", "gym-a-reset")]
-    plan = _plan(args)
-    gyms = [folder for preset in plan.presets for folder in test_gyms(plan, preset)]
-    walls += [Wall(folder.name, "test", folder / "truth") for folder in gyms]
-    problem = RoutesProblem([load_routes_wall(wall) for wall in walls])
-    return problem.evaluate({r.name: r.default for r in problem.ranges})
+    """Table 5: route ARI with true holds and colours, by default and tuned."""
+    return routes_table(data, args.work, args.gyms, args.trials)
 
 
 def end_to_end(data: Path, args: argparse.Namespace) -> Row:
@@ -181,28 +189,31 @@ def _setup(name: str, args: argparse.Namespace) -> Row:
     """What a part's figures depend on besides code: other values, other figures."""
     setup: Row = {}
     if name in ("lift", "routes"):
-        setup |= {"gyms": args.gyms, "photos": args.photos, "presets": args.presets}
+        setup |= {"gyms": args.gyms, "trials": args.trials}
     if name == "lift":
-        setup["trials"] = args.trials
+        setup |= {"photos": args.photos, "presets": args.presets}
     if name in ("lift", "detectors"):
         setup["detector"] = detector_hash()
     if name == "given":
-        setup["tuned"] = hash_path(args.work / "tuned.json")
+        tuned = args.work / "tuned.json"
+        setup["tuned"] = hash_path(tuned) if tuned.is_file() else ""
     return setup
 
 
 def run_part(name: str, args: argparse.Namespace) -> None:
     """Measure one part, unless its figures are there."""
-    kept, setup = args.work / f"{name}.json", _setup(name, args)
+    kept, setup = RESULTS / f"tables-{name}.json", _setup(name, args)
     if name == "endtoend" and args.scan is None:
         return
-    if name != "endtoend" and kept.is_file() and read_json(kept)["setup"] == setup:
+    current = kept.is_file() and Part.load(kept).setup == setup
+    if name != "endtoend" and current and not args.again:
         return
+    measured = measured_now()
     begin = time.perf_counter(), time.process_time()
     figures = PARTS[name](args.data, args)
     wall, cpu = time.perf_counter() - begin[0], time.process_time() - begin[1]
     took = {"seconds": wall, "cpu_seconds": cpu}
-    write_json(kept, {"figures": figures, "took": took, "setup": setup})
+    Part(measured=measured, figures=figures, took=took, setup=setup).save(kept)
     console.print(f"{name}: {wall:.0f} s, {cpu:.0f} CPU-s")
 
 
@@ -217,12 +228,14 @@ def main() -> None:
     parser.add_argument("--photos", type=int, default=32, help="of each generated gym")
     parser.add_argument("--presets", default=",".join(PRESETS), help="of the generated gyms")
     parser.add_argument("--output", type=Path, default=Path("docs/results.md"))
+    parser.add_argument("--again", action="store_true", help="run parts that are there, too")
+    parser.add_argument("--page", action="store_true", help="only write the page")
     args = parser.parse_args()
-    args.work.mkdir(parents=True, exist_ok=True)
-    for name in args.only.split(","):
+    for name in [] if args.page else args.only.split(","):
+        args.work.mkdir(parents=True, exist_ok=True)
         run_part(name, args)
-    parts = {name: read_json(args.work / f"{name}.json") for name in PARTS
-             if (args.work / f"{name}.json").is_file()}  # fmt: skip
+    kept = {name: RESULTS / f"tables-{name}.json" for name in PARTS}
+    parts = {name: Part.load(path) for name, path in kept.items() if path.is_file()}
     write_page(args.output, parts)
     console.print(f"wrote {args.output}")
 

@@ -203,6 +203,7 @@ def ways_to_lift(tuned: Mapping[str, Row], preset: str) -> dict[str, tuple[str, 
     """The rows of the table: name to method and settings."""
     return {
         "literal, defaults": ("literal", {}),
+        "literal, surest on top": ("literal", {"on_top": "surest"}),
         "literal, tuned": ("literal", tuned[f"{preset} literal"]["values"]),
         "ours, defaults": ("robust", {}),
         "ours, a scan's defaults": ("robust", scan_defaults()),
