@@ -76,6 +76,8 @@ docs: $(VENV)/dev-ready
 	COLUMNS=1000 $(BIN)/walltopo settings --markdown > docs/settings.md
 	$(BIN)/python -m walltopo.scans.schemas docs/schemas
 	$(BIN)/python -m walltopo_lab.benchmarks.bad_input > docs/bad-input.md
+	$(BIN)/python -m walltopo_lab.benchmarks.tables --page
+	$(BIN)/python -m walltopo_lab.benchmarks.figures
 
 wheels: $(VENV)/dev-ready
 	$(BIN)/python -m build --outdir dist .

@@ -10,12 +10,14 @@ In a page, a table between
 
 is that of the record `docs/results/NAME.json` (`NAME 2`: its second one), with a line below that
 tells command, data, evaluator and date. A figure in prose is a link to its record, whose title
-are words of the line of the output that it stands in:
+are words of the line of the output that it stands in (of `tables-NAME.json` the place of the
+figure and a colon):
 
     ARI [0.692](results/routes-masks.json "link = paint")
+    AP [.885](results/tables-given.json "gym-a noisy/ours, defaults/mean/ap:")
 
-A score (a number below 1 with three decimals) that stands in neither is stray: nobody can tell
-where it came from.
+A score (a number below 1 with three decimals), a share (`12.5 %`, `3 of 40`) or a cost (`7 CPU-s`,
+`3.5 GiB`, `33 dB`) that stands in neither is stray: nobody can tell where it came from.
 """
 
 from __future__ import annotations
@@ -29,7 +31,7 @@ from pathlib import Path
 from rich.console import Console
 
 from walltopo.core.files import atomic_path
-from walltopo_lab.benchmarks.results import RESULTS, Record, tables
+from walltopo_lab.benchmarks.results import RESULTS, Record, lines_of, tables
 
 __all__ = ["complaints", "pages", "written"]
 
@@ -38,7 +40,11 @@ GENERATED = ("settings.md", "bad-input.md", "results.md")
 BLOCK = re.compile(r"(<!-- figures: ([\w-]+)(?: (\d+))? -->\n).*?(<!-- /figures -->)", re.DOTALL)
 LINK = re.compile(r"\[([^\]\n]+)\]\(([\w/.-]*results/([\w-]+)\.json)(?:\s+\"([^\"]*)\")?\)")
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d*\.?\d+(?!\w)")
-SCORE = re.compile(r"(?<![\w.,])(?:0?\.\d{3}|1\.000)(?![\w.])")
+STRAY = re.compile(
+    r"(?<![\w.,])(?:0?\.\d{3}|1\.000)(?!\w|\.\d)"  # a score
+    r"|(?<![\w.,])\d+\.\d+ %|\b\d+ of \d{2,}\b"  # a share
+    r"|\b\d[\d.,]* (?:CPU-s\b|CPU-seconds|dB\b)|\b\d+\.\d+ Gi?B\b"  # what it cost
+)
 CODE = re.compile(r"```.*?```|`[^`\n]*`|^ {4,}[^\n]*$", re.DOTALL | re.MULTILINE)
 
 console = Console()
@@ -99,7 +105,7 @@ def _links(text: str, root: Path) -> Iterator[str]:
         if not path.is_file():
             yield f"[{told}]: there is no record {path.name}"
             continue
-        lines = [line.replace(",", "") for line in Record.load(path).output]
+        lines = [line.replace(",", "") for line in lines_of(path)]
         wanted = (words or "").replace(",", "")
         if NUMBER.search(told) and not any(wanted in s and _agrees(told, s) for s in lines):
             yield f"[{told}]: {path.name} has no line with {words!r} that says so"
@@ -111,7 +117,7 @@ def complaints(page: Path, root: Path) -> list[str]:
     found = [] if written(page, root) == text else ["a table is not as recorded: run `make docs`"]
     bare = BLOCK.sub("", text)
     found += _links(bare, root)
-    stray = SCORE.findall(CODE.sub("", LINK.sub("", bare)))
+    stray = STRAY.findall(CODE.sub("", LINK.sub("", bare)))
     found += [f"{number} comes from no record" for number in stray]
     return [f"{page.name}: {line}" for line in found]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import subprocess
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ import msgspec
 import walltopo
 from walltopo.scans.document import Document
 
-__all__ = ["RESULTS", "Measured", "Part", "Record", "measured_now", "tables"]
+__all__ = ["RESULTS", "Measured", "Part", "Record", "lines_of", "measured_now", "tables"]
 
 RESULTS = Path("docs/results")
 
@@ -74,6 +75,21 @@ def measured_now(root: Path = Path()) -> Measured:
     found = subprocess.run(asked, capture_output=True, text=True, check=False)
     today = datetime.datetime.now(datetime.UTC).date().isoformat()
     return Measured(today, walltopo.__version__, found.stdout.strip() or "unknown")
+
+
+def lines_of(path: Path) -> list[str]:
+    """What a record says, line by line; of a `Part` each figure by its place: `a/b/c: 0.5`."""
+    if not path.name.startswith("tables-"):
+        return list(Record.load(path).output)
+    return list(_leaves("", Part.load(path).figures))
+
+
+def _leaves(place: str, value: Any) -> Iterator[str]:
+    if isinstance(value, dict):
+        for name, inner in value.items():
+            yield from _leaves(f"{place}/{name}" if place else name, inner)
+    else:
+        yield f"{place}: {value}"
 
 
 def tables(record: Record) -> list[list[str]]:

@@ -1,0 +1,99 @@
+"""Each figure of README and docs stands in the record of the command that printed it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from walltopo.core import InputError
+from walltopo_lab.benchmarks.figures import complaints, pages, written
+from walltopo_lab.benchmarks.record import filled, main
+from walltopo_lab.benchmarks.results import RESULTS, Part, Record, lines_of
+from walltopo_lab.benchmarks.tables import PARTS
+from walltopo_lab.benchmarks.tables_page import write_page
+
+ROOT = Path(__file__).parents[3]
+
+
+@pytest.mark.parametrize("page", pages(ROOT), ids=lambda page: page.name)
+def test_the_figures_of_a_page_are_as_recorded(page: Path) -> None:
+    assert complaints(page, ROOT) == []
+
+
+def test_the_page_of_tables_is_as_recorded(tmp_path: Path) -> None:
+    kept = {name: ROOT / RESULTS / f"tables-{name}.json" for name in PARTS}
+    parts = {name: Part.load(path) for name, path in kept.items()}
+    write_page(tmp_path / "results.md", parts)
+    assert (tmp_path / "results.md").read_text() == (ROOT / "docs" / "results.md").read_text()
+
+
+def test_every_record_is_used_and_says_where_it_comes_from() -> None:
+    text = "".join(page.read_text() for page in pages(ROOT))
+    for path in sorted((ROOT / RESULTS).glob("*.json")):
+        if path.name.startswith("tables-"):
+            continue
+        record = Record.load(path)
+        assert record.measured is not None, path.name
+        assert record.output, path.name
+        assert f"{path.stem}.json" in text or f"figures: {path.stem}" in text, path.name
+
+
+def made(root: Path, page: str) -> Path:
+    """A page, and beside it the record of one command."""
+    (root / "docs").mkdir(exist_ok=True)
+    output = ("| way | ARI |", "|---|---|", "| by name | 0.553 |", "", "by paint: ARI 0.692")
+    record = Record(command="walltopo x DATA", on="four photos", output=output)
+    record.save(root / RESULTS / "some.json")
+    path = root / "docs" / "page.md"
+    path.write_text(page, encoding="utf-8")
+    return path
+
+
+def test_a_table_is_written_from_its_record_and_an_old_one_is_told(tmp_path: Path) -> None:
+    page = made(tmp_path, "<!-- figures: some -->\nold\n<!-- /figures -->\n")
+    assert any("not as recorded" in line for line in complaints(page, tmp_path))
+    text = written(page, tmp_path)
+    assert "| by name | 0.553 |" in text
+    assert "`walltopo x DATA`; four photos" in text
+    page.write_text(text, encoding="utf-8")
+    assert complaints(page, tmp_path) == []
+
+
+@pytest.mark.parametrize(
+    ("prose", "told"),
+    [
+        ('ARI [0.692](results/some.json "by paint")', None),
+        ('ARI [.69](results/some.json "by paint")', None),
+        ('ARI [69.2 %](results/some.json "by paint")', None),
+        ('ARI [0.693](results/some.json "by paint")', "no line"),
+        ('ARI [0.692](results/some.json "by name")', "no line"),
+        ("ARI [0.692](results/other.json)", "no record"),
+        ("ARI 0.692", "from no record"),
+        ("ARI .692.", "from no record"),
+        ("3 of 40 holds", "from no record"),
+        ("`0.692` is a setting", None),
+    ],
+)
+def test_figures_in_prose(tmp_path: Path, prose: str, told: str | None) -> None:
+    found = complaints(made(tmp_path, f"{prose}\n"), tmp_path)
+    assert [told in line for line in found] == ([] if told is None else [True])
+
+
+def test_a_command_is_run_and_what_it_prints_is_kept(tmp_path: Path) -> None:
+    record = Record(command="python -c 'import sys; print(sys.argv[1])' DATA/a", on="nothing")
+    record.save(tmp_path / "one.json")
+    assert main(["one", "--folder", str(tmp_path), "--with", "DATA=/here"]) == 0
+    found = Record.load(tmp_path / "one.json")
+    assert found.output == ("/here/a",)
+    assert found.command == record.command
+    assert found.measured is not None
+    with pytest.raises(InputError, match="DATA"):
+        filled(record.command, {})
+
+
+def test_a_failed_command_leaves_the_record(tmp_path: Path) -> None:
+    before = Record(command="python -c 'raise SystemExit(3)'", on="nothing", output=("old",))
+    before.save(tmp_path / "one.json")
+    assert main(["one", "--folder", str(tmp_path)]) == 3
+    assert lines_of(tmp_path / "one.json") == ["old"]
