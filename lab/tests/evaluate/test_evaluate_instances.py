@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from walltopo.core import InputError
-from walltopo_lab.evaluate.coco_ap import COCO_THRESHOLDS, average_precision, coco_ap
+from walltopo_lab.evaluate.coco_ap import COCO_THRESHOLDS, average_precision, coco_ap, exact_ap
 from walltopo_lab.evaluate.instances import evaluate_instances, summarise_instances
 from walltopo_lab.evaluate.overlap import Labelled, Overlap, overlap_of_faces, overlap_of_sets
 from walltopo_lab.evaluate.scannet import SCANNET_THRESHOLDS, scannet_ap
@@ -333,3 +333,12 @@ def test_ap_falls_as_the_threshold_rises_when_sets_are_disjoint(seed: int) -> No
             assert (np.diff(values) <= 1e-9).all()
             assert (values >= 0).all()
             assert (values <= 1 + 1e-12).all()
+
+
+def test_over_every_recall_that_is_reached() -> None:
+    """A hit, a miss, a hit; two true objects: precision 1 and 2/3 at the two recalls."""
+    found = Labelled(np.array([1, 2, 0, 3], np.int32), {1: 1, 2: 1, 3: 1}, {1: 0.9, 2: 0.8, 3: 0.7})
+    truth = Labelled(np.array([1, 0, 0, 2], np.int32), {1: 1, 2: 1})
+    scene = overlap_of_faces(found, truth, np.ones(4))
+    assert exact_ap([scene], [0.5, 0.9]) == pytest.approx([(1 + 2 / 3) / 2] * 2)
+    assert coco_ap([scene], [0.5])[0] == pytest.approx((51 + 50 * 2 / 3) / 101)
