@@ -28,6 +28,8 @@ from walltopo.scans.attributes import Attributes, Hold
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.routes import Routes
 
+BY_NAME = RoutesSettings(link="colour")
+
 
 def column(x: float, colour: str, first: int, count: int = 8) -> list[Hold]:
     """A straight route up the wall at x."""
@@ -45,7 +47,7 @@ def column(x: float, colour: str, first: int, count: int = 8) -> list[Hold]:
 
 def test_two_routes_of_one_colour_and_one_of_another() -> None:
     holds = column(1.0, "red", 1) + column(5.5, "red", 21) + column(1.4, "blue", 41)
-    routes, unrouted = find_routes(wall(), holds, RoutesSettings())
+    routes, unrouted = find_routes(wall(), holds, BY_NAME)
     assert [(route.colour, route.holds[0], len(route.holds)) for route in routes] == [
         ("red", 1, 8),
         ("blue", 41, 8),
@@ -63,17 +65,17 @@ def test_volumes_downclimb_and_unknown_colours_are_in_no_route() -> None:
         Hold(51, "hold", position=(1.2, 0.0, 2.0), colour="red", role="downclimb"),
         Hold(52, "hold", position=(1.4, 0.0, 2.0), colour="unknown"),
     ]
-    routes, unrouted = find_routes(wall(), holds, RoutesSettings())
+    routes, unrouted = find_routes(wall(), holds, BY_NAME)
     assert routes[0].holds == tuple(range(1, 9))
     assert unrouted == [52]
 
 
 def test_a_route_with_one_hold_is_left_without_a_route_unless_asked_for() -> None:
     holds = [*column(1.0, "red", 1), *column(6.0, "green", 30, count=1)]
-    routes, unrouted = find_routes(wall(), holds, RoutesSettings())
+    routes, unrouted = find_routes(wall(), holds, BY_NAME)
     assert len(routes) == 1
     assert unrouted == [30]
-    routes, unrouted = find_routes(wall(), holds, RoutesSettings(min_holds=1))
+    routes, unrouted = find_routes(wall(), holds, RoutesSettings(link="colour", min_holds=1))
     assert [route.holds for route in routes][1] == (30,)
     assert routes[1].start == routes[1].top == (30,)
     assert routes[1].length == 0.0
@@ -113,14 +115,14 @@ def test_holds_on_disconnected_parts_share_no_route() -> None:
         replace(hold, id=hold.id + 20, position=(hold.position[0], 1.2, hold.position[2]))
         for hold in front
     ]
-    routes, unrouted = find_routes(both, [*front, *back], RoutesSettings())
+    routes, unrouted = find_routes(both, [*front, *back], BY_NAME)
     found = sorted(tuple(sorted(route.holds)) for route in routes)
     assert found == [tuple(range(1, 9)), tuple(range(21, 29))]
     assert unrouted == []
 
 
 def test_no_holds_no_routes() -> None:
-    assert find_routes(wall(), [], RoutesSettings()) == ([], [])
+    assert find_routes(wall(), [], BY_NAME) == ([], [])
 
 
 def test_unscaled_scan_gives_the_same_routes() -> None:
@@ -137,17 +139,15 @@ def test_unscaled_scan_gives_the_same_routes() -> None:
         )
         for hold in holds
     ]
-    one, _ = find_routes(mesh, holds, RoutesSettings())
-    two, _ = find_routes(
-        Mesh(mesh.vertices * factor, mesh.faces), scaled, RoutesSettings(), metric=False
-    )
+    one, _ = find_routes(mesh, holds, BY_NAME)
+    two, _ = find_routes(Mesh(mesh.vertices * factor, mesh.faces), scaled, BY_NAME, metric=False)
     assert [route.holds for route in one] == [route.holds for route in two]
 
 
 def test_a_hold_between_two_routes_is_ambiguous() -> None:
     middle = Hold(99, "hold", position=(2.75, 0.0, 1.9), colour="red", size=0.15)
     holds = [*column(1.5, "red", 1), *column(4.0, "red", 21), middle]
-    routes, _ = find_routes(wall(), holds, RoutesSettings())
+    routes, _ = find_routes(wall(), holds, BY_NAME)
     shares = [entry.routes for route in routes for entry in route.ambiguous if entry.hold == 99]
     assert len(routes) == 2
     assert len(shares) == 1
@@ -225,11 +225,11 @@ def test_stage_reads_and_writes_the_scan_folder(tmp_path: Path) -> None:
     holds = [*column(1.0, "red", 1), Hold(50, "volume", position=(4, 0, 2), role="volume")]
     METRES.save(scan.scale)
     Attributes(instances=tuple(holds)).save(scan.attributes)
-    metrics = run_stage(scan, "routes", RoutesSettings())
+    metrics = run_stage(scan, "routes", BY_NAME)
     assert metrics["routes"] == 1
     found = Routes.load(scan.routes)
     assert found.volumes == (50,)
     assert found.routes[0].holds == tuple(range(1, 9))
     scan.attributes.write_text('{"instances": [{"id": 1}]}')
     with pytest.raises(InputError, match=r"instances\[0\]"):
-        run_stage(scan, "routes", RoutesSettings())
+        run_stage(scan, "routes", BY_NAME)

@@ -28,6 +28,8 @@ from walltopo.scans.edits import (
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.routes import Routes
 
+BY_NAME = RoutesSettings(link="colour")
+
 
 def wall() -> Mesh:
     corners = np.array([[0, 0, 0], [8, 0, 0], [8, 0, 4], [0, 0, 4]], dtype=float)
@@ -46,7 +48,7 @@ PLACE = {hold.id: hold.position for hold in HOLDS}
 
 
 def routes_with(edits: RouteEdits, holds: list[Hold] | None = None) -> dict[int, list[int]]:
-    routes, _ = find_routes(wall(), holds or HOLDS, RoutesSettings(), edits=edits)
+    routes, _ = find_routes(wall(), holds or HOLDS, BY_NAME, edits=edits)
     return {route.id: sorted(route.holds) for route in routes}
 
 
@@ -64,7 +66,7 @@ def test_split_makes_a_new_route_and_nothing_of_it_is_ambiguous() -> None:
     edits = RouteEdits(split=(Split(route=1, holds=(5, 6), at=(PLACE[5], PLACE[6])),))
     assert routes_with(edits)[4] == [5, 6]
     assert routes_with(edits)[1] == [1, 2, 3, 4]
-    routes, _ = find_routes(wall(), HOLDS, RoutesSettings(), edits=edits)
+    routes, _ = find_routes(wall(), HOLDS, BY_NAME, edits=edits)
     assert all(not route.ambiguous for route in routes)
 
 
@@ -85,7 +87,7 @@ def test_rename_and_colour() -> None:
         rename=(Rename(route=1, at=PLACE[1], name="The Owl"),),
         colour=(Recolour(route=1, at=PLACE[1], colour="crimson"),),
     )
-    routes, _ = find_routes(wall(), HOLDS, RoutesSettings(), edits=edits)
+    routes, _ = find_routes(wall(), HOLDS, BY_NAME, edits=edits)
     assert (routes[0].name, routes[0].colour) == ("The Owl", "crimson")
 
 
@@ -110,7 +112,7 @@ def test_edits_of_what_is_gone_are_told_and_change_nothing() -> None:
 
     notes = Notes()
     edits = RouteEdits(assign=(Assign(hold=99, at=(7.5, 0.0, 3.9), route=1),))
-    routes, _ = find_routes(wall(), HOLDS, RoutesSettings(), edits=edits, progress=notes)
+    routes, _ = find_routes(wall(), HOLDS, BY_NAME, edits=edits, progress=notes)
     assert len(routes) == 3
     assert any("hold 99" in line for line in notes.lines)
 
@@ -137,6 +139,23 @@ def test_hold_edits() -> None:
     assert len(lost) == 1
 
 
+def test_a_corrected_colour_brings_the_hold_into_its_route() -> None:
+    """Routes go by paint: the hold gets the paint of those that are called so."""
+    red, blue = (200, 30, 40), (40, 80, 190)
+    near = [replace(h, colour="red", colour_rgb=red) for h in column(1.0, "", 1)]
+    beside = [replace(h, colour="blue", colour_rgb=blue) for h in column(1.4, "", 21)]
+    taken = replace(near[3], colour="blue", colour_rgb=blue)
+    seen = [*near[:3], taken, *near[4:], *beside]
+
+    def route_of(holds: list[Hold]) -> set[int]:
+        routes, _ = find_routes(wall(), holds, RoutesSettings())
+        return next((set(route.holds) for route in routes if taken.id in route.holds), set())
+
+    assert not route_of(seen) & {1, 2, 3, 5, 6}
+    holds, _ = apply_hold_edits(seen, [HoldEdit(id=4, at=taken.position, colour="red")], 1.0)
+    assert route_of(holds) == {hold.id for hold in near}
+
+
 def test_stage_applies_the_file_on_every_run(tmp_path: Path) -> None:
     scan = ScanFolder(tmp_path)
     write_ply(scan.mesh, wall())
@@ -145,5 +164,5 @@ def test_stage_applies_the_file_on_every_run(tmp_path: Path) -> None:
     named = Rename(route=2, at=PLACE[21], name="Blue moon")
     RouteEdits(rename=(named,)).save(scan.route_edits)
     for _ in range(2):
-        run_stage(scan, "routes", RoutesSettings())
+        run_stage(scan, "routes", BY_NAME)
         assert Routes.load(scan.routes).routes[1].name == "Blue moon"

@@ -14,6 +14,7 @@ from walltopo.routes.paint import (
     balanced_paint,
     cues_of,
     likeness,
+    may_be_linked,
 )
 
 RED, ORANGE, GREY = (190, 25, 35), (240, 110, 20), (125, 125, 125)
@@ -107,3 +108,16 @@ def test_scan_units_do_not_matter(unit: float) -> None:
         return found.group.tolist()
 
     assert group(unit) == group(1.0)
+
+
+def test_pairs_are_left_out_only_where_no_path_could_link_them() -> None:
+    rng = np.random.default_rng(0)
+    points = rng.uniform(0, 3, (60, 3))
+    paint = rng.normal(0, 0.15, (60, 3))
+    pairs = np.array([(a, b) for a in range(60) for b in range(a)], dtype=np.int64)
+    kept = may_be_linked(points, paint, pairs)
+    assert 0.05 < kept.mean() < 0.8
+    for share in np.linspace(0, 1, 7):  # from the straight line to beyond what is ever linked
+        length = straight(points, pairs) * (1 - share) + (REACH + 0.1) * share
+        linked = likeness(cues_of(points, paint, pairs, length)) > 0
+        assert not (linked & ~kept).any()

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
 from msgspec.structs import replace
 
 from walltopo.scans.attributes import Hold
@@ -21,6 +22,17 @@ def _with_kind(hold: Hold, kind: str) -> Hold:
     if kind == "volume":
         return replace(hold, kind=kind, role="volume", type="volume", type_confidence=1.0)
     return replace(hold, kind=kind, role="hold", type="unknown", type_confidence=0.0)
+
+
+def _repainted(hold: Hold, colour: str, holds: Sequence[Hold]) -> Hold:
+    """The hold with a corrected colour: its name, and the paint of the others called so.
+
+    Routes go by paint, so a hold that keeps the paint it was seen with would stay in its route.
+    """
+    paints = [other.colour_rgb for other in holds if other.colour == colour and other.id != hold.id]
+    red, green, blue = np.median(paints, axis=0).round() if paints else hold.colour_rgb
+    rgb = int(red), int(green), int(blue)
+    return replace(hold, colour=colour, colour_confidence=1.0, colour_rgb=rgb)
 
 
 def apply_hold_edits(
@@ -46,7 +58,7 @@ def apply_hold_edits(
             continue
         changed = _with_kind(current[hold.id], edit.kind or hold.kind)
         if edit.colour is not None:
-            changed = replace(changed, colour=edit.colour, colour_confidence=1.0)
+            changed = _repainted(changed, edit.colour, holds)
         if edit.type is not None:
             changed = replace(changed, type=edit.type, type_confidence=1.0)
         current[hold.id] = replace(changed, review=False)

@@ -21,31 +21,42 @@ class RoutesSettings:
 
     min_hold_dist: Annotated[
         float,
-        about("Holds nearer than this along the wall are fully similar", unit="m", low=0, high=5),
+        about(
+            "colour: holds nearer than this along the wall are fully similar",
+            unit="m",
+            low=0,
+            high=5,
+        ),
     ] = 0.6
     max_hold_dist: Annotated[
         float,
-        about("Holds farther than this along the wall are not linked", unit="m", low=0, high=10),
+        about(
+            "colour: holds farther than this along the wall are not linked",
+            unit="m",
+            low=0,
+            high=10,
+        ),
     ] = 1.6
     flatten_ratio: Annotated[
         float,
         about(
-            "The vertical part of a path counts by this factor (routes go up)",
+            "colour: the vertical part of a path counts by this factor (routes go up)",
             low=0,
             high=1,
             expert=True,
         ),
     ] = 0.2
     resolution: Annotated[
-        float, about("Resolution of Louvain: larger gives more, smaller routes", low=0, high=100)
+        float,
+        about("colour: resolution of Louvain, larger gives more, smaller routes", low=0, high=100),
     ] = 0.5
     link: Annotated[
         Literal["colour", "paint"],
         about(
-            "colour: holds of one colour name are linked; paint: holds of like paint, for scans "
-            "whose light is too uneven to name colours (see docs/routes.md)"
+            "paint: holds are linked by how alike their paint is and how near they are; colour: "
+            "holds of one colour name by how near they are (see docs/routes.md)"
         ),
-    ] = "colour"
+    ] = "paint"
     min_holds: Annotated[
         int, about("Groups with fewer holds are left without a route", low=1, high=50)
     ] = 2

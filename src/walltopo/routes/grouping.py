@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from walltopo.graphs.components import components
 from walltopo.graphs.louvain import louvain
-from walltopo.routes.paint import FLATTEN, REACH, cues_of, likeness
+from walltopo.routes.paint import FLATTEN, REACH, cues_of, likeness, may_be_linked
 
 __all__ = [
     "Grouping",
@@ -143,6 +143,7 @@ def group_by_paint(
     resolution : of Louvain, for all colours together.
     """
     pairs = candidate_pairs(points, [""] * len(points), FLATTEN, REACH * unit)
+    pairs = pairs[may_be_linked(points / unit, paint, pairs)]
     weights = np.zeros(0)
     if len(pairs):
         weights = likeness(cues_of(points / unit, paint, pairs, lengths(pairs) / unit))

@@ -25,6 +25,7 @@ __all__ = [
     "balanced_paint",
     "cues_of",
     "likeness",
+    "may_be_linked",
 ]
 
 Floats = NDArray[np.float64]
@@ -70,6 +71,19 @@ def cues_of(points: Floats, paint: Floats, pairs: Ints, lengths: Floats) -> Floa
     chroma = np.linalg.norm(away[:, :2], axis=1)
     four = np.column_stack([lengths, aside, chroma, np.abs(away[:, 2])])
     return np.hstack([four, four**2])
+
+
+def may_be_linked(points: Floats, paint: Floats, pairs: Ints) -> NDArray[np.bool_]:
+    """(P,) whether a pair could have a link whatever the path between it turns out to be.
+
+    The odds are convex in the length of the path, which lies between the straight, flattened line
+    and `REACH`: no length in between gives more than the better of the two.
+    """
+    flat = points * np.array([1.0, 1.0, FLATTEN])
+    straight = np.linalg.norm(flat[pairs[:, 0]] - flat[pairs[:, 1]], axis=1)
+    longest = np.full(len(pairs), np.nextafter(REACH, 0.0))
+    ends = [likeness(cues_of(points, paint, pairs, length)) for length in (straight, longest)]
+    return np.asarray(np.maximum(*ends) > 0)
 
 
 def likeness(cues: Floats) -> Floats:

@@ -13,7 +13,7 @@ tells command, data, evaluator and date. A figure in prose is a link to its reco
 are words of the line of the output that it stands in (of `tables-NAME.json` the place of the
 figure and a colon):
 
-    ARI [0.692](results/routes-masks.json "link = paint")
+    ARI [0.692](results/routes-masks.json "by paint")
     AP [.885](results/tables-given.json "gym-a noisy/ours, defaults/mean/ap:")
 
 A score (a number below 1 with three decimals), a share (`12.5 %`, `3 of 40`) or a cost (`7 CPU-s`,

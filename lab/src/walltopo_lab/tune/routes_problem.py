@@ -104,7 +104,8 @@ class RoutesProblem:
         self._walls = walls
         self._names = scan_names([wall.name for wall in walls])
         self.section, self.figure = "routes", "ari"
-        self.fixed: Mapping[str, Any] = {}
+        # By paint there is nothing to tune: that link knows none of these.
+        self.fixed: Mapping[str, Any] = {"link": "colour"}
         now = RoutesSettings()
         self.ranges: Sequence[Range] = (
             Range("flatten_ratio", 0.0, 1.0, now.flatten_ratio),

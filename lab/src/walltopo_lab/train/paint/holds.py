@@ -31,8 +31,8 @@ Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
 WAYS = {
-    "colour": "colours by name (default)",
-    "paint": "link = paint",
+    "colour": "colours by name",
+    "paint": "by paint (default)",
     "known": "one colour name a route",
 }
 
