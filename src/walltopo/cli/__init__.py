@@ -16,6 +16,8 @@ from importlib.metadata import entry_points
 from types import FrameType
 
 from walltopo import __version__
+from walltopo.cli.parser import Parser
+from walltopo.cli.quiet import quiet_libraries
 from walltopo.core import EnvironmentLacksError, WalltopoError
 
 __all__ = ["build_parser", "main"]
@@ -58,7 +60,7 @@ exit codes:
 
 def build_parser() -> argparse.ArgumentParser:
     """The whole command line; importing no heavy library."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="walltopo",
         description="Phone photos of an indoor climbing wall to a 3D topo.",
         epilog=EXIT_CODES,
@@ -72,7 +74,7 @@ def build_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _add_plugins(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def _add_plugins(commands: argparse._SubParsersAction[Parser]) -> None:
     """Commands of installed distributions, and a word on those that are not installed."""
     found = set()
     for point in sorted(entry_points(group=ENTRY_POINTS), key=lambda point: point.name):
@@ -105,12 +107,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
     signal.signal(signal.SIGTERM, _as_interrupt)
     try:
-        return int(args.run(args))
+        with quiet_libraries(getattr(args, "verbose", False)):
+            return int(args.run(args))
     except WalltopoError as error:
-        error_console.print("[bold red]error:[/] ", end="")
-        error_console.print(error.message, markup=False, soft_wrap=True)
+        _tell("error:", error.message)
         if error.hint:
-            error_console.print(error.hint, markup=False, soft_wrap=True, style="dim")
+            error_console.print(error.hint, soft_wrap=True, style="dim")
         return error.exit_code
     except KeyboardInterrupt:
         error_console.print("\nstopped; run the same command again to go on")
@@ -119,18 +121,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stderr.close()
         return 0
     except MemoryError:
-        error_console.print("[bold red]error:[/] this machine's memory is too small for this input")
+        _tell("error:", "this machine's memory is too small for this input")
         return 5
     except Exception as error:
-        error_console.print(
-            f"[bold red]defect in walltopo:[/] {type(error).__name__}", soft_wrap=True
-        )
-        error_console.print(str(error), markup=False, soft_wrap=True)
+        _tell("defect in walltopo:", type(error).__name__)
+        error_console.print(str(error), soft_wrap=True)
         if getattr(args, "verbose", False):
-            error_console.print(traceback.format_exc(), markup=False, soft_wrap=True)
+            error_console.print(traceback.format_exc(), soft_wrap=True)
         else:
             error_console.print("run again with -v for the traceback, and report it", style="dim")
         return 70
+
+
+def _tell(what: str, text: str) -> None:
+    from walltopo.cli.console import error_console
+
+    error_console.print(what, style="bold red", end=" ")
+    error_console.print(text, soft_wrap=True)
 
 
 def _as_interrupt(number: int, frame: FrameType | None) -> None:

@@ -37,6 +37,7 @@ class _About:
     low: float | None
     high: float | None
     content: tuple[str, ...]
+    program: bool
     expert: bool
 
 
@@ -47,6 +48,7 @@ def about(
     low: float | None = None,
     high: float | None = None,
     content: tuple[str, ...] = (),
+    program: bool = False,
     expert: bool = False,
 ) -> object:
     """What goes beside the type of a setting, in `Annotated[type, about(...)]`.
@@ -58,9 +60,10 @@ def about(
     low, high : inclusive bounds.
     content : for a value that may name a file or folder: what of it counts as input of the stage
         ("." the path itself, else names within the folder). A scan then notices new content.
+    program : its value leads to code that is run; only the user's own word may set it.
     expert : told by `walltopo settings --all` only.
     """
-    return _About(text, unit, low, high, content, expert)
+    return _About(text, unit, low, high, content, program, expert)
 
 
 @dataclass(frozen=True, kw_only=True)
