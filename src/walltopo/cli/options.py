@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from walltopo.core import SettingField, settings_of
+from walltopo.core.setting import out_of_bounds
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -22,7 +22,7 @@ MOST_SEED = 2**32 - 1  # what every generator that we use takes
 
 @dataclass(frozen=True)
 class Number:
-    """The `type` of an argparse option: a finite number within inclusive bounds.
+    """The `type` of an argparse option: a finite number within bounds (see `out_of_bounds`).
 
     Whatever else is given ends in argparse's message and exit code 2, before any work.
     """
@@ -38,12 +38,9 @@ class Number:
         except ValueError:
             shown = text if len(text) <= 40 else f"{text[:40]}..."
             raise argparse.ArgumentTypeError(f"expected {wanted}, got {shown!r}") from None
-        if not math.isfinite(value):
-            raise argparse.ArgumentTypeError(f"expected a finite number, got {text}")
-        if self.low is not None and value < self.low:
-            raise argparse.ArgumentTypeError(f"expected at least {self.low}, got {value}")
-        if self.high is not None and value > self.high:
-            raise argparse.ArgumentTypeError(f"expected at most {self.high}, got {value}")
+        wrong = out_of_bounds(value, self.low, self.high)
+        if wrong:
+            raise argparse.ArgumentTypeError(wrong)
         return value
 
 
