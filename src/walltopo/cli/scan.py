@@ -34,6 +34,7 @@ def register(commands: Commands[argparse.ArgumentParser]) -> None:
     _register_scan(commands)
     status = commands.add_parser("status", help="what a scan holds and how its stages went")
     status.add_argument("scan", type=Path, metavar="SCAN", help="the scan folder")
+    status.add_argument("--verify", action="store_true", help="read every file to find damage")
     status.set_defaults(run=_status)
     view = commands.add_parser("view", help="show a scan in the browser (serves it on localhost)")
     view.add_argument("scan", type=Path, metavar="SCAN", help="the scan folder")
@@ -72,6 +73,14 @@ def _register_scan(commands: Commands[argparse.ArgumentParser]) -> None:
     scan.add_argument("--to", dest="to_stage", metavar="STAGE", help="stop after this stage")
     scan.add_argument("--force", action="store_true", help="redo every stage")
     scan.add_argument(
+        "--verify", action="store_true", help="read every file of the scan to find damage"
+    )
+    scan.add_argument(
+        "--accept-changes",
+        action="store_true",
+        help="take files of the scan that you changed as they are",
+    )
+    scan.add_argument(
         "--scale-from", metavar="A-B=METRES", help="distance of two photos or named points"
     )
     scan.add_argument("--reference", type=Path, metavar="SCAN", help="align into this scan")
@@ -101,6 +110,8 @@ def _scan(args: argparse.Namespace) -> int:
             from_stage=args.from_stage,
             to_stage=args.to_stage,
             force=args.force,
+            verify=args.verify,
+            accept_changes=args.accept_changes,
             listener=listener,
         )
     if not args.quiet and result.folder.routes.exists() and args.to_stage in (None, "export"):
@@ -157,31 +168,26 @@ def _status(args: argparse.Namespace) -> int:
 
     from walltopo.cli.console import console
     from walltopo.cli.listener import describe_metrics, duration
-    from walltopo.pipeline.stages import stage_names
+    from walltopo.pipeline.health import stages_health
     from walltopo.scans.folder import ScanFolder
-    from walltopo.scans.manifest import Manifest
 
     folder = ScanFolder(args.scan)
     if not folder.manifest.is_file():
         raise InputError(f"{args.scan}: not a scan folder (it has no scan.json)")
-    manifest = Manifest.load(folder.manifest)
     table = Table()
     for column in ("stage", "state", "time", "memory", "figures"):
         table.add_column(column, justify="right" if column in ("time", "memory") else "left")
-    for name in stage_names():
-        record = manifest.stages.get(name)
+    stages = stages_health(folder, verify=args.verify)
+    for found in stages:
+        record = found.record
         if record is None:
-            table.add_row(name, "not run", "", "", "")
+            table.add_row(found.stage, found.state, "", "", "")
             continue
-        facts = record.error.splitlines()[-1] if record.error else describe_metrics(record.metrics)
+        facts = found.why or describe_metrics(record.metrics)
         memory = f"{record.peak_mb:,.0f} MB"
-        table.add_row(name, record.state, duration(record.seconds), memory, facts)
+        table.add_row(found.stage, found.state, duration(record.seconds), memory, facts)
     console.print(table)
-    finished = all(
-        manifest.stages.get(n) is not None and manifest.stages[n].state == "done"
-        for n in stage_names()
-    )
-    return 0 if finished else 1
+    return 0 if all(found.state == "done" for found in stages) else 1
 
 
 def _view(args: argparse.Namespace) -> int:

@@ -19,6 +19,7 @@ from walltopo.core.errors import EnvironmentLacksError, InputError
 
 __all__ = [
     "atomic_path",
+    "files_below",
     "hash_path",
     "is_special",
     "move_into_place",
@@ -27,6 +28,9 @@ __all__ = [
     "told_when_full",
     "write_json",
 ]
+
+# What a desktop leaves in a folder that it shows.
+_CLUTTER = frozenset({"Thumbs.db", "desktop.ini"})
 
 
 @contextmanager
@@ -131,7 +135,7 @@ def read_json(path: Path) -> Any:
 
 
 def hash_path(path: Path) -> str:
-    """Content hash of a file, or of all files in a folder (names included); '' if absent."""
+    """Content hash of a file, or of `files_below` a folder (names included); '' if absent."""
     path = Path(path)
     digest = hashlib.blake2b(digest_size=16)
     if path.is_file():
@@ -139,12 +143,28 @@ def hash_path(path: Path) -> str:
             while chunk := stream.read(1 << 20):
                 digest.update(chunk)
     elif path.is_dir():
-        for item in sorted(p for p in path.rglob("*") if p.is_file()):
+        for item in files_below(path):
             digest.update(os.fsencode(str(item.relative_to(path))))
             digest.update(hash_path(item).encode())
     else:
         return ""
     return digest.hexdigest()
+
+
+def files_below(folder: Path) -> list[Path]:
+    """All files of a folder, sorted; without hidden ones and what desktops leave behind."""
+    return sorted(_walk(folder))
+
+
+def _walk(folder: Path) -> Iterator[Path]:
+    with os.scandir(folder) as entries:
+        for entry in entries:
+            if entry.name.startswith(".") or entry.name in _CLUTTER:
+                continue
+            if entry.is_dir(follow_symlinks=False):
+                yield from _walk(Path(entry.path))
+            elif entry.is_file():
+                yield Path(entry.path)
 
 
 def move_into_place(made: Path, path: Path) -> None:
