@@ -104,17 +104,20 @@ def _export(args: argparse.Namespace) -> int:
     from walltopo.scans.folder import ScanFolder
 
     scan = ScanFolder(args.scan)
-    wall = read_wall(scan)
-    name = args.scan.resolve().name
+    name, section = args.scan.resolve().name, None
     if args.route is not None:
-        wall, name = crop_route(wall, args.route), f"{name}-route-{args.route}"
-    if args.section:
-        left, right = _section(args.section)
-        wall, name = crop_section(wall, left, right), f"{name}-{left:g}-{right:g}"
-    suffix = FORMATS[args.format] or f"-{args.format}"
-    path = args.output or Path(f"{name}{suffix}")
+        name = f"{name}-route-{args.route}"
+    if args.section is not None:
+        section = _section(args.section)
+        name = f"{name}-{section[0]:g}-{section[1]:g}"
+    path = args.output or Path(name + (FORMATS[args.format] or f"-{args.format}"))
     place = target(args, path, f"export {args.format}")
     with written_folder(place) if args.format == "labelme" else written_file(place) as made:
+        wall = read_wall(scan)
+        if args.route is not None:
+            wall = crop_route(wall, args.route)
+        if section is not None:
+            wall = crop_section(wall, *section)
         convert(wall, args.format, made, scan=scan)
         files = sum(1 for _ in made.iterdir()) if made.is_dir() else 0
         size = f"{files} files" if files else f"{made.stat().st_size / 1e6:.2f} MB"
