@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError
+from walltopo.imaging.hush import hushed
 
 __all__ = ["read_grey", "read_rgb"]
 
@@ -41,7 +42,8 @@ def _read(path: Path, mode: int) -> NDArray[np.uint8]:
 
     if not path.is_file():
         raise InputError(f"{path}: no such picture", _HINT)
-    picture = cv2.imread(str(path), mode)
+    with hushed():
+        picture = cv2.imread(str(path), mode)
     if picture is None:
         raise InputError(f"{path}: not a picture, or damaged", _HINT)
     return np.asarray(picture, dtype=np.uint8)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mask, Progress, Silent
+from walltopo.imaging.hush import hushed
 from walltopo.scans.detections import read_coco_masks
 from walltopo_lab.train.pseudomask import HULL_POINTS, hull_of, paint_instances
 
@@ -72,7 +73,8 @@ def read_yolo_boxes(
 
 
 def _read_photo(path: Path) -> tuple[NDArray[np.uint8], float]:
-    image = cv2.imread(str(path), cv2.IMREAD_COLOR)
+    with hushed():
+        image = cv2.imread(str(path), cv2.IMREAD_COLOR)
     if image is None:
         raise InputError(f"{path}: cannot be read as a photo")
     scale = min(1.0, _LONGEST / max(image.shape[:2]))
