@@ -14,6 +14,8 @@ from collections.abc import Sequence
 from importlib.metadata import entry_points
 
 from walltopo import __version__
+from walltopo.cli.parser import Parser
+from walltopo.cli.quiet import quiet_libraries
 from walltopo.cli.stopping import STOPPED, Stop, stoppable
 
 __all__ = ["build_parser", "main"]
@@ -56,7 +58,7 @@ exit codes:
 
 def build_parser() -> argparse.ArgumentParser:
     """The whole command line; importing no heavy library."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="walltopo",
         description="Phone photos of an indoor climbing wall to a 3D topo.",
         epilog=EXIT_CODES,
@@ -70,7 +72,7 @@ def build_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _add_plugins(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def _add_plugins(commands: argparse._SubParsersAction[Parser]) -> None:
     """Commands of installed distributions, and a word on those that are not installed."""
     found = set()
     for point in sorted(entry_points(group=ENTRY_POINTS), key=lambda point: point.name):
@@ -104,7 +106,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             if not hasattr(args, "run"):
                 parser.print_help()
                 return 2
-            return int(args.run(args))
+            with quiet_libraries(getattr(args, "verbose", False)):
+                return int(args.run(args))
         except KeyboardInterrupt:
             sys.stderr.write(f"\n{STOPPED}\n")
             return stop.exit_code
@@ -120,22 +123,25 @@ def _told(error: Exception, stop: Stop, verbose: bool) -> int:
     from walltopo.cli.console import error_console
     from walltopo.core import WalltopoError
 
+    def tell(what: str, text: str) -> None:
+        error_console.print(what, style="bold red", end=" ")
+        error_console.print(text, soft_wrap=True)
+
     if stop.number:  # what a library made of the interruption
         sys.stderr.write(f"\n{STOPPED}\n")
         return stop.exit_code
     if isinstance(error, WalltopoError):
-        error_console.print("[bold red]error:[/] ", end="")
-        error_console.print(error.message, markup=False, soft_wrap=True)
+        tell("error:", error.message)
         if error.hint:
-            error_console.print(error.hint, markup=False, soft_wrap=True, style="dim")
+            error_console.print(error.hint, soft_wrap=True, style="dim")
         return error.exit_code
     if isinstance(error, MemoryError):
-        error_console.print("[bold red]error:[/] this machine's memory is too small for this input")
+        tell("error:", "this machine's memory is too small for this input")
         return 5
-    error_console.print(f"[bold red]defect in walltopo:[/] {type(error).__name__}", soft_wrap=True)
-    error_console.print(str(error), markup=False, soft_wrap=True)
+    tell("defect in walltopo:", type(error).__name__)
+    error_console.print(str(error), soft_wrap=True)
     if verbose:
-        error_console.print(traceback.format_exc(), markup=False, soft_wrap=True)
+        error_console.print(traceback.format_exc(), soft_wrap=True)
     else:
         error_console.print("run again with -v for the traceback, and report it", style="dim")
     return 70

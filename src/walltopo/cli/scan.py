@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import json
 from pathlib import Path
 
+from walltopo.cli.options import Number
 from walltopo.core import InputError
 
 __all__ = ["register"]
@@ -36,7 +38,12 @@ def register(commands: Commands[argparse.ArgumentParser]) -> None:
     status.set_defaults(run=_status)
     view = commands.add_parser("view", help="show a scan in the browser (serves it on localhost)")
     view.add_argument("scan", type=Path, metavar="SCAN", help="the scan folder")
-    view.add_argument("--port", type=int, default=8000, help="port on localhost (0: any free one)")
+    view.add_argument(
+        "--port",
+        type=Number(int, low=0, high=65535),
+        default=8000,
+        help="port on localhost (0: any free one)",
+    )
     view.add_argument("--edit", action="store_true", help="with the editor; saves edit files")
     view.set_defaults(run=_view)
     settings = commands.add_parser("settings", help="every setting with its default, as TOML")
@@ -91,10 +98,10 @@ def _scan(args: argparse.Namespace) -> int:
     from walltopo.pipeline.runner import scan
     from walltopo.pipeline.settings import load_settings
 
-    config = args.config
-    if config is None and Path("walltopo.toml").is_file():
-        config = Path("walltopo.toml")
-    settings = load_settings(config, [*_shortcuts(args), *args.set])
+    found = Path("walltopo.toml")
+    config = args.config or (found if found.is_file() else None)
+    given = [*_shortcuts(args), *args.set]
+    settings = load_settings(config, given, programs=args.config is not None)
     with TerminalListener(console, verbose=args.verbose, quiet=args.quiet) as listener:
         result = scan(
             args.photos,
@@ -121,12 +128,12 @@ def _shortcuts(args: argparse.Namespace) -> list[str]:
         "dense.backend": args.dense,
         "detect.model": args.model,
     }
-    return [f'{key}="{value}"' for key, value in pairs.items() if value is not None]
+    # JSON's strings are TOML's too.
+    return [f"{key}={json.dumps(str(v))}" for key, v in pairs.items() if v is not None]
 
 
 def _show_result(root: Path) -> None:
     """The table of routes, and the page to open."""
-    from rich.markup import escape
     from rich.table import Table
 
     from walltopo.cli.console import console
@@ -144,7 +151,7 @@ def _show_result(root: Path) -> None:
     for route in routes:
         table.add_row(
             str(route.id),
-            escape(route.colour),
+            route.colour,
             str(len(route.holds)),
             f"{route.length:.2f}",
             f"{route.steepness_deg:.0f}°",
@@ -152,12 +159,11 @@ def _show_result(root: Path) -> None:
     console.print(table)
     if not metric:
         console.print("no measure was found: lengths are in arbitrary units", style="yellow")
-    console.print(f"open {folder.page.absolute()}", markup=False, soft_wrap=True)
-    console.print(f"or   walltopo view {root}", markup=False, soft_wrap=True)
+    console.print(f"open {folder.page.absolute()}", soft_wrap=True)
+    console.print(f"or   walltopo view {root}", soft_wrap=True)
 
 
 def _status(args: argparse.Namespace) -> int:
-    from rich.markup import escape
     from rich.table import Table
 
     from walltopo.cli.console import console
@@ -177,7 +183,7 @@ def _status(args: argparse.Namespace) -> int:
         if record is None:
             table.add_row(found.stage, found.state, "", "", "")
             continue
-        facts = escape(found.why or describe_metrics(record.metrics))
+        facts = found.why or describe_metrics(record.metrics)
         memory = f"{record.peak_mb:,.0f} MB"
         table.add_row(found.stage, found.state, duration(record.seconds), memory, facts)
     console.print(table)
@@ -204,18 +210,18 @@ def _settings(args: argparse.Namespace) -> int:
     if args.section and args.section not in SECTIONS:
         raise SettingsError(f"no section {args.section!r}; there are {', '.join(SECTIONS)}")
     if args.markdown:
-        console.print(settings_markdown(), markup=False, soft_wrap=True, end="")
+        console.print(settings_markdown(), soft_wrap=True, end="")
         return 0
     for section, fields in sections().items():
         if args.section not in ("", section):
             continue
-        console.print(f"\n[{section}]", markup=False, style="bold")
+        console.print(f"\n[{section}]", style="bold")
         for field in fields.values():
             if field.expert and not args.all:
                 continue
             facts = "; ".join(part for part in (field.text, field.unit, allowed(field)) if part)
             line = f"{field.name} = {_toml(field.default)}"
-            console.print(f"{line:<36} # {facts}", markup=False, soft_wrap=True)
+            console.print(f"{line:<36} # {facts}", soft_wrap=True)
     return 0
 
 

@@ -137,6 +137,7 @@ def _by_reference(
         floor_known=aligned.frame.floor_known,
         plates=tuple(replace(_plate_record(plate, world), used=False) for plate in plates),
         notes=tuple(notes),
+        reference_frame=aligned.reference_frame,
     )
 
 

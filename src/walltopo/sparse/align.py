@@ -31,6 +31,7 @@ from walltopo.scans.model import SparseModel, open_model
 from walltopo.scans.photo_list import Photo
 from walltopo.scans.photo_set import PhotoSet
 from walltopo.scans.scale import Frame, Scale
+from walltopo.scans.world_frame import world_frame
 from walltopo.sparse.colmap_process import run_worker
 from walltopo.sparse.contract import SparseSettings, Writes
 from walltopo.sparse.feature_cache import find_features, known_features, seal_features
@@ -98,6 +99,7 @@ def align_to_reference(
         reference_moved=moved,
         shared_points=shared,
         frame=reference.frame,
+        reference_frame=world_frame(reference.scan),
     )
     figures = {
         **describe_model(model, len(photos)),
