@@ -129,7 +129,11 @@ def _shortcuts(args: argparse.Namespace) -> list[str]:
         "detect.model": args.model,
     }
     # JSON's strings are TOML's too.
-    return [f"{key}={json.dumps(str(v))}" for key, v in pairs.items() if v is not None]
+    return [
+        f"{key}={json.dumps(str(v), ensure_ascii=False)}"
+        for key, v in pairs.items()
+        if v is not None
+    ]
 
 
 def _show_result(root: Path) -> None:
