@@ -13,7 +13,7 @@ from walltopo.core import Camera, InputError, View
 from walltopo.core.files import move_into_place
 
 if TYPE_CHECKING:
-    import pycolmap
+    from walltopo.colmap import pycolmap
 
 __all__ = ["SparseModel", "open_model", "read_views", "view_of_image"]
 
@@ -58,7 +58,7 @@ def open_model(path: Path) -> pycolmap.Reconstruction:
     ------
     InputError : the folder holds no COLMAP model, or it cannot be read.
     """
-    import pycolmap
+    from walltopo.colmap import pycolmap
 
     path = Path(path)
     _check_model(path)
