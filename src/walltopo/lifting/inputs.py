@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Camera, InputError, Mask, View
 from walltopo.core.files import read_json
+from walltopo.imaging.photo_file import read_stored
 from walltopo.scans.detections import read_coco_masks
 from walltopo.scans.model import read_views
 
@@ -95,10 +96,8 @@ def read_masks(path: Path) -> tuple[dict[str, tuple[Mask, ...]], dict[int, str]]
 
 
 def _masks_of_ids(file: Path) -> tuple[Mask, ...]:
-    import cv2
-
-    image = cv2.imread(str(file), cv2.IMREAD_UNCHANGED)
-    if image is None or image.ndim != 2 or image.dtype not in (np.uint8, np.uint16):
+    image = read_stored(file)
+    if image.ndim != 2 or image.dtype not in (np.uint8, np.uint16):
         raise InputError(
             f"{file}: expected a PNG of one channel, 8 or 16 bit, with object numbers",
             "A coloured picture of masks cannot be used: colours are not numbers.",

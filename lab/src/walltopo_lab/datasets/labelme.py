@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import binascii
-import io
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ import numpy as np
 
 from walltopo.core import InputError
 from walltopo.core.files import read_json, write_json
+from walltopo.imaging.opening import open_picture
 from walltopo_lab.datasets.model import Annotation, Dataset, Photo, Polygon
 from walltopo_lab.datasets.shapes import box_of_polygons, ellipse, polygons_of, rectangle
 
@@ -83,8 +83,6 @@ def _photo(path: Path, data: Mapping[str, Any], labels: Mapping[str, int]) -> Ph
 
 
 def _size(path: Path, data: Mapping[str, Any], linked: Path) -> tuple[int, int]:
-    from PIL import Image
-
     from walltopo_lab.datasets.yolo import photo_size
 
     if data.get("imageWidth") and data.get("imageHeight"):
@@ -92,8 +90,11 @@ def _size(path: Path, data: Mapping[str, Any], linked: Path) -> tuple[int, int]:
     inside = embedded_photo(data, path)
     if inside is None:
         return photo_size(linked)
-    with Image.open(io.BytesIO(inside)) as image:
-        return image.size
+    try:
+        with open_picture(inside) as image:
+            return image.size
+    except InputError as error:
+        raise InputError(f"{path}: its picture: {error.message}") from error
 
 
 def _polygon(shape: Mapping[str, Any]) -> Polygon | None:

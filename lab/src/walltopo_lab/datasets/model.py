@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mask
+from walltopo.imaging.opening import open_picture
 
 __all__ = ["Annotation", "Dataset", "Photo", "Polygon"]
 
@@ -96,15 +97,11 @@ class Photo:
         ------
         InputError : not found, not a picture, or of another size than the labels say.
         """
-        import io
-
-        from PIL import Image, UnidentifiedImageError
-
         try:
-            with Image.open(io.BytesIO(self.content())) as image:
+            with open_picture(self.path or self.content()) as image:
                 pixels = np.asarray(image.convert("RGB"))
-        except (OSError, UnidentifiedImageError) as error:
-            raise InputError(f"{self.name}: cannot be read as a picture ({error})") from error
+        except InputError as error:
+            raise InputError(f"{self.name}: {error.message}") from error
         if pixels.shape[:2] != (self.height, self.width):
             raise InputError(
                 f"{self.name}: the picture is {pixels.shape[1]}x{pixels.shape[0]}, "

@@ -10,6 +10,7 @@ import numpy as np
 
 from walltopo.core import InputError
 from walltopo.core.files import atomic_path
+from walltopo.imaging.opening import open_picture
 from walltopo_lab.datasets.model import Annotation, Dataset, Photo
 from walltopo_lab.datasets.shapes import box_of_polygons, joined, polygons_of
 
@@ -26,13 +27,11 @@ def photo_size(path: Path) -> tuple[int, int]:
     ------
     InputError : not a picture.
     """
-    from PIL import Image, UnidentifiedImageError
-
     try:
-        with Image.open(path) as image:
+        with open_picture(path) as image:
             return image.size
-    except (OSError, UnidentifiedImageError) as error:
-        raise InputError(f"{path}: cannot be read as a picture ({error})") from error
+    except InputError as error:
+        raise InputError(f"{path}: {error.message}") from error
 
 
 def read_names(path: Path) -> dict[int, str]:
