@@ -40,15 +40,17 @@ class Case:
     Parameters
     ----------
     name : what the user gives.
-    make : fills a folder and returns the arguments after `walltopo scan`.
+    make : fills a folder and returns the arguments after the command.
     code : the exit code expected.
     says : words that the output must contain.
+    command : of walltopo.
     """
 
     name: str
     make: Callable[[Path], list[str]]
     code: int
     says: str
+    command: str = "scan"
 
 
 def picture(seed: int, size: tuple[int, int] = (640, 480)) -> Image.Image:
@@ -218,6 +220,33 @@ def _no_reference(root: Path) -> list[str]:
     return _scan(_photos(root / "in"), "--reference", str(root / "old"), to="sparse")
 
 
+def _view(*more: str) -> Callable[[Path], list[str]]:
+    """A scan whose page is there, viewed with some options."""
+
+    def make(root: Path) -> list[str]:
+        (root / "scan").mkdir()
+        (root / "scan" / "index.html").touch()
+        return [str(root / "scan"), *more]
+
+    return make
+
+
+# Of `view`, what ends by itself; a running server: docs/security.md.
+VIEW_CASES = (
+    Case("`view` of what has no page", lambda root: [str(root)], 3, "no page to show", "view"),
+    Case("`view --port 99999`", _view("--port", "99999"), 2, "65535", "view"),
+    Case("`view --port -1`", _view("--port", "-1"), 2, "-1", "view"),
+    Case("`view --host 0.0.0.0`", _view("--host", "0.0.0.0"), 2, "every address", "view"),
+    Case(
+        "`view --host` of another machine",
+        _view("--host", "192.0.2.1", "--port", "0"),
+        2,
+        "not an address of this machine",
+        "view",
+    ),
+    Case("`view --embed` of no origin", _view("--embed", "gym"), 2, "is no origin", "view"),
+)
+
 CASES = (
     Case("a folder without photos", _empty, 3, "no photos here"),
     Case("a path that does not exist", _missing, 3, "no such file or folder"),
@@ -245,6 +274,7 @@ CASES = (
     Case("an unknown stage", _unknown_stage, 3, "unknown stage 'meshing'"),
     Case("photos that show nothing in common", _unrelated, 4, "could be put together"),
     Case("a reference that is no scan", _no_reference, 3, "has no cameras"),
+    *VIEW_CASES,
 )
 
 
@@ -260,7 +290,7 @@ def row(case: Case) -> str:
     """One line of the table."""
     with tempfile.TemporaryDirectory() as name:
         root = Path(name)
-        command = [sys.executable, "-m", "walltopo", "scan", *case.make(root)]
+        command = [sys.executable, "-m", "walltopo", case.command, *case.make(root)]
         done = subprocess.run(command, capture_output=True, text=True)
         return f"| {case.name} | {done.returncode} | {told(done.stdout + done.stderr, root)} |"
 
