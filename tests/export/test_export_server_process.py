@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import random
 import re
 import signal
 import socket
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -76,6 +77,8 @@ def test_strangers_do_not_write_into_the_terminal(root: Path) -> None:
             b"GET /\x1b[31m HTTP/1.1\r\n\r\n",
             b"GET / HTTP/1.1\r\nHost: evil\r\nUpgrade: websocket\r\nConnection: upgrade\r\n\r\n",
             b"POST /api/edits HTTP/1.1\r\nContent-Length: 50\r\n\r\nabc",
+            request(port).replace(b"GET", b"HEAD")[:-2]
+            + b"Transfer-Encoding: chunked\r\n\r\nzz\r\n",
         ):
             ask(port, sent)
         for _ in range(20):  # gone before they are answered, with a reset
@@ -92,6 +95,58 @@ def test_strangers_do_not_write_into_the_terminal(root: Path) -> None:
         "Ctrl-C",
         "stopped",
     ]
+
+
+def mutated(requests: list[bytes], chance: random.Random) -> bytes:
+    """Some of the requests, one after the other, with a few bytes changed, added or gone."""
+    data = bytearray(b"".join(chance.choices(requests, k=chance.choice([1, 1, 2, 3]))))
+    for _ in range(chance.randint(1, 6)):
+        at = chance.randrange(len(data))
+        match chance.randrange(4):
+            case 0:
+                data[at] = chance.randrange(256)
+            case 1:
+                data[at:at] = chance.choice(BITS)
+            case 2:
+                del data[at : at + chance.randint(1, 20)]
+            case _:
+                start = chance.randrange(len(data))
+                data[at:at] = data[start : start + chance.randint(1, 60)]
+        data = data or bytearray(b"x")
+    return bytes(data)
+
+
+BITS = [
+    b"\r\n", b"\x00", b" ", b":", b"%00", b"%2e%2e", b"\xff", b"9" * 12, b"-1", b"\t", b"HTTP/1.0",
+    b"Transfer-Encoding: chunked\r\n", b"Content-Length: 3\r\n", b"Expect: 100-continue\r\n",
+    b"Upgrade: websocket\r\nConnection: upgrade\r\n",
+]  # fmt: skip
+
+
+def test_nor_do_a_thousand_broken_requests(root: Path) -> None:
+    chance = random.Random(5)
+    with viewing(root, "--edit") as (process, port, path):
+        token = path.partition("=")[2]
+        write = f"Origin: http://localhost:{port}\r\nContent-Type: application/json\r\n"
+        write += f"X-Walltopo-Token: {token}\r\nIf-Match: x\r\nContent-Length: 2\r\n\r\n{{}}"
+        whole = [
+            request(port),
+            request(port, path),
+            request(port).replace(b"GET", b"HEAD"),
+            request(port)[:-2] + b"Transfer-Encoding: chunked\r\n\r\n2\r\nab\r\n0\r\n\r\n",
+            request(port)[:-2] + b"Range: bytes=0-0,2-5,-3\r\nIf-None-Match: x\r\n\r\n",
+            request(port, "/api/edits").replace(b"GET", b"POST")[:-2] + write.encode(),
+        ]
+        for _ in range(1000):
+            place = ("127.0.0.1", port)
+            with suppress(OSError), socket.create_connection(place, timeout=30) as wire:
+                wire.sendall(mutated(whole, chance))
+                wire.shutdown(socket.SHUT_WR)
+                wire.recv(4096)
+        assert ask(port, request(port)) == b"HTTP/1.1 200"
+        process.send_signal(signal.SIGINT)
+        said, _ = process.communicate(timeout=60)
+    assert len(said.splitlines()) == 4, said
 
 
 def test_a_defect_is_one_line_for_the_terminal_and_none_for_the_asker(root: Path) -> None:

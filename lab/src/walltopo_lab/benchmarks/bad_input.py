@@ -233,7 +233,13 @@ def _view(*more: str) -> Callable[[Path], list[str]]:
 
 # Of `view`, what ends by itself; a running server: docs/security.md.
 VIEW_CASES = (
-    Case("`view` of what has no page", lambda root: [str(root)], 3, "no page to show", "view"),
+    Case(
+        "`view` of what has no page",
+        lambda root: [str(root / "scan")],
+        3,
+        "no page to show",
+        "view",
+    ),
     Case("`view --port 99999`", _view("--port", "99999"), 2, "65535", "view"),
     Case("`view --port -1`", _view("--port", "-1"), 2, "-1", "view"),
     Case("`view --host 0.0.0.0`", _view("--host", "0.0.0.0"), 2, "every address", "view"),

@@ -46,6 +46,13 @@ class Connection(H11Protocol):
             self.arrival.cancel()
             self.arrival = None
 
+    def send_400_response(self, msg: str) -> None:
+        """Where an answer is under way, h11 takes no other one: there is nothing left to say."""
+        try:
+            super().send_400_response(msg)
+        except h11.LocalProtocolError:
+            self._drop()
+
     def pause_writing(self) -> None:
         super().pause_writing()
         self.fetching = self.loop.call_later(FETCH_S, self._drop)

@@ -58,6 +58,7 @@ class Server(uvicorn.Server):
         super().__init__(
             uvicorn.Config(
                 app,
+                loop="asyncio",
                 http=Connection,
                 ws="none",
                 lifespan="off",
