@@ -69,10 +69,15 @@ __all__ = [
 REACH = 0.12  # metres: a hold this near to the place is the one that was meant
 FAR = 0.5  # metres: beyond it even the right id is another hold
 
-Id = Annotated[int, msgspec.Meta(ge=0)]
+MOST = 50_000  # entries of a list; the largest wall has some thousand holds
+
+Id = Annotated[int, msgspec.Meta(ge=0, lt=2**31)]  # labels are int32
 Text = Annotated[str, msgspec.Meta(max_length=200)]
 Radius = Annotated[float, msgspec.Meta(gt=0, lt=10)]
-Place = tuple[float, float, float]
+Coordinate = Annotated[float, msgspec.Meta(ge=-1e6, le=1e6)]
+Place = tuple[Coordinate, Coordinate, Coordinate]
+Ids = Annotated[tuple[Id, ...], msgspec.Meta(max_length=MOST)]
+Places = Annotated[tuple[Place, ...], msgspec.Meta(max_length=MOST)]
 
 
 class _Edit(
@@ -81,10 +86,26 @@ class _Edit(
     """An entry; what was not given is not written. TOML knows nan and inf: they are no places."""
 
     def __post_init__(self) -> None:
-        for name in ("at", "route_at"):
-            places = getattr(self, name, None)
-            if places and not np.isfinite(np.array(places, dtype=float)).all():
+        for name in self.__struct_fields__:
+            value = getattr(self, name)
+            if isinstance(value, str):
+                _check_text(name, value)
+            elif name in ("at", "route_at") and not np.isfinite(np.array(value or (), float)).all():
                 raise ValueError(f"`{name}` must be finite")
+
+
+def _check_text(name: str, value: str) -> None:
+    """Half a surrogate pair is no text: neither file can hold it."""
+    try:
+        value.encode("utf-8")
+    except UnicodeEncodeError as error:
+        raise ValueError(f"`{name}` has half a character at {error.start}") from error
+
+
+def _check_pairs(what: str, ids: Ids, at: Places) -> None:
+    """Each id with its place: one without the other would be dropped when the edit is applied."""
+    if len(ids) != len(at):
+        raise ValueError(f"`{what}` has {len(ids)} ids, but `at` has {len(at)} places")
 
 
 class HoldEdit(_Edit, frozen=True, kw_only=True):
@@ -111,16 +132,24 @@ class Stroke(_Edit, frozen=True, kw_only=True):
 class Merge(_Edit, frozen=True, kw_only=True):
     """Routes that become one, under the first one's id; `at`: a hold of each."""
 
-    routes: tuple[Id, ...]
-    at: tuple[Place, ...]
+    routes: Ids
+    at: Places
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_pairs("routes", self.routes, self.at)
 
 
 class Split(_Edit, frozen=True, kw_only=True):
     """Holds that leave their route and make one of their own; `at`: of the holds."""
 
     route: Id
-    holds: tuple[Id, ...]
-    at: tuple[Place, ...]
+    holds: Ids
+    at: Places
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_pairs("holds", self.holds, self.at)
 
 
 class Assign(_Edit, frozen=True, kw_only=True):
@@ -148,6 +177,9 @@ class Recolour(_Edit, frozen=True, kw_only=True):
     colour: Text
 
 
+_AT_MOST = msgspec.Meta(max_length=MOST)
+
+
 class _Edits(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     version: Literal[1] = 1
 
@@ -155,8 +187,8 @@ class _Edits(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 class HoldEdits(_Edits, frozen=True, kw_only=True):
     """`holds.edits.json`; both lists count in their order."""
 
-    holds: tuple[HoldEdit, ...] = ()
-    strokes: tuple[Stroke, ...] = ()
+    holds: Annotated[tuple[HoldEdit, ...], _AT_MOST] = ()
+    strokes: Annotated[tuple[Stroke, ...], _AT_MOST] = ()
 
     @classmethod
     def load(cls, path: Path) -> HoldEdits:
@@ -171,11 +203,11 @@ class HoldEdits(_Edits, frozen=True, kw_only=True):
 class RouteEdits(_Edits, frozen=True, kw_only=True):
     """`routes.edits.toml`."""
 
-    merge: tuple[Merge, ...] = ()
-    split: tuple[Split, ...] = ()
-    assign: tuple[Assign, ...] = ()
-    rename: tuple[Rename, ...] = ()
-    colour: tuple[Recolour, ...] = ()
+    merge: Annotated[tuple[Merge, ...], _AT_MOST] = ()
+    split: Annotated[tuple[Split, ...], _AT_MOST] = ()
+    assign: Annotated[tuple[Assign, ...], _AT_MOST] = ()
+    rename: Annotated[tuple[Rename, ...], _AT_MOST] = ()
+    colour: Annotated[tuple[Recolour, ...], _AT_MOST] = ()
 
     @classmethod
     def load(cls, path: Path) -> RouteEdits:
@@ -184,7 +216,7 @@ class RouteEdits(_Edits, frozen=True, kw_only=True):
             return cls()
         try:
             value = tomllib.loads(path.read_text(encoding="utf-8"))
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        except (ValueError, RecursionError) as error:  # also numbers of thousands of digits
             raise InputError(f"{path}: not valid TOML ({error})") from error
         return parse(value, cls, str(path))
 

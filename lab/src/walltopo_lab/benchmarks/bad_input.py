@@ -332,6 +332,40 @@ INGEST_CASES = (
     Case("a scan folder in place of photos", _scan_as_photos, 3, "is a scan folder, not a folder"),
 )
 
+
+def _view(*more: str) -> Callable[[Path], list[str]]:
+    """A scan whose page is there, viewed with some options."""
+
+    def make(root: Path) -> list[str]:
+        (root / "scan").mkdir()
+        (root / "scan" / "index.html").touch()
+        return [str(root / "scan"), *more]
+
+    return make
+
+
+# Of `view`, what ends by itself; a running server: docs/security.md.
+VIEW_CASES = (
+    Case(
+        "`view` of what has no page",
+        lambda root: [str(root / "scan")],
+        3,
+        "no page to show",
+        "view",
+    ),
+    Case("`view --port 99999`", _view("--port", "99999"), 2, "65535", "view"),
+    Case("`view --port -1`", _view("--port", "-1"), 2, "-1", "view"),
+    Case("`view --host 0.0.0.0`", _view("--host", "0.0.0.0"), 2, "every address", "view"),
+    Case(
+        "`view --host` of another machine",
+        _view("--host", "192.0.2.1", "--port", "0"),
+        2,
+        "not an address of this machine",
+        "view",
+    ),
+    Case("`view --embed` of no origin", _view("--embed", "gym"), 2, "is no origin", "view"),
+)
+
 CASES: tuple[Case, ...] = (
     Case("a folder without photos", _empty, 3, "no photos here"),
     Case("a path that does not exist", _missing, 3, "no such file or folder"),
@@ -360,6 +394,7 @@ CASES: tuple[Case, ...] = (
     Case("photos that show nothing in common", _unrelated, 4, "could be put together"),
     Case("a reference that is no scan", _no_reference, 3, "has no cameras"),
     *INGEST_CASES,
+    *VIEW_CASES,
 )
 
 
@@ -432,13 +467,6 @@ OUTPUT_CASES = (
     ),
     Case("`merge --near nan`", _merge_to("new", "--near", "nan"), 2, "a finite number", "merge"),
     Case("`merge --near -1`", _merge_to("new", "--near", "-1"), 2, "at least 0.001", "merge"),
-    Case(
-        "`view --port 99999`",
-        lambda root: [str(root), "--port", "99999"],
-        2,
-        "at most 65535",
-        "view",
-    ),
     Case("a settings file that is a folder", _config(None), 3, "cannot be read"),
     Case("settings 100,000 deep", _config(b"a = " + b"[" * 100_000), 3, "nested too deeply"),
     Case("a setting of 5,000 digits", _config(b"a = " + b"9" * 5000), 3, "not valid TOML"),
