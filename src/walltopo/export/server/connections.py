@@ -17,7 +17,7 @@ __all__ = ["MOST", "Connection"]
 
 MOST = 64  # open at once; a browser opens six
 ARRIVE_S = 20.0  # from a request's first byte to its last
-FETCH_S = 30.0  # without a byte of the answer being taken
+FETCH_S = 30.0  # for the hundred kB that may lie between us and who takes them
 
 
 class Connection(H11Protocol):
