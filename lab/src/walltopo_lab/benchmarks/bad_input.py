@@ -22,6 +22,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
+from walltopo.pipeline.runner import scan
+
 __all__ = ["CASES", "Case", "picture"]
 
 HEAD = """\
@@ -317,6 +319,25 @@ def _scan_as_photos(root: Path) -> list[str]:
     return _scan(folder)
 
 
+def _damaged_since(root: Path) -> list[str]:
+    again = _scan(_photos(root / "in"))
+    scan(root / "in", root / "scan", to_stage="ingest")
+    photo = next((root / "scan" / "photos").iterdir())
+    photo.write_bytes(photo.read_bytes()[:1000])
+    return again
+
+
+def _damaged_and_moved(root: Path) -> list[str]:
+    again = _damaged_since(root)
+    (root / "in").rename(root / "elsewhere")
+    return again[1:]
+
+
+HEALING_CASES = (
+    Case("a stored photo cut off since", _damaged_since, 0, "is not as ingest left it: made again"),
+    Case("the same, and its original gone", _damaged_and_moved, 3, "changed since ingest"),
+)
+
 INGEST_CASES = (
     Case("a pipe among the photos", _pipe_photo, 0, "skipped pipe.jpg: a pipe, not a file"),
     Case("links to nothing and in a circle", _links, 0, "a link that leads in a circle"),
@@ -394,6 +415,7 @@ CASES: tuple[Case, ...] = (
     Case("photos that show nothing in common", _unrelated, 4, "could be put together"),
     Case("a reference that is no scan", _no_reference, 3, "has no cameras"),
     *INGEST_CASES,
+    *HEALING_CASES,
     *VIEW_CASES,
 )
 
