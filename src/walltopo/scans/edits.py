@@ -38,7 +38,6 @@ holds. Whoever applies an edit looks for the place first and falls back to the i
 from __future__ import annotations
 
 import json
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -47,10 +46,12 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import InputError, Mesh
-from walltopo.core.files import atomic_path, read_json, write_json
+from walltopo.core import Mesh
+from walltopo.core.files import atomic_path, write_json
+from walltopo.core.toml import read_toml
 from walltopo.scans.attributes import Hold
-from walltopo.scans.document import parse
+from walltopo.scans.bounds import Coordinate, Label
+from walltopo.scans.document import parse, read_document
 
 __all__ = [
     "Assign",
@@ -69,29 +70,22 @@ __all__ = [
 REACH = 0.12  # metres: a hold this near to the place is the one that was meant
 FAR = 0.5  # metres: beyond it even the right id is another hold
 
-Id = Annotated[int, msgspec.Meta(ge=0)]
 Text = Annotated[str, msgspec.Meta(max_length=200)]
 Radius = Annotated[float, msgspec.Meta(gt=0, lt=10)]
-Place = tuple[float, float, float]
+Place = tuple[Coordinate, Coordinate, Coordinate]
 
 
 class _Edit(
     msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True
 ):
-    """An entry; what was not given is not written. TOML knows nan and inf: they are no places."""
-
-    def __post_init__(self) -> None:
-        for name in ("at", "route_at"):
-            places = getattr(self, name, None)
-            if places and not np.isfinite(np.array(places, dtype=float)).all():
-                raise ValueError(f"`{name}` must be finite")
+    """An entry; what was not given is not written."""
 
 
 class HoldEdit(_Edit, frozen=True, kw_only=True):
     """A correction of one hold: any of its colour, type and class; or that it is none
     (`deleted`), or that a doubtful instance is one after all (`kept`)."""
 
-    id: Id
+    id: Label
     at: Place
     colour: Text | None = None
     type: Text | None = None
@@ -103,7 +97,7 @@ class HoldEdit(_Edit, frozen=True, kw_only=True):
 class Stroke(_Edit, frozen=True, kw_only=True):
     """A ball: the triangles whose centroid lies in it go to the hold (0: to the wall)."""
 
-    hold: Id
+    hold: Label
     at: Place
     radius_m: Radius
 
@@ -111,31 +105,31 @@ class Stroke(_Edit, frozen=True, kw_only=True):
 class Merge(_Edit, frozen=True, kw_only=True):
     """Routes that become one, under the first one's id; `at`: a hold of each."""
 
-    routes: tuple[Id, ...]
+    routes: tuple[Label, ...]
     at: tuple[Place, ...]
 
 
 class Split(_Edit, frozen=True, kw_only=True):
     """Holds that leave their route and make one of their own; `at`: of the holds."""
 
-    route: Id
-    holds: tuple[Id, ...]
+    route: Label
+    holds: tuple[Label, ...]
     at: tuple[Place, ...]
 
 
 class Assign(_Edit, frozen=True, kw_only=True):
     """A hold that belongs to a route (0: to none); `route_at`: a hold of the route."""
 
-    hold: Id
+    hold: Label
     at: Place
-    route: Id
+    route: Label
     route_at: Place | None = None
 
 
 class Rename(_Edit, frozen=True, kw_only=True):
     """A route's name; `at`: a hold of the route."""
 
-    route: Id
+    route: Label
     at: Place
     name: Text
 
@@ -143,7 +137,7 @@ class Rename(_Edit, frozen=True, kw_only=True):
 class Recolour(_Edit, frozen=True, kw_only=True):
     """A route's colour; `at`: a hold of the route."""
 
-    route: Id
+    route: Label
     at: Place
     colour: Text
 
@@ -161,7 +155,7 @@ class HoldEdits(_Edits, frozen=True, kw_only=True):
     @classmethod
     def load(cls, path: Path) -> HoldEdits:
         """Read; none where the file is absent. InputError names the file and the entry."""
-        return parse(read_json(path), cls, str(path)) if path.is_file() else cls()
+        return read_document(path, cls) if path.is_file() else cls()
 
     def save(self, path: Path) -> None:
         """Write, atomically."""
@@ -182,11 +176,7 @@ class RouteEdits(_Edits, frozen=True, kw_only=True):
         """Read; none where the file is absent. InputError names the file and the entry."""
         if not path.is_file():
             return cls()
-        try:
-            value = tomllib.loads(path.read_text(encoding="utf-8"))
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-            raise InputError(f"{path}: not valid TOML ({error})") from error
-        return parse(value, cls, str(path))
+        return parse(read_toml(path), cls, str(path))
 
     def save(self, path: Path) -> None:
         """Write, atomically."""
