@@ -70,15 +70,22 @@ def open_model(path: Path) -> pycolmap.Reconstruction:
     check_model_files(path)
     try:
         model = pycolmap.Reconstruction(path)
+        with naming(path):
+            _check_images(model)
     except (IndexError, MemoryError, RuntimeError, ValueError) as error:
         raise InputError(f"{path}: the COLMAP model cannot be read: {error}") from error
-    with naming(path):
-        check_once("a photo called", (str(image.name) for image in model.images.values()))
-        for image in model.images.values():
-            check_name(str(image.name))
-            if image.has_pose:
-                view_of_image(image)
     return model
+
+
+def _check_images(model: pycolmap.Reconstruction) -> None:
+    """Refuse photos whose name, pose or camera is none."""
+    names = [str(image.name) for image in model.images.values()]
+    check_once("a photo called", names)
+    for name in names:
+        check_name(name)
+    for image in model.images.values():
+        if image.has_pose:
+            view_of_image(image)
 
 
 def view_of_image(image: pycolmap.Image) -> View:
