@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pycolmap
 import pytest
 
+from walltopo.colmap import pycolmap
 from walltopo.core import InputError, Mask, Mesh
 from walltopo.meshes.ply import read_mesh, write_ply
 from walltopo.scans.detections import Detections, read_coco_masks

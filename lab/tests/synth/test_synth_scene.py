@@ -144,7 +144,7 @@ def test_resume_gives_the_same_bytes(gym: Path, tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_colmap_registers_the_tiny_gym(gym: Path, tmp_path: Path) -> None:
-    import pycolmap
+    from walltopo.colmap import pycolmap
 
     database = tmp_path / "database.db"
     pycolmap.extract_features(

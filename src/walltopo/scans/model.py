@@ -17,7 +17,7 @@ from walltopo.scans.bounds import check_once
 from walltopo.scans.model_files import check_model_files
 
 if TYPE_CHECKING:
-    import pycolmap
+    from walltopo.colmap import pycolmap
 
 __all__ = ["SparseModel", "open_model", "read_views", "view_of_image"]
 
@@ -63,7 +63,7 @@ def open_model(path: Path) -> pycolmap.Reconstruction:
     InputError : the folder holds no COLMAP model, or it cannot be read; a photo's name leads out
         of its folder, or its pose or camera is none.
     """
-    import pycolmap
+    from walltopo.colmap import pycolmap
 
     path = Path(path)
     _check_model(path)

@@ -63,6 +63,7 @@ class Scale(Document, frozen=True, kw_only=True):
     scale : world units per unit of the model as reconstructed.
     metric, up_known, floor_known : see `Frame`.
     plates, notes : what was seen, and what people should know.
+    reference_frame : method "reference": what identifies the frame (see `world_frame`).
     """
 
     method: str
@@ -72,6 +73,7 @@ class Scale(Document, frozen=True, kw_only=True):
     floor_known: bool
     plates: tuple[Plate, ...] = ()
     notes: tuple[str, ...] = ()
+    reference_frame: str = ""
 
     @property
     def frame(self) -> Frame:

@@ -40,15 +40,17 @@ class Case:
     Parameters
     ----------
     name : what the user gives.
-    make : fills a folder and returns the arguments after `walltopo scan`.
+    make : fills a folder and returns the arguments after `walltopo` and the command.
     code : the exit code expected.
     says : words that the output must contain.
+    command : what is run.
     """
 
     name: str
     make: Callable[[Path], list[str]]
     code: int
     says: str
+    command: str = "scan"
 
 
 def picture(seed: int, size: tuple[int, int] = (640, 480)) -> Image.Image:
@@ -218,7 +220,7 @@ def _no_reference(root: Path) -> list[str]:
     return _scan(_photos(root / "in"), "--reference", str(root / "old"), to="sparse")
 
 
-CASES = (
+CASES: tuple[Case, ...] = (
     Case("a folder without photos", _empty, 3, "no photos here"),
     Case("a path that does not exist", _missing, 3, "no such file or folder"),
     Case("a text file named .jpg", _text, 3, "not an image, whatever its name says"),
@@ -248,10 +250,103 @@ CASES = (
 )
 
 
+# Where results go, and what is typed.
+
+
+def _finished(root: Path) -> Path:
+    """As much of a scan folder as makes it one."""
+    scan = root / "gym"
+    scan.mkdir()
+    (scan / "scan.json").write_text('{"version": 1, "stages": {}}')
+    return scan
+
+
+def _export_to(where: str, *more: str) -> Callable[[Path], list[str]]:
+    return lambda root: [str(_finished(root)), "-o", str(root / where), *more]
+
+
+def _merge_to(where: str, *more: str) -> Callable[[Path], list[str]]:
+    def make(root: Path) -> list[str]:
+        (root / "site").mkdir()
+        (root / "site" / "index.html").write_text("mine")
+        scan = str(_finished(root))
+        return [scan, scan, "--same-frame", "-o", str(root / where), *more]
+
+    return make
+
+
+def _taken(root: Path) -> list[str]:
+    (root / "plate.pdf").write_text("mine")
+    return ["print", "-o", str(root / "plate.pdf")]
+
+
+def _pipe(root: Path) -> list[str]:
+    os.mkfifo(root / "pipe")
+    return ["print", "-o", str(root / "pipe"), "--overwrite"]
+
+
+def _config(content: bytes | None) -> Callable[[Path], list[str]]:
+    def make(root: Path) -> list[str]:
+        config = root / "settings"
+        if content is None:
+            config.mkdir()
+        else:
+            config.write_bytes(content)
+        return _scan(root / "in", "--config", str(config))
+
+    return make
+
+
+OUTPUT_CASES = (
+    Case(
+        "`export -o` into the scan itself",
+        _export_to("gym", "--format", "labelme", "--overwrite"),
+        3,
+        "belongs to the scan",
+        "export",
+    ),
+    Case("`export -o` a file of the scan", _export_to("gym/mesh.ply"), 3, "belongs to", "export"),
+    Case("`merge -o` a web site's folder", _merge_to("site"), 3, "is not empty", "merge"),
+    Case("`merge -o` another scan", _merge_to("gym", "--overwrite"), 3, "belongs to", "merge"),
+    Case("`-o` a file that is there", _taken, 3, "is there already", "measure"),
+    Case("`-o` a named pipe", _pipe, 3, "no file can replace it", "measure"),
+    Case(
+        "`-o` a device",
+        lambda _: ["print", "-o", "/dev/null", "--overwrite"],
+        3,
+        "no file can replace it",
+        "measure",
+    ),
+    Case("`merge --near nan`", _merge_to("new", "--near", "nan"), 2, "a finite number", "merge"),
+    Case("`merge --near -1`", _merge_to("new", "--near", "-1"), 2, "at least 0.001", "merge"),
+    Case(
+        "`view --port 99999`",
+        lambda root: [str(root), "--port", "99999"],
+        2,
+        "at most 65535",
+        "view",
+    ),
+    Case("a settings file that is a folder", _config(None), 3, "cannot be read"),
+    Case("settings 100,000 deep", _config(b"a = " + b"[" * 100_000), 3, "nested too deeply"),
+    Case("a setting of 5,000 digits", _config(b"a = " + b"9" * 5000), 3, "not valid TOML"),
+    Case("settings that are not UTF-8", _config(b"\xff"), 3, "not valid TOML"),
+    Case(
+        "a path with escape codes and markup",
+        lambda root: [str(root / "\x1b[31m[/red]")],
+        3,
+        r"\x1b[31m[/red]: not a scan folder",
+        "status",
+    ),
+)
+CASES += OUTPUT_CASES
+
+
 def told(output: str, root: Path) -> str:
     """The lines that matter, without this machine's folders."""
     text = output.replace(str(root), "").replace("/in/", "in/")
     lines = [line.strip() for line in text.splitlines() if line.strip()]
+    if lines and lines[0].startswith("usage:"):
+        lines = lines[-1:]
     lines = [re.sub(r"\s+[\d.]+ s$", "", line) for line in lines if not line.startswith("✗")]
     return " / ".join(lines[:3]).replace("|", "\\|")
 
@@ -260,7 +355,7 @@ def row(case: Case) -> str:
     """One line of the table."""
     with tempfile.TemporaryDirectory() as name:
         root = Path(name)
-        command = [sys.executable, "-m", "walltopo", "scan", *case.make(root)]
+        command = [sys.executable, "-m", "walltopo", case.command, *case.make(root)]
         done = subprocess.run(command, capture_output=True, text=True)
         return f"| {case.name} | {done.returncode} | {told(done.stdout + done.stderr, root)} |"
 
