@@ -69,12 +69,13 @@ def _any(hint: Any) -> st.SearchStrategy[Any]:
 
 
 def _bounded(kind: Any, meta: msgspec.Meta) -> st.SearchStrategy[Any]:
+    if kind is str and meta.extra:
+        return st.from_regex(r"[a-z]{1,8}(/[a-z]{1,8})?\.jpg", fullmatch=True)
     if kind is str:
         return st.text(max_size=min(20, meta.max_length or 20))
     if typing.get_origin(kind) is tuple:
         return _any(kind)
     if kind is int:
-        assert isinstance(meta.ge, int)
-        return st.integers(meta.ge, 2**63 - 1 if meta.lt is None else int(meta.lt) - 1)
+        return st.integers(int(meta.ge or 0), int(meta.le or 2**63 - 1))
     low, high = (meta.ge if meta.gt is None else meta.gt), (meta.le if meta.lt is None else meta.lt)
     return st.floats(low, high, exclude_min=meta.gt is not None, exclude_max=meta.lt is not None)

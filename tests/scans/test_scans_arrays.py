@@ -24,7 +24,7 @@ in_one_folder = settings(
 )
 BITMAPS = hnp.arrays(np.bool_, st.tuples(st.integers(1, 12), st.integers(1, 12)))
 MASKS = st.builds(
-    Mask.from_full, BITMAPS, st.integers(1, 5), st.floats(0, 1, exclude_min=True, width=32)
+    Mask.from_full, BITMAPS, st.integers(1, 2), st.floats(0, 1, exclude_min=True, width=32)
 )
 
 
@@ -156,7 +156,7 @@ def test_what_is_no_mask_names_the_annotation(tmp_path: Path, segmentation: obje
         "annotations": [row],
     }
     path.write_text(json.dumps(data))
-    with pytest.raises(InputError, match=r"d\.json: annotation 17"):
+    with pytest.raises(InputError, match=r"d\.json: .*annotation(s\[0\]| 17)"):
         Detections.load(path)
 
 
@@ -166,7 +166,7 @@ def test_what_is_no_mask_names_the_annotation(tmp_path: Path, segmentation: obje
         ({"image_id": 2}, "image 2"),
         ({"score": 0.0}, "score"),
         ({"score": 2.0}, "score"),
-        ({"category_id": 0}, "label"),
+        ({"category_id": 0}, "category 0"),
         ({"image_id": "1"}, "image_id"),
     ],
 )

@@ -52,7 +52,7 @@ def test_coco_polygons_and_plain_rle(tmp_path: Path) -> None:
     assert rle.area == 3
     data["annotations"][0]["segmentation"] = "nonsense"
     path.write_text(json.dumps(data))
-    with pytest.raises(InputError, match="annotation 1"):
+    with pytest.raises(InputError, match=r"annotations\[0\]"):
         read_coco_masks(path)
 
 

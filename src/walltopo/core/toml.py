@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from walltopo.core.errors import InputError
+from walltopo.core.nesting import deeper_than
 
 __all__ = ["read_toml"]
 
@@ -41,17 +42,6 @@ def read_toml(path: Path, hint: str = "") -> dict[str, Any]:
         raise InputError(f"{path}: not valid TOML (nested too deeply)") from error
     except ValueError as error:  # TOMLDecodeError, UnicodeDecodeError, a number of 5,000 digits
         raise InputError(f"{path}: not valid TOML ({error})") from error
-    if _deeper(table, _DEEPEST):
+    if deeper_than(_DEEPEST, table):
         raise InputError(f"{path}: not valid TOML (nested too deeply)")
     return table
-
-
-def _deeper(table: dict[str, Any], most: int) -> bool:
-    """Whether tables and lists lie in each other more than `most` deep."""
-    level: list[Any] = [table]
-    for _ in range(most):
-        inner = (value.values() if isinstance(value, dict) else value for value in level)
-        level = [item for values in inner for item in values if isinstance(item, (dict, list))]
-        if not level:
-            return False
-    return True

@@ -14,11 +14,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from walltopo.core import InputError, WalltopoError
+from walltopo.core.picture_size import MOST_PIXELS
 
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-__all__ = ["MOST_PIXELS", "open_picture"]
+__all__ = ["open_picture"]
 
 # By how a file begins (at which byte, with what); a JPEG of several pictures (MPO) opens as JPEG.
 _SIGNATURES: Final = (
@@ -30,8 +31,6 @@ _SIGNATURES: Final = (
     (8, b"WEBP", ("WEBP",)),
     (4, b"ftyp", ("HEIF", "AVIF")),
 )
-# More than any phone's sensor (200 million) and than the largest texture (16384 px squared) have.
-MOST_PIXELS: Final = 280_000_000
 # Their readers take the whole file into memory before they know what is in it.
 _READ_WHOLE: Final = {"HEIF", "AVIF", "WEBP"}
 _MOST_WHOLE_BYTES: Final = 200_000_000

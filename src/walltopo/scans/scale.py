@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import msgspec
 
+from walltopo.scans.bounds import Coordinate, Label
 from walltopo.scans.document import Document
 
 __all__ = ["Frame", "Plate", "Scale"]
 
-Point = tuple[float, float, float]
+Point = tuple[Coordinate, Coordinate, Coordinate]
 
 
 class Plate(msgspec.Struct, frozen=True):
@@ -26,11 +27,11 @@ class Plate(msgspec.Struct, frozen=True):
     corners : of the sheet, world frame; empty where they are not known.
     """
 
-    ids: tuple[int, ...]
+    ids: tuple[Label, ...]
     label: str
     used: bool
     way: str
-    scale: float
+    scale: Coordinate
     residual_mm: float
     error_px: float
     photos: tuple[str, ...]
@@ -66,7 +67,7 @@ class Scale(Document, frozen=True, kw_only=True):
     """
 
     method: str
-    scale: float
+    scale: Coordinate
     metric: bool
     up_known: bool
     floor_known: bool

@@ -194,7 +194,7 @@ def _truth_class(item: dict[str, Any], label: str) -> tuple[str, Meaning] | None
 
 def _of_truth(source: Path, label: str, side: int) -> Iterator[_Cutout]:
     """Cutouts by the true masks of the photos."""
-    from walltopo.scans.detections import decode_segmentation
+    from walltopo.scans.segmentation import decode_segmentation, parse_segmentation
 
     items = {int(item["id"]): item for item in read_json(source / "truth/scene.json")["instances"]}
     data = json.loads((source / "truth" / "masks.json").read_text(encoding="utf-8"))
@@ -208,9 +208,8 @@ def _of_truth(source: Path, label: str, side: int) -> Iterator[_Cutout]:
             named = _truth_class(items[number], label)
             if named is None or entry["area"] < LEAST_PIXELS:
                 continue
-            mask = decode_segmentation(
-                entry["segmentation"], image["width"], image["height"], 1, 1.0
-            )
+            shape = parse_segmentation(entry["segmentation"], f"{source}: {number}")
+            mask = decode_segmentation(shape, image["width"], image["height"], 1, 1.0)
             if np.count_nonzero(mask.bitmap) < LEAST_PIXELS:
                 continue
             x, y = mask.x, mask.y

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from walltopo.core import Mask
-from walltopo.scans.detections import decode_segmentation
+from walltopo.scans.segmentation import decode_segmentation
 from walltopo_lab.datasets.model import Annotation, Photo, Polygon
 
 __all__ = [
@@ -48,7 +48,7 @@ def mask_of(annotation: Annotation, photo: Photo) -> Mask:
     if annotation.mask is not None:
         return annotation.mask
     polygons = annotation.polygons or (rectangle(*annotation.box),)
-    flat = [polygon.ravel().tolist() for polygon in polygons]
+    flat = tuple(tuple(polygon.ravel().tolist()) for polygon in polygons)
     score = min(max(annotation.score, 1e-6), 1.0)
     return decode_segmentation(flat, photo.width, photo.height, annotation.label, score)
 

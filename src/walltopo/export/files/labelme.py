@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError, Progress, View
 from walltopo.core.files import write_json
+from walltopo.core.inside import join_inside
 from walltopo.export.wall import Wall
 from walltopo.scans.folder import ScanFolder
 
@@ -85,7 +86,7 @@ def write_labelme(folder: Path, scan: ScanFolder, wall: Wall, progress: Progress
     progress.step("hold outlines", len(views))
     folder.mkdir(parents=True, exist_ok=True)
     for view in views:
-        photo = scan.photos / view.name
+        photo = join_inside(scan.photos, view.name)
         if not photo.is_file():
             raise InputError(f"{photo}: the photo is missing")
         name = Path(view.name).name
