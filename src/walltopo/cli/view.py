@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from walltopo.cli.options import Number
 from walltopo.core import InputError
 
 __all__ = ["register"]
@@ -16,7 +17,9 @@ def register(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add this group's commands."""
     view = commands.add_parser("view", help="show a scan in the browser (serves it on localhost)")
     view.add_argument("scan", type=Path, metavar="SCAN", help="the scan folder")
-    view.add_argument("--port", type=int, default=8000, help="port (0: any free one)")
+    view.add_argument(
+        "--port", type=Number(int, low=0, high=65535), default=8000, help="port (0: any free one)"
+    )
     view.add_argument("--edit", action="store_true", help="with the editor; saves edit files")
     view.add_argument(
         "--host",
@@ -45,12 +48,12 @@ def _view(args: argparse.Namespace) -> int:
         )
 
     def tell(text: str) -> None:
-        error_console.print(text, markup=False, soft_wrap=True)
+        error_console.print(text, soft_wrap=True)
 
     server = Server(args.scan, args.port, args.edit, args.host, args.embed, tell)
-    console.print(server.url, style="bold", markup=False, soft_wrap=True)
+    console.print(server.url, style="bold", soft_wrap=True)
     for line in server.notes():
-        console.print(line, markup=False, soft_wrap=True)
+        console.print(line, soft_wrap=True)
     console.print("Ctrl-C stops.")
     server.run()
     console.print("stopped")
