@@ -124,7 +124,7 @@ def _read_set(folder: Path) -> object:
 
 
 def _make_models(root: Path) -> None:
-    import pycolmap
+    from walltopo.colmap import pycolmap
 
     pycolmap.set_random_seed(0)
     options = pycolmap.SyntheticDatasetOptions(
