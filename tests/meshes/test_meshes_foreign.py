@@ -109,5 +109,5 @@ def test_counts_of_gltf_beyond_the_file_are_refused(
         )
     assert at > 0
     path.write_bytes(grown)
-    with pytest.raises(InputError, match="claims|JSON"):
+    with pytest.raises(InputError, match=r"claims|JSON"):
         read_mesh(path)

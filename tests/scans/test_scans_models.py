@@ -95,7 +95,7 @@ def _text(*swaps: tuple[str, str, str]) -> Callable[[Path], None]:
         (_text(("images.txt", "camera000001_frame000001", "/etc/x")), "leads out"),
         (_text(("cameras.txt", "SIMPLE_RADIAL", "FISHBOWL")), "model"),
         (_text(("cameras.txt", "SIMPLE_RADIAL 1024", "SIMPLE_RADIAL 99999999")), "too large"),
-        (_text(("cameras.txt", "SIMPLE_RADIAL 1024 768 1280", "SIMPLE_RADIAL 1024 768 -1280")), "focal"),
+        (_text(("cameras.txt", "1024 768 1280", "1024 768 -1280")), "focal"),
         (_text(("rigs.txt", "CAMERA 1", "CAMERA 7")), "7"),
     ],
 )  # fmt: skip

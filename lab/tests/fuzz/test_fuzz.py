@@ -13,7 +13,7 @@ from walltopo_lab.fuzz.mutate import WRONG, damaged, places, replaced
 from walltopo_lab.fuzz.targets import TARGETS, seeds
 from walltopo_lab.fuzz.watched import Outcome, Watched
 
-ROUNDS = 400  # of damage a target: with all else here under two minutes on one core
+ROUNDS = 200  # of damage a target: with all else here under two minutes on one core
 
 
 @pytest.fixture(scope="module")

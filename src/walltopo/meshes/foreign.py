@@ -45,9 +45,8 @@ def load_foreign(path: Path) -> Any:
 
     try:
         return trimesh.load(
-            io.BytesIO(
-                path.read_bytes()
-            ),  # a file would take memory for any length it is asked for
+            # A file would take memory for any length that it is asked for.
+            io.BytesIO(path.read_bytes()),
             file_type=path.suffix[1:].lower(),
             resolver=_beside(path.parent),
             process=False,

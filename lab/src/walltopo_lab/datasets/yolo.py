@@ -132,8 +132,9 @@ def write_yolo(root: Path, dataset: Dataset, *, segments: bool) -> None:
 
     Parameters
     ----------
-    segments : outlines instead of boxes; masks without a pixel have none and are left out. A box-only object becomes its box's four corners; parts
-        of one object are joined by bridges of no width, because a line holds one outline.
+    segments : outlines instead of boxes. A box-only object becomes its box's four corners; parts
+        of one object are joined by bridges of no width, because a line holds one outline; a mask
+        without a pixel has none and is left out.
     """
     index = {label: k for k, label in enumerate(sorted(dataset.classes))}
     for photo in dataset.photos:
