@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -181,3 +182,24 @@ def test_broken_annotations_are_named(
     path.write_text(json.dumps(data))
     with pytest.raises(InputError, match=rf"d\.json: .*annotation.*{named}"):
         Detections.load(path)
+
+
+@pytest.mark.parametrize("shape", ["(1000000000000,)", "(2, 3)", "(-1,)", "(" * 3000])
+def test_arrays_that_claim_more_than_there_is_are_refused(tmp_path: Path, shape: str) -> None:
+    text = f"{{'descr': '<i4', 'fortran_order': False, 'shape': {shape}, }}"
+    head = b"\x93NUMPY\x01\x00" + len(text).to_bytes(2, "little") + text.encode()
+    with zipfile.ZipFile(tmp_path / "i.npz", "w") as archive:
+        archive.writestr("face_instance.npy", head + bytes(16))
+    with pytest.raises(InputError, match=r"i\.npz"):
+        InstanceTable.load(tmp_path / "i.npz")
+
+
+def test_an_archive_that_unpacks_to_gigabytes_is_refused(tmp_path: Path) -> None:
+    with zipfile.ZipFile(tmp_path / "i.npz", "w") as archive:
+        archive.writestr("face_instance.npy", b"\x93NUMPY")
+    data = (tmp_path / "i.npz").read_bytes()
+    # The directory at the end tells the sizes.
+    at = data.index(b"PK\x01\x02") + 24
+    (tmp_path / "i.npz").write_bytes(data[:at] + (2**32 - 2).to_bytes(4, "little") + data[at + 4 :])
+    with pytest.raises(InputError, match=r"i\.npz: face_instance claims 4294967294 bytes"):
+        InstanceTable.load(tmp_path / "i.npz")

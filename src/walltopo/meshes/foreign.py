@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import io
 import re
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +19,7 @@ __all__ = ["SUFFIXES", "int32_faces", "load_foreign"]
 # trimesh knows more, archives among them.
 SUFFIXES = (".ply", ".obj", ".glb", ".gltf", ".stl", ".off")
 _HEADER = 64_000
+_PACKED = 64  # numbers a byte, more than any compression of glTF packs
 
 
 def load_foreign(path: Path) -> Any:
@@ -37,16 +40,18 @@ def load_foreign(path: Path) -> Any:
         raise InputError(f"{path}: not a mesh file; expected one of {', '.join(SUFFIXES)}")
     if path.suffix.lower() == ".ply":
         _check_counts(path)
+    if path.suffix.lower() in (".glb", ".gltf"):
+        _check_accessors(path)
 
     try:
-        with path.open("rb") as stream:
-            return trimesh.load(
-                stream,
-                file_type=path.suffix[1:].lower(),
-                resolver=_beside(path.parent),
-                process=False,
-                maintain_order=True,
-            )
+        return trimesh.load(
+            # A file would take memory for any length that it is asked for.
+            io.BytesIO(path.read_bytes()),
+            file_type=path.suffix[1:].lower(),
+            resolver=_beside(path.parent),
+            process=False,
+            maintain_order=True,
+        )
     except Exception as error:  # trimesh raises many kinds for broken files
         raise InputError(f"{path}: cannot be read as a mesh ({error})") from error
 
@@ -86,6 +91,30 @@ def _check_counts(path: Path) -> None:
         if not count.isdigit() or len(count) > 18 or int(count) > size:
             told = count[:20].decode("ascii", "replace")
             raise InputError(f"{path}: damaged: it claims {told} entries in {size} bytes")
+
+
+class _Accessor(msgspec.Struct, frozen=True):
+    count: Annotated[int, msgspec.Meta(ge=0, le=2**40)] = 0
+
+
+class _Gltf(msgspec.Struct, frozen=True):
+    """As much of glTF's JSON as says how large arrays get."""
+
+    accessors: tuple[_Accessor, ...] = ()
+
+
+def _check_accessors(path: Path) -> None:
+    """Refuse glTF that claims more numbers than its files have: zeros fill what is not there."""
+    data = path.read_bytes()
+    size = len(data) + sum(item.stat().st_size for item in path.parent.glob("*.bin"))
+    if data.startswith(b"glTF"):
+        data = data[20 : 20 + int.from_bytes(data[12:16], "little")]
+    try:
+        table = msgspec.json.decode(data, type=_Gltf)
+    except (msgspec.DecodeError, RecursionError) as error:
+        raise InputError(f"{path}: damaged: not the JSON of glTF ({error})") from error
+    if sum(accessor.count for accessor in table.accessors) > _PACKED * size:
+        raise InputError(f"{path}: damaged: it claims more numbers than {size} bytes can hold")
 
 
 def int32_faces(faces: object) -> NDArray[np.int32]:

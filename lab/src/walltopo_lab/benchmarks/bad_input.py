@@ -8,6 +8,7 @@ How each case is made, and what the user must be told; the product's tests run t
 from __future__ import annotations
 
 import io
+import json
 import os
 import re
 import struct
@@ -502,6 +503,156 @@ OUTPUT_CASES = (
     ),
 )
 CASES += OUTPUT_CASES
+
+
+# Files of other programs.
+
+_SQUARE = [2, 2, 9, 2, 9, 9, 2, 9]
+
+
+def _labels(root: Path, **changes: object) -> list[str]:
+    """A COCO file of one photo with a change in its image or its annotation, to be converted."""
+    picture(0, (20, 18)).save(root / "a.png")
+    image = {"id": 1, "file_name": "a.png", "width": 20, "height": 18}
+    row = {"id": 1, "image_id": 1, "category_id": 1, "segmentation": [_SQUARE]}
+    for entry in (image, row):
+        entry.update((key, value) for key, value in changes.items() if key in entry)
+    data = {"images": [image], "categories": [{"id": 1, "name": "hold"}], "annotations": [row]}
+    (root / "labels.json").write_text(json.dumps(data))
+    return ["convert", str(root / "labels.json"), str(root / "to"), "--to", "coco"]
+
+
+def _converted(**changes: object) -> Callable[[Path], list[str]]:
+    return lambda root: _labels(root, **changes)
+
+
+def _mesh(content: bytes) -> Callable[[Path], list[str]]:
+    def make(root: Path) -> list[str]:
+        (root / "m.ply").write_bytes(content)
+        return ["check", str(root / "m.ply")]
+
+    return make
+
+
+def _cut_model(name: str, size: int) -> Callable[[Path], list[str]]:
+    def make(root: Path) -> list[str]:
+        from walltopo.colmap import pycolmap
+
+        options = pycolmap.SyntheticDatasetOptions(
+            num_rigs=1, num_cameras_per_rig=1, num_frames_per_rig=3, num_points3D=4
+        )
+        pycolmap.synthesize_dataset(options).write_binary(root)
+        (root / name).write_bytes((root / name).read_bytes()[:size])
+        (root / "masks.json").write_text('{"images": [], "categories": [], "annotations": []}')
+        return [
+            "--mesh",
+            "none.ply",
+            "--cameras",
+            str(root),
+            "--masks",
+            str(root / "masks.json"),
+            "-o",
+            str(root / "out"),
+        ]
+
+    return make
+
+
+def _mirrored(root: Path) -> list[str]:
+    matrix = [[-1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]]
+    frames = [{"file_path": "a.jpg", "transform_matrix": matrix}]
+    cameras = {"w": 96, "h": 72, "fl_x": 80.0, "frames": frames}
+    (root / "transforms.json").write_text(json.dumps(cameras))
+    (root / "masks.json").write_text('{"images": [], "categories": [], "annotations": []}')
+    return [
+        "--mesh",
+        "none.ply",
+        "--cameras",
+        str(root / "transforms.json"),
+        "--masks",
+        str(root / "masks.json"),
+        "-o",
+        str(root / "out"),
+    ]
+
+
+_PLY = b"ply\nformat ascii 1.0\nelement vertex 2000000000\nproperty float x\nend_header\n"
+_RLE = {"size": [2**31, 2**31], "counts": [0]}
+
+READER_CASES = (
+    Case(
+        "labels: a photo named `../a.png`",
+        _converted(file_name="../a.png"),
+        3,
+        "leads out of its folder",
+        "dataset",
+    ),
+    Case(
+        "labels: a photo named `/etc/passwd`",
+        _converted(file_name="/etc/passwd"),
+        3,
+        "leads out of its folder",
+        "dataset",
+    ),
+    Case(
+        "labels: a polygon at 1e300",
+        _converted(segmentation=[[1e300, 1, 5, 5, 9, 9]]),
+        3,
+        "far outside the picture",
+        "dataset",
+    ),
+    Case(
+        "labels: a polygon of five numbers",
+        _converted(segmentation=[[1, 2, 3, 4, 5]]),
+        3,
+        "an odd number",
+        "dataset",
+    ),
+    Case(
+        "labels: RLE of 2^31 pixels a side",
+        _converted(segmentation=_RLE),
+        3,
+        "segmentation.size",
+        "dataset",
+    ),
+    Case(
+        "labels: an unknown category",
+        _converted(category_id=9),
+        3,
+        "there is no category 9",
+        "dataset",
+    ),
+    Case(
+        "labels: a number where a list is meant",
+        _converted(segmentation=7),
+        3,
+        "segmentation",
+        "dataset",
+    ),
+    Case(
+        "a PLY that claims two billion vertices",
+        _mesh(_PLY),
+        3,
+        "it claims 2000000000 entries",
+        "mesh",
+    ),
+    Case(
+        "a `frames.bin` of 45 bytes",
+        _cut_model("frames.bin", 45),
+        3,
+        "frames.bin: is cut off or damaged",
+        "lift",
+    ),
+    Case(
+        "a `cameras.bin` cut short",
+        _cut_model("cameras.bin", 40),
+        3,
+        "cameras.bin: is cut off or damaged",
+        "lift",
+    ),
+    Case("a mirrored `transform_matrix`", _mirrored, 3, "transform_matrix mirrors", "lift"),
+)
+CASES += READER_CASES
 
 
 def told(output: str, root: Path) -> str:

@@ -44,6 +44,8 @@ class Legend:
     tolerance: int = 3
 
     def __post_init__(self) -> None:
+        if not self.wall:
+            raise InputError("legend: `wall` needs a colour")
         stray = sorted({self.default, *self.objects.values()} - set(self.classes))
         if stray:
             raise InputError(f"legend: unknown classes {stray}; known: {', '.join(self.classes)}")

@@ -21,6 +21,9 @@ __all__ = [
 ]
 
 
+_MOST_COMPARED = 4000  # points, each with each
+
+
 def rectangle(x: float, y: float, w: float, h: float) -> Polygon:
     """(4, 2) corners of a box."""
     return np.array([[x, y], [x + w, y], [x + w, y + h], [x, y + h]], dtype=np.float64)
@@ -92,7 +95,14 @@ def _without_straight(points: Polygon) -> Polygon:
 
 
 def joined(polygons: Sequence[Polygon]) -> Polygon:
-    """One outline that draws all parts: each further part hangs on a bridge of no width."""
+    """One outline that draws all parts: each further part hangs on a bridge of no width.
+
+    Bridges are the shortest; with very many points each part hangs on the one before it.
+    """
+    if sum(map(len, polygons)) > _MOST_COMPARED:
+        loops = [np.concatenate([part, part[:1]]) for part in polygons]
+        back = [part[:1] for part in reversed(polygons[:-1])]
+        return np.concatenate([*loops, *back])
     outline = polygons[0]
     for part in polygons[1:]:
         gaps = np.linalg.norm(outline[:, None] - part[None], axis=2)

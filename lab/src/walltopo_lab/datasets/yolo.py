@@ -133,11 +133,13 @@ def write_yolo(root: Path, dataset: Dataset, *, segments: bool) -> None:
     Parameters
     ----------
     segments : outlines instead of boxes. A box-only object becomes its box's four corners; parts
-        of one object are joined by bridges of no width, because a line holds one outline.
+        of one object are joined by bridges of no width, because a line holds one outline; a mask
+        without a pixel has none and is left out.
     """
     index = {label: k for k, label in enumerate(sorted(dataset.classes))}
     for photo in dataset.photos:
-        lines = [_line(a, photo, index, segments) for a in photo.annotations]
+        shown = [a for a in photo.annotations if not segments or polygons_of(a, photo)]
+        lines = [_line(a, photo, index, segments) for a in shown]
         with atomic_path(join_inside(root / "labels", photo.name).with_suffix(".txt")) as temporary:
             temporary.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
     names = "".join(f"  {k}: {dataset.classes[label]}\n" for label, k in index.items())
