@@ -18,6 +18,7 @@ import msgspec
 from walltopo.core.errors import EnvironmentLacksError, InputError
 
 __all__ = [
+    "as_text",
     "atomic_path",
     "files_below",
     "hash_path",
@@ -149,6 +150,11 @@ def hash_path(path: Path) -> str:
     else:
         return ""
     return digest.hexdigest()
+
+
+def as_text(path: Path | str) -> str:
+    """A path as text that any file can hold: bytes that are not UTF-8 are written out (`\\xe9`)."""
+    return os.fsencode(path).decode("utf-8", "backslashreplace")
 
 
 def files_below(folder: Path) -> list[Path]:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Final
 
 from walltopo.core import InputError
+from walltopo.core.files import as_text
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.photo_list import SkippedFile
 
@@ -80,7 +81,7 @@ def is_video(path: Path) -> bool:
 
 def shown_name(path: Path) -> str:
     """A file's name as text: bytes that are not UTF-8 are written out (`caf\\xe9.jpg`)."""
-    return os.fsencode(path.name).decode("utf-8", "backslashreplace")
+    return as_text(path.name)
 
 
 def _refuse_scans(path: Path, own: Path | None) -> None:

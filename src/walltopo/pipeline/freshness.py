@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from walltopo.core import settings_of
-from walltopo.core.files import files_below
+from walltopo.core.files import as_text, files_below
 from walltopo.photos.sources import find_sources
 from walltopo.pipeline.ledger import Ledger
 from walltopo.pipeline.settings import Settings
@@ -40,7 +40,7 @@ def input_hash(
     parts += [ledger.hash(path) for path in _named_paths(getattr(settings, stage.name))]
     if stage.name == STAGES[0].name:
         files = find_sources(sources, folder.root).files
-        parts += [[path.name, ledger.hash(path)] for path in files]
+        parts += [[as_text(path.name), ledger.hash(path)] for path in files]
     parts += [[name, ledger.hash(getattr(folder, name))] for name in stage.reads]
     text = json.dumps(parts, sort_keys=True, default=str)
     return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()

@@ -12,7 +12,7 @@ from pathlib import Path
 import msgspec
 
 from walltopo.core import InputError
-from walltopo.core.files import files_below, hash_path, read_json, write_json
+from walltopo.core.files import as_text, files_below, hash_path, read_json, write_json
 
 __all__ = ["Ledger"]
 
@@ -38,7 +38,7 @@ class Ledger:
 
     def hash(self, path: Path) -> str:
         """Content hash of a file, or of all files in a folder (names included); '' if absent."""
-        key, stamp = str(path.absolute()), _stamp(path)
+        key, stamp = as_text(path.absolute()), _stamp(path)
         known = self._known.get(key)
         if known is None or known[0] != stamp or not (self._trust or key in self._used):
             known = self._known[key] = (stamp, hash_path(path))

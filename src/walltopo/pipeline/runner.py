@@ -23,7 +23,7 @@ from walltopo.core import (
     Silent,
     WalltopoError,
 )
-from walltopo.core.files import told_when_full
+from walltopo.core.files import as_text, told_when_full
 from walltopo.pipeline.freshness import changed_outputs, input_hash, outputs_of
 from walltopo.pipeline.ledger import Ledger
 from walltopo.pipeline.memory import peak_mb, reset_peak
@@ -153,7 +153,7 @@ class _Runner:
                 self.listener.stage_kept(stage.name, record)
                 return
         self.manifest.settings = self.settings.as_dict()
-        self.manifest.sources = [str(path) for path in self.sources]
+        self.manifest.sources = [as_text(path) for path in self.sources]
         record = StageRecord("running", input_hash=inputs)
         self._put(stage, record)
         self.listener.stage_begins(stage.name)
@@ -275,7 +275,7 @@ def run_stage(
             scratch=Path(scratch),
             cache=folder.work,
             progress=progress or Silent(),
-            title=folder.root.resolve().name,
+            title=as_text(folder.root.resolve().name),
             records=records or {},
         )
         made = stage.run(stage.contract.Reads(**given), settings, context)

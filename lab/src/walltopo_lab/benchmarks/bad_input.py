@@ -291,6 +291,11 @@ def _odd_names(root: Path) -> list[str]:
     return _scan(folder)
 
 
+def _odd_folder(root: Path) -> list[str]:
+    folder = _photos(root / "in").rename(root / os.fsdecode(b"caf\xe9"))
+    return [str(folder), "-o", str(folder) + "-scan", "--to", "ingest"]
+
+
 def _huge_png(root: Path) -> list[str]:
     folder = _photos(root / "in")
     # Its header is enough: it is refused before it is decoded.
@@ -349,6 +354,7 @@ INGEST_CASES = (
     Case("PostScript named .jpg", _postscript, 0, "not an image that is read here"),
     Case("a GIF named .jpg", _gif, 0, "not an image that is read here"),
     Case("names that are not UTF-8, and of 254 bytes", _odd_names, 0, "photos 3, skipped 0"),
+    Case("folders whose names are not UTF-8", _odd_folder, 0, "photos 3, skipped 0"),
     Case("a PNG of 250 megapixels", _huge_png, 0, "MiB of memory, more than"),
     Case("a scan in the folder of photos", _scan_among_photos, 0, "skipped wall: a scan folder"),
     Case("a scan folder in place of photos", _scan_as_photos, 3, "is a scan folder, not a folder"),
