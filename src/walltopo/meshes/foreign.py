@@ -60,7 +60,7 @@ def _beside(folder: Path) -> Any:
     """What trimesh asks for the files that a mesh refers to: materials and buffers beside it."""
     from trimesh.resolvers import Resolver
 
-    class Beside(Resolver):  # type: ignore[misc]
+    class Beside(Resolver):
         def __init__(self) -> None:
             pass
 

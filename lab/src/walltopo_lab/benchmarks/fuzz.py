@@ -99,6 +99,11 @@ def fuzz(watched: Watched, target: str, first: int, until: Iterator[bool]) -> Ru
     raise AssertionError("unreachable")
 
 
+def _before(end: float) -> Iterator[bool]:
+    while True:
+        yield time.monotonic() < end
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--seconds", type=float, default=120, help="in all (120)")
@@ -110,8 +115,7 @@ def main() -> None:
     with Watched() as watched:
         for target in targets:
             end = time.monotonic() + args.seconds / len(targets)
-            until = iter(lambda end=end: time.monotonic() < end, None)
-            run = fuzz(watched, target, args.seed, until)
+            run = fuzz(watched, target, args.seed, _before(end))
             counts, total = run.counts, run.counts.total()
             print(
                 f"| {target} | {total} | {counts['read']} | {counts['refused']} | {len(run.finds)} |",

@@ -6,7 +6,7 @@ import copy
 import json
 import random
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 __all__ = ["WRONG", "damaged", "places", "replaced"]
@@ -51,7 +51,7 @@ def replaced(value: Any, way: tuple[Any, ...], other: Any) -> Any:
 
 
 def damaged(
-    files: Mapping[str, bytes], others: list[Mapping[str, bytes]], seed: int
+    files: Mapping[str, bytes], others: Sequence[Mapping[str, bytes]], seed: int
 ) -> dict[str, bytes]:
     """The same files with some damage in one of them; the same for the same seed.
 

@@ -392,7 +392,7 @@ def _make_photos(root: Path) -> None:
     exif[0x0112] = 6
     for kind in ("jpg", "png", "webp", "tif", "bmp"):
         (root / kind).mkdir()
-        image.save(root / kind / f"p.{kind}", **({"exif": exif} if kind == "jpg" else {}))
+        image.save(root / kind / f"p.{kind}", exif=exif if kind == "jpg" else Image.Exif())
 
 
 def _read_photo(folder: Path) -> object:
