@@ -22,6 +22,7 @@ __all__ = ["build_parser", "main"]
 
 GROUPS = (
     "scan",
+    "view",
     "doctor",
     "lift",
     "detect",
@@ -52,7 +53,7 @@ exit codes:
   4  a stage found no result in usable input
   5  this machine lacks something (a program, an extra, disk space)
   70 a defect in walltopo: please report it
-  130 stopped by Ctrl-C (143: by SIGTERM); run again to go on
+  130 stopped by Ctrl-C (143: by SIGTERM); run again to go on (`view` ends so, with 0)
 """
 
 

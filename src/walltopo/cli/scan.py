@@ -1,4 +1,4 @@
-"""`walltopo scan`, `status`, `view`, `settings`: the pipeline and its folder."""
+"""`walltopo scan`, `status`, `settings`: the pipeline and its folder."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import argparse
 import json
 from pathlib import Path
 
-from walltopo.cli.options import Number
 from walltopo.core import InputError
 
 __all__ = ["register"]
@@ -36,16 +35,6 @@ def register(commands: Commands[argparse.ArgumentParser]) -> None:
     status.add_argument("scan", type=Path, metavar="SCAN", help="the scan folder")
     status.add_argument("--verify", action="store_true", help="read every file to find damage")
     status.set_defaults(run=_status)
-    view = commands.add_parser("view", help="show a scan in the browser (serves it on localhost)")
-    view.add_argument("scan", type=Path, metavar="SCAN", help="the scan folder")
-    view.add_argument(
-        "--port",
-        type=Number(int, low=0, high=65535),
-        default=8000,
-        help="port on localhost (0: any free one)",
-    )
-    view.add_argument("--edit", action="store_true", help="with the editor; saves edit files")
-    view.set_defaults(run=_view)
     settings = commands.add_parser("settings", help="every setting with its default, as TOML")
     settings.add_argument("section", nargs="?", default="", help="only this section, e.g. lift")
     settings.add_argument("--all", action="store_true", help="also those that experts vary")
@@ -129,7 +118,11 @@ def _shortcuts(args: argparse.Namespace) -> list[str]:
         "detect.model": args.model,
     }
     # JSON's strings are TOML's too.
-    return [f"{key}={json.dumps(str(v))}" for key, v in pairs.items() if v is not None]
+    return [
+        f"{key}={json.dumps(str(v), ensure_ascii=False)}"
+        for key, v in pairs.items()
+        if v is not None
+    ]
 
 
 def _show_result(root: Path) -> None:
@@ -188,18 +181,6 @@ def _status(args: argparse.Namespace) -> int:
         table.add_row(found.stage, found.state, duration(record.seconds), memory, facts)
     console.print(table)
     return 0 if all(found.state == "done" for found in stages) else 1
-
-
-def _view(args: argparse.Namespace) -> int:
-    from walltopo.export.server import serve
-    from walltopo.scans.folder import ScanFolder
-
-    if not ScanFolder(args.scan).page.is_file():
-        raise InputError(
-            f"{args.scan}: no page to show", f"Run `walltopo scan -o {args.scan}` to its end first."
-        )
-    serve(args.scan, args.port, args.edit)
-    return 0
 
 
 def _settings(args: argparse.Namespace) -> int:

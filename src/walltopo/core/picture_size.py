@@ -7,7 +7,8 @@ from walltopo.core.errors import InputError
 __all__ = ["MOST_PIXELS", "MOST_SIDE", "check_picture_size"]
 
 MOST_SIDE = 65_535  # what a JPEG can have
-MOST_PIXELS = 250_000_000  # more than any phone's sensor
+# More than any phone's sensor (200 million) and than the largest texture (16384 px squared) have.
+MOST_PIXELS = 280_000_000
 
 
 def check_picture_size(width: int, height: int) -> None:

@@ -15,6 +15,7 @@ from walltopo.core.errors import naming
 from walltopo.core.files import read_json
 from walltopo.core.inside import check_name
 from walltopo.core.picture_size import MOST_SIDE
+from walltopo.imaging.photo_file import read_stored
 from walltopo.scans.bounds import Coordinate, check_once
 from walltopo.scans.detections import read_coco_masks
 from walltopo.scans.document import parse
@@ -140,10 +141,8 @@ def read_masks(path: Path) -> tuple[dict[str, tuple[Mask, ...]], dict[int, str]]
 
 
 def _masks_of_ids(file: Path) -> tuple[Mask, ...]:
-    import cv2
-
-    image = cv2.imread(str(file), cv2.IMREAD_UNCHANGED)
-    if image is None or image.ndim != 2 or image.dtype not in (np.uint8, np.uint16):
+    image = read_stored(file)
+    if image.ndim != 2 or image.dtype not in (np.uint8, np.uint16):
         raise InputError(
             f"{file}: expected a PNG of one channel, 8 or 16 bit, with object numbers",
             "A coloured picture of masks cannot be used: colours are not numbers.",

@@ -10,6 +10,7 @@ from typing import Any
 
 from walltopo.core import settings_of
 from walltopo.core.files import files_below
+from walltopo.photos.sources import find_sources
 from walltopo.pipeline.ledger import Ledger
 from walltopo.pipeline.settings import Settings
 from walltopo.pipeline.stages import STAGES, Stage
@@ -27,14 +28,19 @@ def input_hash(
 
     Parameters
     ----------
-    sources : what ingest reads.
+    sources : where ingest finds its files.
+
+    Raises
+    ------
+    InputError : ingest would find nothing there that it may read.
     """
     section = settings.as_dict()[stage.name]
     parts: list[Any] = [stage.name, stage.version, section]
     # A setting that names a file (a model, a palette, a reference) counts by its content.
     parts += [ledger.hash(path) for path in _named_paths(getattr(settings, stage.name))]
     if stage.name == STAGES[0].name:
-        parts += [[path.name, ledger.hash(path)] for path in sources]
+        files = find_sources(sources, folder.root).files
+        parts += [[path.name, ledger.hash(path)] for path in files]
     parts += [[name, ledger.hash(getattr(folder, name))] for name in stage.reads]
     text = json.dumps(parts, sort_keys=True, default=str)
     return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()

@@ -8,6 +8,7 @@ from typing import Literal
 
 import msgspec
 
+from walltopo.core import InputError
 from walltopo.pipeline.freshness import changed_outputs, input_hash
 from walltopo.pipeline.ledger import Ledger
 from walltopo.pipeline.settings import Settings
@@ -87,6 +88,10 @@ def _state(
     if settings is None:
         return "stale", "made with settings that this walltopo does not know"
     moved_away = stage.name == STAGES[0].name and not any(path.exists() for path in sources)
-    if not moved_away and input_hash(folder, stage, settings, sources, ledger) != record.input_hash:
-        return "stale", "what it was made from has changed since"
-    return "done", ""
+    if moved_away:
+        return "done", ""
+    try:
+        fresh = input_hash(folder, stage, settings, sources, ledger) == record.input_hash
+    except InputError as error:  # of the photos' folder
+        return "stale", error.message.splitlines()[0]
+    return ("done", "") if fresh else ("stale", "what it was made from has changed since")

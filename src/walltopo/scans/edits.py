@@ -70,15 +70,39 @@ __all__ = [
 REACH = 0.12  # metres: a hold this near to the place is the one that was meant
 FAR = 0.5  # metres: beyond it even the right id is another hold
 
+MOST = 50_000  # entries of a list; the largest wall has some thousand holds
+
 Text = Annotated[str, msgspec.Meta(max_length=200)]
 Radius = Annotated[float, msgspec.Meta(gt=0, lt=10)]
 Place = tuple[Coordinate, Coordinate, Coordinate]
+Labels = Annotated[tuple[Label, ...], msgspec.Meta(max_length=MOST)]
+Places = Annotated[tuple[Place, ...], msgspec.Meta(max_length=MOST)]
 
 
 class _Edit(
     msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True
 ):
     """An entry; what was not given is not written."""
+
+    def __post_init__(self) -> None:
+        for name in self.__struct_fields__:
+            value = getattr(self, name)
+            if isinstance(value, str):
+                _check_text(name, value)
+
+
+def _check_text(name: str, value: str) -> None:
+    """Half a surrogate pair is no text: neither file can hold it."""
+    try:
+        value.encode("utf-8")
+    except UnicodeEncodeError as error:
+        raise ValueError(f"`{name}` has half a character at {error.start}") from error
+
+
+def _check_pairs(what: str, ids: Labels, at: Places) -> None:
+    """Each id with its place: one without the other would be dropped when the edit is applied."""
+    if len(ids) != len(at):
+        raise ValueError(f"`{what}` has {len(ids)} ids, but `at` has {len(at)} places")
 
 
 class HoldEdit(_Edit, frozen=True, kw_only=True):
@@ -105,16 +129,24 @@ class Stroke(_Edit, frozen=True, kw_only=True):
 class Merge(_Edit, frozen=True, kw_only=True):
     """Routes that become one, under the first one's id; `at`: a hold of each."""
 
-    routes: tuple[Label, ...]
-    at: tuple[Place, ...]
+    routes: Labels
+    at: Places
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_pairs("routes", self.routes, self.at)
 
 
 class Split(_Edit, frozen=True, kw_only=True):
     """Holds that leave their route and make one of their own; `at`: of the holds."""
 
     route: Label
-    holds: tuple[Label, ...]
-    at: tuple[Place, ...]
+    holds: Labels
+    at: Places
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_pairs("holds", self.holds, self.at)
 
 
 class Assign(_Edit, frozen=True, kw_only=True):
@@ -142,6 +174,9 @@ class Recolour(_Edit, frozen=True, kw_only=True):
     colour: Text
 
 
+_AT_MOST = msgspec.Meta(max_length=MOST)
+
+
 class _Edits(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     version: Literal[1] = 1
 
@@ -149,8 +184,8 @@ class _Edits(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 class HoldEdits(_Edits, frozen=True, kw_only=True):
     """`holds.edits.json`; both lists count in their order."""
 
-    holds: tuple[HoldEdit, ...] = ()
-    strokes: tuple[Stroke, ...] = ()
+    holds: Annotated[tuple[HoldEdit, ...], _AT_MOST] = ()
+    strokes: Annotated[tuple[Stroke, ...], _AT_MOST] = ()
 
     @classmethod
     def load(cls, path: Path) -> HoldEdits:
@@ -165,11 +200,11 @@ class HoldEdits(_Edits, frozen=True, kw_only=True):
 class RouteEdits(_Edits, frozen=True, kw_only=True):
     """`routes.edits.toml`."""
 
-    merge: tuple[Merge, ...] = ()
-    split: tuple[Split, ...] = ()
-    assign: tuple[Assign, ...] = ()
-    rename: tuple[Rename, ...] = ()
-    colour: tuple[Recolour, ...] = ()
+    merge: Annotated[tuple[Merge, ...], _AT_MOST] = ()
+    split: Annotated[tuple[Split, ...], _AT_MOST] = ()
+    assign: Annotated[tuple[Assign, ...], _AT_MOST] = ()
+    rename: Annotated[tuple[Rename, ...], _AT_MOST] = ()
+    colour: Annotated[tuple[Recolour, ...], _AT_MOST] = ()
 
     @classmethod
     def load(cls, path: Path) -> RouteEdits:

@@ -11,15 +11,19 @@ import io
 import json
 import os
 import re
+import struct
 import subprocess
 import sys
 import tempfile
+import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from PIL import Image
+
+from walltopo.pipeline.runner import scan
 
 __all__ = ["CASES", "Case", "picture"]
 
@@ -221,10 +225,173 @@ def _no_reference(root: Path) -> list[str]:
     return _scan(_photos(root / "in"), "--reference", str(root / "old"), to="sparse")
 
 
+def _pipe_photo(root: Path) -> list[str]:
+    folder = _photos(root / "in")
+    os.mkfifo(folder / "pipe.jpg")
+    return _scan(folder)
+
+
+def _links(root: Path) -> list[str]:
+    folder = _photos(root / "in")
+    (folder / "gone.jpg").symlink_to("moved-away.jpg")
+    (folder / "round.jpg").symlink_to("round.jpg")
+    return _scan(folder)
+
+
+def _cut_in_half(name: str) -> Callable[[Path], list[str]]:
+    """A picture of the format that `name` says, cut in half, under a name that is looked at."""
+
+    def make(root: Path) -> list[str]:
+        import pillow_heif
+
+        pillow_heif.register_heif_opener()
+        folder = _photos(root / "in")
+        picture(8).save(root / name)
+        data = (root / name).read_bytes()
+        looked_at = name if name.endswith(".heic") else "photo.jpg"
+        (folder / looked_at).write_bytes(data[: len(data) // 2])
+        return _scan(folder)
+
+    return make
+
+
+def _cut_film(root: Path) -> list[str]:
+    import av
+
+    folder = _photos(root / "in")
+    with av.open(str(root / "walk.mp4"), "w") as container:
+        stream = container.add_stream("libx264", rate=30)
+        stream.width, stream.height, stream.pix_fmt = 640, 480, "yuv420p"
+        for k in range(10):
+            container.mux(stream.encode(av.VideoFrame.from_image(picture(k))))
+        container.mux(stream.encode())
+    data = (root / "walk.mp4").read_bytes()
+    (folder / "walk.mp4").write_bytes(data[: len(data) // 2])
+    return _scan(folder)
+
+
+def _postscript(root: Path) -> list[str]:
+    folder = _photos(root / "in")
+    (folder / "drawing.jpg").write_bytes(b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 9 9\n")
+    return _scan(folder)
+
+
+def _gif(root: Path) -> list[str]:
+    folder = _photos(root / "in")
+    stream = io.BytesIO()
+    picture(8).save(stream, "GIF")
+    (folder / "moving.jpg").write_bytes(stream.getvalue())
+    return _scan(folder)
+
+
+def _odd_names(root: Path) -> list[str]:
+    folder = _photos(root / "in")
+    (folder / "p0.jpg").rename(folder / os.fsdecode(b"caf\xe9.jpg"))
+    (folder / "p1.jpg").rename(folder / ("ü" * 125 + ".jpg"))
+    return _scan(folder)
+
+
+def _huge_png(root: Path) -> list[str]:
+    folder = _photos(root / "in")
+    # Its header is enough: it is refused before it is decoded.
+    chunks = (
+        (b"IHDR", struct.pack(">IIBBBBB", 15_900, 15_700, 8, 2, 0, 0, 0)),
+        (b"IDAT", zlib.compress(b"")),
+        (b"IEND", b""),
+    )
+    with (folder / "huge.png").open("wb") as stream:
+        stream.write(b"\x89PNG\r\n\x1a\n")
+        for name, body in chunks:
+            stream.write(struct.pack(">I", len(body)) + name + body)
+            stream.write(struct.pack(">I", zlib.crc32(name + body)))
+    return _scan(folder)
+
+
+def _scan_among_photos(root: Path) -> list[str]:
+    folder = _photos(root / "in")
+    (folder / "wall").mkdir()
+    (folder / "wall" / "scan.json").write_text("{}")
+    return _scan(folder)
+
+
+def _scan_as_photos(root: Path) -> list[str]:
+    folder = _photos(root / "in")
+    (folder / "scan.json").write_text("{}")
+    return _scan(folder)
+
+
+def _damaged_since(root: Path) -> list[str]:
+    again = _scan(_photos(root / "in"))
+    scan(root / "in", root / "scan", to_stage="ingest")
+    photo = next((root / "scan" / "photos").iterdir())
+    photo.write_bytes(photo.read_bytes()[:1000])
+    return again
+
+
+def _damaged_and_moved(root: Path) -> list[str]:
+    again = _damaged_since(root)
+    (root / "in").rename(root / "elsewhere")
+    return again[1:]
+
+
+HEALING_CASES = (
+    Case("a stored photo cut off since", _damaged_since, 0, "is not as ingest left it: made again"),
+    Case("the same, and its original gone", _damaged_and_moved, 3, "changed since ingest"),
+)
+
+INGEST_CASES = (
+    Case("a pipe among the photos", _pipe_photo, 0, "skipped pipe.jpg: a pipe, not a file"),
+    Case("links to nothing and in a circle", _links, 0, "a link that leads in a circle"),
+    Case("half a HEIC", _cut_in_half("photo.heic"), 0, "skipped photo.heic: "),
+    Case("half an AVIF named .jpg", _cut_in_half("photo.avif"), 0, "skipped photo.jpg: "),
+    Case("half a WebP named .jpg", _cut_in_half("photo.webp"), 0, "skipped photo.jpg: "),
+    Case("half a film", _cut_film, 0, "cannot be decoded as a video"),
+    Case("PostScript named .jpg", _postscript, 0, "not an image that is read here"),
+    Case("a GIF named .jpg", _gif, 0, "not an image that is read here"),
+    Case("names that are not UTF-8, and of 254 bytes", _odd_names, 0, "photos 3, skipped 0"),
+    Case("a PNG of 250 megapixels", _huge_png, 0, "MiB of memory, more than"),
+    Case("a scan in the folder of photos", _scan_among_photos, 0, "skipped wall: a scan folder"),
+    Case("a scan folder in place of photos", _scan_as_photos, 3, "is a scan folder, not a folder"),
+)
+
+
+def _view(*more: str) -> Callable[[Path], list[str]]:
+    """A scan whose page is there, viewed with some options."""
+
+    def make(root: Path) -> list[str]:
+        (root / "scan").mkdir()
+        (root / "scan" / "index.html").touch()
+        return [str(root / "scan"), *more]
+
+    return make
+
+
+# Of `view`, what ends by itself; a running server: docs/security.md.
+VIEW_CASES = (
+    Case(
+        "`view` of what has no page",
+        lambda root: [str(root / "scan")],
+        3,
+        "no page to show",
+        "view",
+    ),
+    Case("`view --port 99999`", _view("--port", "99999"), 2, "65535", "view"),
+    Case("`view --port -1`", _view("--port", "-1"), 2, "-1", "view"),
+    Case("`view --host 0.0.0.0`", _view("--host", "0.0.0.0"), 2, "every address", "view"),
+    Case(
+        "`view --host` of another machine",
+        _view("--host", "192.0.2.1", "--port", "0"),
+        2,
+        "not an address of this machine",
+        "view",
+    ),
+    Case("`view --embed` of no origin", _view("--embed", "gym"), 2, "is no origin", "view"),
+)
+
 CASES: tuple[Case, ...] = (
     Case("a folder without photos", _empty, 3, "no photos here"),
     Case("a path that does not exist", _missing, 3, "no such file or folder"),
-    Case("a text file named .jpg", _text, 3, "not an image, whatever its name says"),
+    Case("a text file named .jpg", _text, 3, "not an image that is read here"),
     Case("a truncated JPEG among too few", _truncated, 3, "damaged or cut off"),
     Case("a file of zero bytes", _zero_bytes, 3, "not an image"),
     Case("a 16-bit grey PNG", _deep_png, 0, "photos 4, skipped 0"),
@@ -248,6 +415,9 @@ CASES: tuple[Case, ...] = (
     Case("an unknown stage", _unknown_stage, 3, "unknown stage 'meshing'"),
     Case("photos that show nothing in common", _unrelated, 4, "could be put together"),
     Case("a reference that is no scan", _no_reference, 3, "has no cameras"),
+    *INGEST_CASES,
+    *HEALING_CASES,
+    *VIEW_CASES,
 )
 
 
@@ -320,13 +490,6 @@ OUTPUT_CASES = (
     ),
     Case("`merge --near nan`", _merge_to("new", "--near", "nan"), 2, "a finite number", "merge"),
     Case("`merge --near -1`", _merge_to("new", "--near", "-1"), 2, "at least 0.001", "merge"),
-    Case(
-        "`view --port 99999`",
-        lambda root: [str(root), "--port", "99999"],
-        2,
-        "at most 65535",
-        "view",
-    ),
     Case("a settings file that is a folder", _config(None), 3, "cannot be read"),
     Case("settings 100,000 deep", _config(b"a = " + b"[" * 100_000), 3, "nested too deeply"),
     Case("a setting of 5,000 digits", _config(b"a = " + b"9" * 5000), 3, "not valid TOML"),

@@ -99,7 +99,9 @@ def fuzz(watched: Watched, target: str, first: int, until: Iterator[bool]) -> Ru
     raise AssertionError("unreachable")
 
 
-def _before(end: float) -> Iterator[bool]:
+def lasting(seconds: float) -> Iterator[bool]:
+    """True for as long as there is time, then False."""
+    end = time.monotonic() + seconds
     while True:
         yield time.monotonic() < end
 
@@ -114,8 +116,7 @@ def main() -> None:
     print("| target | executions | read | refused | finds |\n|---|---|---|---|---|")
     with Watched() as watched:
         for target in targets:
-            end = time.monotonic() + args.seconds / len(targets)
-            run = fuzz(watched, target, args.seed, _before(end))
+            run = fuzz(watched, target, args.seed, lasting(args.seconds / len(targets)))
             counts, total = run.counts, run.counts.total()
             print(
                 f"| {target} | {total} | {counts['read']} | {counts['refused']} | {len(run.finds)} |",

@@ -1,25 +1,19 @@
-"""Pictures of labelled sets: opened by Pillow, only in formats that cameras and screens write."""
+"""Pictures of labelled sets."""
 
 from __future__ import annotations
 
-import io
-import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from walltopo.core import InputError
 from walltopo.core.errors import naming
-from walltopo.core.picture_size import check_picture_size
+from walltopo.imaging.opening import open_picture
 
 if TYPE_CHECKING:
     from PIL.Image import Image
 
 __all__ = ["opened_picture"]
-
-# Pillow knows some forty more, among them some that start programs.
-FORMATS = ("JPEG", "PNG", "WEBP", "BMP", "TIFF")
 
 
 @contextmanager
@@ -33,16 +27,7 @@ def opened_picture(source: Path | bytes, name: object) -> Iterator[Image]:
 
     Raises
     ------
-    InputError : not a picture, damaged, or too large; in the block as well.
+    InputError : as `open_picture`, with the name; in the block as well.
     """
-    from PIL import Image
-
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            stream = source if isinstance(source, Path) else io.BytesIO(source)
-            with Image.open(stream, formats=FORMATS) as image, naming(name):
-                check_picture_size(*image.size)
-                yield image
-    except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
-        raise InputError(f"{name}: cannot be read as a picture ({error})") from error
+    with naming(name), open_picture(source) as image:
+        yield image

@@ -315,7 +315,7 @@ def _read_documents(folder: Path) -> object:
 
 
 def _make_edits(root: Path) -> None:
-    from walltopo.export.edits import EditDocument
+    from walltopo.export.server.edits import EditDocument
     from walltopo.scans.edits import Assign, Merge, Recolour, Rename, RouteEdits, Split
 
     at = (0.0, 1.0, 2.0)
@@ -336,13 +336,13 @@ def _make_edits(root: Path) -> None:
 def _read_edits(folder: Path) -> object:
     """What a setter wrote by hand, and what the viewer posts."""
     from walltopo.core.files import read_json
-    from walltopo.export.edits import read_edits, save_edits
+    from walltopo.export.server.edits import edits_version, read_edits, save_edits
     from walltopo.scans.edits import RouteEdits
     from walltopo.scans.folder import ScanFolder
 
     if (folder / "posted.json").is_file():
         scan = ScanFolder(folder)
-        save_edits(scan, read_json(folder / "posted.json"))
+        save_edits(scan, read_json(folder / "posted.json"), edits_version(scan))
         return read_edits(scan)
     return RouteEdits.load(folder / "routes.edits.toml")
 
@@ -396,10 +396,11 @@ def _make_photos(root: Path) -> None:
 
 
 def _read_photo(folder: Path) -> object:
+    from walltopo.imaging.photo_file import read_rgb
     from walltopo_lab.datasets.yolo import photo_size
 
     path = next(iter(sorted(folder.iterdir())), folder / "p.jpg")
-    return photo_size(path)
+    return photo_size(path), read_rgb(path)
 
 
 TARGETS: dict[str, Target] = {
