@@ -27,7 +27,9 @@ from pathlib import Path
 from walltopo.core.files import files_below
 from walltopo_lab.synth import tiny
 
-SETTINGS = ("--set", "texture.size=512")
+# Small pictures: most of the time would go into them.
+SIZES = ("texture.size", "export.first_texture", "export.detail_texture", "export.archive_texture")
+SETTINGS = tuple(word for size in SIZES for word in ("--set", f"{size}=512"))
 SIGNALS = (signal.SIGKILL, signal.SIGINT, signal.SIGTERM)
 # What tells times or is a cache; all else must be the same.
 APART = ("scan.json", "report.html", "work/features", "work/mapping", "work/hashes.json")
