@@ -11,7 +11,8 @@ import pytest
 import walltopo
 from walltopo.cli import build_parser, main
 
-HEAVY = ("cv2", "pycolmap", "numba", "scipy", "trimesh", "onnxruntime", "torch", "networkit")
+HEAVY = ("cv2", "pycolmap", "numba", "scipy", "trimesh", "onnxruntime", "torch", "networkit",
+         "starlette", "uvicorn", "asyncio")  # fmt: skip
 
 
 def test_version(capsys: pytest.CaptureFixture[str]) -> None:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import pycolmap
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from walltopo.colmap import pycolmap
 from walltopo.core import Camera, InputError
 
 MODELS = {

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-import http.client
-import json
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from walltopo.core import InputError
-from walltopo.export.edits import EditDocument, read_edits, save_edits
-from walltopo.export.server import make_server
+from walltopo.core import EnvironmentLacksError, InputError
+from walltopo.export.server.edits import (
+    EditDocument,
+    EditsChangedError,
+    edits_version,
+    read_edits,
+    save_edits,
+)
 from walltopo.export.wall import read_wall
 from walltopo.scans.attributes import Attributes
 from walltopo.scans.edits import HoldEdit, HoldEdits, Rename, RouteEdits, Stroke, apply_strokes
@@ -24,6 +27,8 @@ from walltopo.scans.folder import ScanFolder
 
 MakeScan = Callable[..., ScanFolder]
 HERE = (1.0, -0.1, 2.0)
+HOLD: dict[str, Any] = {"id": 1, "at": HERE}
+RENAME: dict[str, Any] = {"route": 1, "at": HERE, "name": "Owl"}
 
 
 def rename(name: str) -> RouteEdits:
@@ -32,7 +37,8 @@ def rename(name: str) -> RouteEdits:
 
 def save(scan: ScanFolder, edits: HoldEdits) -> None:
     """Save as the editor does."""
-    save_edits(scan, msgspec.to_builtins(EditDocument(edits, RouteEdits())))
+    document = EditDocument(edits, RouteEdits())
+    save_edits(scan, msgspec.to_builtins(document), edits_version(scan))
 
 
 def delete_hold(scan: ScanFolder, number: int) -> None:
@@ -42,6 +48,7 @@ def delete_hold(scan: ScanFolder, number: int) -> None:
     msgspec.structs.replace(found, instances=kept).save(scan.attributes)
 
 
+@settings(deadline=None)
 @given(name=st.text(max_size=60))
 def test_any_name_survives_toml(tmp_path_factory: pytest.TempPathFactory, name: str) -> None:
     name = name.encode("utf-8", "ignore").decode()
@@ -59,16 +66,33 @@ def test_any_name_survives_toml(tmp_path_factory: pytest.TempPathFactory, name: 
         ({"holds": {"holds": [{"id": 1, "at": [0, 0]}]}, "routes": {}}, r"\.at"),
         ({"holds": {"strokes": 3}, "routes": {}}, "strokes"),
         ({"holds": {}}, "`routes`"),
+        ({"holds": {}, "routes": {}, "extra": 1}, "extra"),
+        ({"holds": {"holds": [{"id": 1, "at": [0, 1e300, 0]}]}, "routes": {}}, r"\.at"),
+        ({"holds": {"holds": [{"id": 1, "at": [0, np.nan, 0]}]}, "routes": {}}, r"\.at"),
+        ({"holds": {"holds": [{"id": 10**20, "at": HERE}]}, "routes": {}}, r"\.id"),
+        (
+            {"holds": {"strokes": [{"hold": 2**31, "at": HERE, "radius_m": 1}]}, "routes": {}},
+            "hold",
+        ),
+        ({"holds": {"holds": [HOLD]}, "routes": {"rename": [RENAME | {"name": "\ud83e"}]}}, "name"),
+        ({"holds": {"holds": [HOLD | {"colour": "\udc00"}]}, "routes": {}}, "colour"),
+        ({"holds": {"holds": [HOLD] * 50_001}, "routes": {}}, "50000"),
+        ({"holds": {}, "routes": {"rename": [RENAME] * 50_001}}, "50000"),
+        ({"holds": {}, "routes": {"merge": [{"routes": [1, 2, 3], "at": [HERE] * 2}]}}, "2 places"),
+        (
+            {"holds": {}, "routes": {"split": [{"route": 1, "holds": [4, 5], "at": [HERE]}]}},
+            "2 ids, but `at` has 1 place",
+        ),
     ],
 )
 def test_broken_edits_are_refused_and_nothing_is_written(
     make_scan: MakeScan, edits: Any, message: str
 ) -> None:
     scan = make_scan(cells=20)
+    before = sorted(path.name for path in scan.root.iterdir())
     with pytest.raises(InputError, match=message):
-        save_edits(scan, edits)
-    assert not scan.hold_edits.exists()
-    assert not scan.route_edits.exists()
+        save_edits(scan, edits, edits_version(scan))
+    assert sorted(path.name for path in scan.root.iterdir()) == before
 
 
 def test_strokes_and_deleted_holds_reach_the_model(make_scan: MakeScan) -> None:
@@ -103,56 +127,75 @@ def test_strokes_give_the_model_the_triangles_that_classify_measures(make_scan: 
     np.testing.assert_array_equal(read_wall(scan).face_instance, expected)
 
 
-@pytest.fixture
-def server(make_scan: MakeScan, request: pytest.FixtureRequest) -> Iterator[tuple[int, ScanFolder]]:
+@pytest.mark.parametrize("name", ["hold_edits", "route_edits"])
+def test_both_files_are_saved_or_none(make_scan: MakeScan, name: str) -> None:
     scan = make_scan(cells=20)
-    scan.page.write_text("<wall-topo src=x></wall-topo>")
-    (scan.root / "page").mkdir()
-    running = make_server(scan.root, 0, edit=getattr(request, "param", True))
-    threading.Thread(target=running.serve_forever, daemon=True).start()
-    yield int(running.server_address[1]), scan
-    running.shutdown()
-    running.server_close()
+    in_the_way = getattr(scan, name)
+    in_the_way.mkdir()
+    (in_the_way / "kept.txt").write_text("kept")
+    edits = {"holds": {"holds": [HOLD]}, "routes": {"rename": [RENAME]}}
+    with pytest.raises(InputError, match="in the way"):
+        save_edits(scan, edits, edits_version(scan))
+    assert (in_the_way / "kept.txt").read_text() == "kept"
+    other = scan.route_edits if name == "hold_edits" else scan.hold_edits
+    assert not other.exists()
 
 
-def ask(
-    port: int, method: str, path: str, body: str | None = None, **headers: str
-) -> tuple[int, str]:
-    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=10)
-    named = {key.replace("_", "-"): value for key, value in headers.items()}
-    connection.request(method, path, body, named)
-    answer = connection.getresponse()
-    return answer.status, answer.read().decode("utf-8", "replace")
+def test_a_full_disk_between_the_files_saves_none(
+    make_scan: MakeScan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scan = make_scan(cells=20)
+    save(scan, HoldEdits())
+    before = scan.hold_edits.read_bytes()
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(RouteEdits, "save", full)
+    with pytest.raises(EnvironmentLacksError, match="no space left"):
+        save_edits(scan, {"holds": {"holds": [HOLD]}, "routes": {}}, edits_version(scan))
+    assert scan.hold_edits.read_bytes() == before
+    assert not list(scan.root.glob(".partial-*"))
 
 
-def test_serves_the_page_and_nothing_else(server: tuple[int, ScanFolder]) -> None:
-    port, _ = server
-    assert ask(port, "GET", "/")[0] == 200
-    for path in ("/scan.json", "/photos/IMG_1.jpg", "/page/../scan.json", "/page/%2e%2e/scan.json",
-                 "/../../etc/passwd", "//etc/passwd", "/page"):  # fmt: skip
-        assert ask(port, "GET", path)[0] == 404, path
-    assert ask(port, "GET", "/", Host="evil.example")[0] == 403
+def test_of_many_who_save_on_the_same_edits_one_does(make_scan: MakeScan) -> None:
+    scan = make_scan(cells=20)
+    version = edits_version(scan)
+    saved, refused = [], []
+
+    def one(number: int) -> None:
+        edits = {"holds": {}, "routes": msgspec.to_builtins(rename(f"route of {number}"))}
+        try:
+            saved.append((number, save_edits(scan, edits, version)))
+        except EditsChangedError:
+            refused.append(number)
+
+    threads = [threading.Thread(target=one, args=(k,)) for k in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(saved) == 1
+    assert len(refused) == 7
+    number, after = saved[0]
+    edits, now = read_edits(scan)
+    assert (edits["routes"]["rename"][0]["name"], now) == (f"route of {number}", after)
 
 
-def test_saves_edits_of_its_own_page_only(server: tuple[int, ScanFolder]) -> None:
-    port, scan = server
-    body = json.dumps({"holds": {}, "routes": msgspec.to_builtins(rename("Heron"))})
-    own = {"Content_Type": "application/json", "Host": f"localhost:{port}"}
-    foreign = ask(port, "POST", "/api/edits", body, **own, Origin="http://evil.example")
-    assert foreign[0] == 403
-    assert ask(port, "POST", "/api/edits", body, Host=f"localhost:{port}")[0] == 415
-    assert ask(port, "POST", "/api/edits", "{", **own)[0] == 400
-    assert not scan.route_edits.exists()
-    assert ask(port, "POST", "/api/edits", body, **own, Origin=f"http://localhost:{port}")[0] == 200
-    assert read_edits(scan)["routes"]["rename"][0]["name"] == "Heron"
-    assert "<wall-topo edit " in ask(port, "GET", "/")[1]
+def test_edits_by_hand_count_as_a_change(make_scan: MakeScan) -> None:
+    scan = make_scan(cells=20)
+    version = edits_version(scan)
+    rename("By hand").save(scan.route_edits)
+    with pytest.raises(EditsChangedError):
+        save_edits(scan, {"holds": {}, "routes": {}}, version)
+    assert read_edits(scan)[0]["routes"]["rename"][0]["name"] == "By hand"
 
 
-@pytest.mark.parametrize("server", [False], indirect=True)
-def test_without_edit_nothing_is_saved(server: tuple[int, ScanFolder]) -> None:
-    port, scan = server
-    headers = {"Content_Type": "application/json"}
-    assert ask(port, "POST", "/api/edits", "{}", **headers)[0] == 404
-    assert ask(port, "GET", "/api/edits")[0] == 404
-    assert " edit " not in ask(port, "GET", "/")[1]
-    assert not scan.hold_edits.exists()
+@pytest.mark.parametrize(
+    "text", ["a = " + "[" * 100_000, "version = " + "1" * 5000, "version = 1\nname = '\x00'"]
+)
+def test_edit_files_that_no_toml_reader_takes(make_scan: MakeScan, text: str) -> None:
+    scan = make_scan(cells=20)
+    scan.route_edits.write_text(text)
+    with pytest.raises(InputError, match="not valid TOML"):
+        RouteEdits.load(scan.route_edits)

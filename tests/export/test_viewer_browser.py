@@ -8,7 +8,6 @@ import re
 import shutil
 import struct
 import subprocess
-import threading
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -18,16 +17,19 @@ import numpy as np
 import pytest
 from likeness import MEAN_BOUND, TILE_BOUND, alike, difference, small  # type: ignore[import-not-found]
 from made_scan import build_scan, export_alone, export_scan, panel  # type: ignore[import-not-found]
+from PIL import Image
+from served import served  # type: ignore[import-not-found]
 
 from walltopo.export.contract import ExportSettings
-from walltopo.export.server import make_server
 from walltopo.export.wall import read_wall
 from walltopo.scans.edits import HoldEdits, RouteEdits
 from walltopo.scans.folder import ScanFolder
 
 VIEWER = Path(__file__).resolve().parents[2] / "viewer"
 SMALL = ExportSettings(first_triangles=6000, title="Test wall")
-FILES = [VIEWER / "tests" / f"{name}.mjs" for name in ("checks", "hands", "frames", "editing")]
+FILES = [
+    VIEWER / "tests" / f"{name}.mjs" for name in ("checks", "hands", "frames", "editing", "foreign")
+]
 NAMES = [
     name for file in FILES for name in re.findall(r'^  async "(.+?)"\(', file.read_text(), re.M)
 ]
@@ -207,6 +209,7 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Sca
     room = tmp_path_factory.mktemp("viewer")
     scan = exported(room / "scan")
     (scan.root / "embed.html").write_text(EMBED)
+    Image.new("RGB", (8, 8)).save(scan.cutouts / "1.png")
     shutil.copyfile(VIEWER.parent / "examples" / "embed.html", scan.root / "example.html")
     good = (scan.root / "page" / "first.glb").read_bytes()
     pages = [
@@ -222,15 +225,9 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Sca
     }
     SHOTS.mkdir(parents=True, exist_ok=True)
     editing = exported(room / "editing")
-    servers = [make_server(scan.root, 0, edit=False), make_server(editing.root, 0, edit=True)]
-    for one in servers:
-        threading.Thread(target=one.serve_forever, daemon=True).start()
-    web, edit = (f"http://localhost:{one.server_address[1]}/" for one in servers)
     listing = room / "places.json"
     found = {
-        "edit": edit,
         "disk": scan.page.as_uri(),
-        "web": web,
         "report": scan.report.as_uri(),
         "embed": (scan.root / "embed.html").as_uri(),
         "example": (scan.root / "example.html").as_uri(),
@@ -240,11 +237,9 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Sca
         "odd": {kind: page.as_uri() for kind, page in odd.items()},
         "shots": str(SHOTS),
     }
-    listing.write_text(json.dumps(found))
-    yield listing, editing
-    for one in servers:
-        one.shutdown()
-        one.server_close()
+    with served(scan.root, edit=False) as web, served(editing.root, edit=True) as edit:
+        listing.write_text(json.dumps(found | {"web": web.url, "edit": edit.url}))
+        yield listing, editing
 
 
 @pytest.fixture(scope="module")

@@ -89,3 +89,37 @@ def test_what_is_no_camera_file_is_refused(tmp_path: Path) -> None:
         read_cameras(tmp_path / "transforms.json")
     with pytest.raises(InputError, match="COLMAP"):
         read_cameras(tmp_path / "cameras.txt")
+
+
+@pytest.mark.parametrize(
+    ("change", "named"),
+    [
+        ({"transform_matrix": [[-1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]]}, "mirrors"),
+        ({"transform_matrix": [[0, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]]}, "does not turn"),
+        ({"transform_matrix": [[1, 2, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]]}, "rigid"),
+        ({"transform_matrix": [[1, 0, 0, 1e300], [0, 1, 0, 0], [0, 0, 1, 0]]}, "transform_matrix"),
+        ({"transform_matrix": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}, "transform_matrix"),
+        ({"w": 2**31}, "w"),
+        ({"fl_x": -5}, "focal"),
+        ({"file_path": ""}, "name"),
+        ({"file_path": 3}, "file_path"),
+    ],
+)
+def test_cameras_that_are_none_are_named(
+    files: Path, change: dict[str, object], named: str
+) -> None:
+    path = files / "transforms.json"
+    data = json.loads(path.read_text())
+    data["frames"][2] |= change
+    path.write_text(json.dumps(data))
+    with pytest.raises(InputError, match=rf"transforms\.json: frame 2: .*{named}"):
+        read_cameras(path)
+
+
+def test_two_photos_of_one_name_are_refused(files: Path) -> None:
+    path = files / "transforms.json"
+    data = json.loads(path.read_text())
+    data["frames"].append(data["frames"][0])
+    path.write_text(json.dumps(data))
+    with pytest.raises(InputError, match="occurs twice"):
+        read_cameras(path)

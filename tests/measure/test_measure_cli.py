@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from walltopo.cli import measure
-from walltopo.core import InputError
+from walltopo.core import SettingsError
 from walltopo.measure.plates import BUILT_IN
 
 
@@ -31,7 +31,7 @@ def test_print_writes_a_pdf(tmp_path: Path) -> None:
 
 
 def test_print_refuses_a_number_there_is_not(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="expected 1 to 4, got 5"):
+    with pytest.raises(SettingsError, match="expected 1 to 4, got 5"):
         walltopo("print", "-o", str(tmp_path / "p.pdf"), "--number", "5")
     assert not (tmp_path / "p.pdf").exists()
 

@@ -57,12 +57,12 @@ def test_the_built_in_toml_is_readable_as_a_file(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("plate = 3", "[[plate]]"),
-        ("[[plate]]\nids = [0, 1, 2, 3]\nsize = [1, 1]\nmarker = 0.1", "missing key 'margin'"),
-        ("[[plate]]\nids = [0]\nsize = [1, 1]\nmarker = 0.1\nmargin = 0", "expected 4 marker ids"),
+        ("plate = 3", "$.plate"),
+        ("[[plate]]\nids = [0, 1, 2, 3]\nsize = [1, 1]\nmarker = 0.1", "`margin`"),
+        ("[[plate]]\nids = [0]\nsize = [1, 1]\nmarker = 0.1\nmargin = 0", "length 4"),
         (
-            "[[plate]]\nids = [0, 1, 2, 3]\nsize = [420, 420]\nmarker = 150\nmargins = 20",
-            "unknown key 'margins'",
+            "[[plate]]\nids = [0, 1, 2, 3]\nsize = [1, 1]\nmarker = 0.1\nmargins = 0",
+            "`margins`",
         ),
         (
             "[[plate]]\nids = [0, 1, 2, 3]\nsize = [0.2, 0.2]\nmarker = 0.15\nmargin = 0.02",
@@ -72,7 +72,17 @@ def test_the_built_in_toml_is_readable_as_a_file(tmp_path: Path) -> None:
             "[[plate]]\nids = [0, 1, 2, 2]\nsize = [1, 1]\nmarker = 0.1\nmargin = 0.02",
             "marker 2 is on both",
         ),
-        ("[[plate", "cannot be read as TOML"),
+        ("[[plate", "not valid TOML"),
+        (
+            "[[plate]]\nids = [0, 1, 2, 3]\nsize = [420, 420]\nmarker = 150\nmargin = 20",
+            "<= 100.0 - at `$.plate[0].size[0]`",  # millimetres
+        ),
+        ("[[plate]]\nids = [0, 1, 2, 3]\nsize = [1, 1]\nmarker = nan\nmargin = 0", "marker"),
+        (
+            "[[plate]]\nids = [0, 1, 2, 3]\nsize = [1, 1]\nmarker = 0.1\nmargin = 0\n"
+            "copies = 999999",
+            "copies",
+        ),
     ],
 )
 def test_a_wrong_file_is_told_apart(tmp_path: Path, text: str, told: str) -> None:

@@ -38,7 +38,7 @@ def views_along_a_wall(pitch: float = 0.3) -> list[View]:
 @pytest.fixture
 def scan(tmp_path: Path) -> ScanFolder:
     """A scan folder with a model in `work/sparse` and plain photos."""
-    import pycolmap
+    from walltopo.colmap import pycolmap
 
     folder = ScanFolder(tmp_path / "scan")
     folder.photos.mkdir(parents=True)
@@ -96,7 +96,7 @@ def test_without_a_measure_it_goes_on_unscaled_and_says_so(scan: ScanFolder) -> 
 
 
 def _points(scan: ScanFolder) -> list[Any]:
-    import pycolmap
+    from walltopo.colmap import pycolmap
 
     return list(pycolmap.Reconstruction(scan.sparse).points3D.values())
 

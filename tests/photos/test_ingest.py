@@ -7,40 +7,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from made_files import ingested, picture, skipped_reasons, write_photos  # type: ignore[import-not-found]
 from PIL import Image
 
 from walltopo.core import InputError
 from walltopo.photos.contract import IngestSettings
-from walltopo.photos.image_file import decode_photo
-from walltopo.photos.sources import find_sources
 from walltopo.pipeline.runner import run_stage
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.photo_list import Photo, PhotoList
 
 GPS_IFD, ORIENTATION, EXIF_IFD, FOCAL_35MM = 0x8825, 0x0112, 0x8769, 0xA405
-
-
-def picture(seed: int, size: tuple[int, int] = (640, 480)) -> Image.Image:
-    """A sharp picture of coarse random blocks, another for every seed."""
-    generator = np.random.default_rng(seed)
-    blocks = generator.integers(0, 255, (size[1] // 10, size[0] // 10, 3), dtype=np.uint8)
-    return Image.fromarray(blocks).resize(size, Image.Resampling.NEAREST)
-
-
-def write_photos(folder: Path, count: int = 3) -> None:
-    folder.mkdir(exist_ok=True)
-    for k in range(count):
-        picture(k).save(folder / f"p{k}.jpg", quality=92)
-
-
-def ingested(tmp_path: Path, *sources: Path) -> ScanFolder:
-    scan = ScanFolder(tmp_path / "scan")
-    run_stage(scan, "ingest", IngestSettings(), sources=sources)
-    return scan
-
-
-def skipped_reasons(scan: ScanFolder) -> dict[str, str]:
-    return {item.source: item.reason for item in PhotoList.load(scan.photo_list).skipped}
 
 
 def photo_of(scan: ScanFolder, source: str) -> Photo:
@@ -149,44 +125,3 @@ def test_large_photos_are_reduced_with_their_focal(tmp_path: Path) -> None:
     record = photo_of(scan, "big.jpg")
     assert (record.width, record.height) == (3200, 2400)
     assert record.focal_px == pytest.approx(26 / 43.267 * 4000, rel=1e-3)
-
-
-def test_video_frames_follow_the_motion(tmp_path: Path) -> None:
-    import av
-
-    wide = np.asarray(picture(0, (2400, 480)))
-    path = tmp_path / "walk.mp4"
-    with av.open(str(path), "w") as container:
-        stream = container.add_stream("libx264", rate=30)
-        stream.width, stream.height, stream.pix_fmt = 640, 480, "yuv420p"
-        for k in range(120):
-            x = min(k, 90) * 16  # the camera rests for the last second
-            frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(wide[:, x : x + 640]), "rgb24")
-            container.mux(stream.encode(frame))
-        container.mux(stream.encode())
-    scan = ingested(tmp_path, path)
-    frames = sorted(p.name for p in scan.photos.iterdir())
-    # 1440 px of motion in 640 px wide frames, a frame every 8 % of the width or per look.
-    assert 10 <= len(frames) <= 30
-    assert all(name.startswith("walk_") for name in frames)
-
-
-def test_a_text_file_is_no_video(tmp_path: Path) -> None:
-    write_photos(tmp_path / "in")
-    (tmp_path / "in" / "film.mp4").write_text("no film")
-    reasons = skipped_reasons(ingested(tmp_path, tmp_path / "in"))
-    assert "cannot be decoded" in reasons["film.mp4"]
-
-
-def test_missing_and_empty_sources(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="no such file or folder"):
-        find_sources([tmp_path / "nowhere"])
-    with pytest.raises(InputError, match="no photos here"):
-        find_sources([tmp_path])
-
-
-def test_decode_refuses_a_bomb(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("walltopo.photos.image_file._MAX_PIXELS", 1000)
-    picture(0).save(tmp_path / "a.png")
-    with pytest.raises(InputError, match="too large"):
-        decode_photo(tmp_path / "a.png")

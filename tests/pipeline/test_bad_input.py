@@ -11,15 +11,20 @@ from walltopo.core.files import read_json
 from walltopo_lab.benchmarks.bad_input import CASES, Case, picture
 
 
-def _run(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[int, str]:
-    code = main(["scan", *arguments])
+def _run(
+    arguments: list[str], capsys: pytest.CaptureFixture[str], command: str = "scan"
+) -> tuple[int, str]:
+    try:
+        code = main([command, *arguments])
+    except SystemExit as error:  # wrong usage, told by argparse
+        code = int(str(error.code))
     captured = capsys.readouterr()
     return code, captured.out + captured.err
 
 
 @pytest.mark.parametrize("case", CASES, ids=[case.name for case in CASES])
 def test_bad_input(case: Case, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    code, output = _run(case.make(tmp_path), capsys)
+    code, output = _run(case.make(tmp_path), capsys, case.command)
     flat = " ".join(output.split())
     assert case.says in flat
     assert code == case.code, output
@@ -40,7 +45,7 @@ def test_no_space_left(
     def full(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("walltopo.photos.stage._store", full)
+    monkeypatch.setattr("walltopo.photos.stage.decode_files", full)
     capsys.readouterr()
     code, output = _run([str(folder), "-o", str(out), "--to", "ingest", "--force"], capsys)
     assert code == 5

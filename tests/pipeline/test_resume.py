@@ -13,6 +13,7 @@ import pytest
 
 from walltopo.core import EnvironmentLacksError, InputError, StageError
 from walltopo.core.files import read_json
+from walltopo.photos.sources import find_sources
 from walltopo.pipeline.runner import scan
 from walltopo.pipeline.settings import Settings
 from walltopo.pipeline.stages import Stage
@@ -75,9 +76,10 @@ class Pipeline:
         self.ran.append("ingest")
         folder = context.scratch / "photos"
         folder.mkdir()
-        for source in reads.sources:
+        files = find_sources(reads.sources).files
+        for source in files:
             (folder / source.name).write_bytes(source.read_bytes())
-        photos = tuple(Photo(s.name, 640, 480, None, s.name, 1.0) for s in reads.sources)
+        photos = tuple(Photo(s.name, 640, 480, None, s.name, 1.0) for s in files)
         return IngestWrites(PhotoSet(folder), PhotoList(photos=photos), {"photos": len(photos)})
 
     def sparse(self, reads: SparseReads, settings: Any, context: Context) -> SparseWrites:
@@ -308,3 +310,18 @@ def test_a_reference_counts_by_what_is_used_of_it_and_a_choice_is_no_path(
     (reference / "sparse" / "cameras.bin").write_text("moved")
     scan(photo, tmp_path / "scan", settings)
     assert pipeline.ran == ["sparse"]
+
+
+def test_only_what_ingest_reads_counts(pipeline: Pipeline, photo: Path, tmp_path: Path) -> None:
+    """The scan may lie among its photos, and other things beside them."""
+    folder = tmp_path / "photos"
+    folder.mkdir()
+    photo.rename(folder / "a.jpg")
+    out = folder / "scan"
+    assert scan(folder, out).ran == ("ingest", "sparse", "routes")
+    (folder / "backup").mkdir()
+    (folder / "backup" / "disk.img").write_bytes(b"large")
+    (folder / "list.xlsx").write_bytes(b"other")
+    assert scan(folder, out).ran == ()
+    (folder / "b.jpg").write_text("beta")
+    assert scan(folder, out).ran == ("ingest", "sparse", "routes")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from walltopo.core import InputError, SettingsError
+from walltopo.core import InputError, SettingsError, WalltopoError
 from walltopo.pipeline.settings import (
     SECTIONS,
     Settings,
@@ -45,16 +45,24 @@ def test_mistakes_are_explained(text: str, message: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("content", "message"),
-    [("[ingest", "not valid TOML"), ("min_side = 3", "stands outside a section")],
+    ("content", "kind", "message"),
+    [
+        ("[ingest", InputError, "not valid TOML"),
+        ("a = " + "[" * 100_000, InputError, "nested too deeply"),
+        ("[lift]\nthreshold = " + "9" * 5000, InputError, "not valid TOML"),
+        ("min_side = 3", SettingsError, "stands outside a section"),
+    ],
+    ids=["cut", "deep", "digits", "section"],
 )
-def test_bad_files_are_named(tmp_path: Path, content: str, message: str) -> None:
+def test_bad_files_are_named(
+    tmp_path: Path, content: str, kind: type[WalltopoError], message: str
+) -> None:
     file = tmp_path / "w.toml"
     file.write_text(content)
-    with pytest.raises(SettingsError, match=message) as caught:
+    with pytest.raises(kind, match=message) as caught:
         load_settings(file)
     assert str(file) in str(caught.value)
-    with pytest.raises(InputError, match="no such settings file"):
+    with pytest.raises(InputError, match="no such file"):
         load_settings(tmp_path / "none.toml")
 
 

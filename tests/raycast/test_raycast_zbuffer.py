@@ -107,7 +107,7 @@ def test_an_empty_mesh_gives_an_empty_picture() -> None:
     ],
 )
 def test_distorted_pixels_agree_with_colmap(camera: Camera) -> None:
-    import pycolmap
+    from walltopo.colmap import pycolmap
 
     theirs = pycolmap.Camera(
         model=camera.model, width=camera.width, height=camera.height, params=camera.params

@@ -9,6 +9,8 @@ from typing import Annotated, Any, Literal, TypeVar
 import msgspec
 from hypothesis import strategies as st
 
+from walltopo.scans.edits import Merge, Split
+
 T = TypeVar("T", bound=msgspec.Struct)
 
 NUMBERS = st.floats(allow_nan=False, allow_infinity=False)
@@ -26,12 +28,23 @@ PLAIN: dict[Any, st.SearchStrategy[Any]] = {
     type(None): st.none(),
     Any: JSON,
 }
+# Lists that have a place for each entry.
+PAIRED: dict[Any, str] = {Merge: "routes", Split: "holds"}
 
 
 def any_of(kind: type[T]) -> st.SearchStrategy[T]:
     """Any document of a class."""
     hints = typing.get_type_hints(kind, include_extras=True)
-    return st.builds(kind, **{name: _any(hint) for name, hint in hints.items()})
+    values = {name: _any(hint) for name, hint in hints.items()}
+    paired = PAIRED.get(kind)
+    if paired is None:
+        return st.builds(kind, **values)
+
+    def cut(some: dict[str, Any]) -> T:
+        length = min(len(some[paired]), len(some["at"]))
+        return kind(**some | {name: some[name][:length] for name in (paired, "at")})
+
+    return st.fixed_dictionaries(values).map(cut)
 
 
 def _any(hint: Any) -> st.SearchStrategy[Any]:
@@ -56,10 +69,13 @@ def _any(hint: Any) -> st.SearchStrategy[Any]:
 
 
 def _bounded(kind: Any, meta: msgspec.Meta) -> st.SearchStrategy[Any]:
+    if kind is str and meta.extra:
+        return st.from_regex(r"[a-z]{1,8}(/[a-z]{1,8})?\.jpg", fullmatch=True)
     if kind is str:
         return st.text(max_size=min(20, meta.max_length or 20))
+    if typing.get_origin(kind) is tuple:
+        return _any(kind)
     if kind is int:
-        assert isinstance(meta.ge, int)
-        return st.integers(meta.ge, 2**63 - 1)
+        return st.integers(int(meta.ge or 0), int(meta.le or 2**63 - 1))
     low, high = (meta.ge if meta.gt is None else meta.gt), (meta.le if meta.lt is None else meta.lt)
     return st.floats(low, high, exclude_min=meta.gt is not None, exclude_max=meta.lt is not None)

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pycolmap
 import pytest
 
+from walltopo.colmap import pycolmap
 from walltopo.core import InputError, Mask, Mesh
 from walltopo.meshes.ply import read_mesh, write_ply
 from walltopo.scans.detections import Detections, read_coco_masks
@@ -52,7 +52,7 @@ def test_coco_polygons_and_plain_rle(tmp_path: Path) -> None:
     assert rle.area == 3
     data["annotations"][0]["segmentation"] = "nonsense"
     path.write_text(json.dumps(data))
-    with pytest.raises(InputError, match="annotation 1"):
+    with pytest.raises(InputError, match=r"annotations\[0\]"):
         read_coco_masks(path)
 
 

@@ -20,7 +20,7 @@ from walltopo.sparse.outcome import why_unregistered
 
 def database_with(folder: Path, features: list[int]) -> Path:
     """A feature database with as many keypoints per photo, and one verified pair 0-1."""
-    import pycolmap
+    from walltopo.colmap import pycolmap
 
     path = folder / "f.db"
     camera = CameraEntry("SIMPLE_RADIAL", 64, 48, (60.0, 32.0, 24.0, 0.0), prior=False)
@@ -46,7 +46,7 @@ def test_each_reason_names_what_was_found(tmp_path: Path) -> None:
 
 
 def test_images_are_registered_once_and_in_order(tmp_path: Path) -> None:
-    import pycolmap
+    from walltopo.colmap import pycolmap
 
     path = tmp_path / "f.db"
     camera = CameraEntry("SIMPLE_PINHOLE", 64, 48, (60.0, 32.0, 24.0), prior=False)

@@ -9,7 +9,7 @@ from walltopo.meshes.neighbours import face_neighbours, patches
 from walltopo.texture.candidates import Candidates
 from walltopo.texture.colour import level_seams, photo_gains
 from walltopo.texture.labels import choose_labels
-from walltopo.texture.paint import fill_gaps
+from walltopo.texture.paint import fill_gaps, paint_photo
 from walltopo.texture.unseen import spread_colours, unseen_cells
 
 
@@ -89,3 +89,22 @@ def test_gaps_take_the_nearest_colour() -> None:
     filled = fill_gaps(atlas, painted)
     assert filled[0, 0].tolist() == [10, 20, 30]
     assert filled[7, 7].tolist() == [200, 100, 50]
+
+
+def test_the_last_triangle_has_the_last_word_whatever_the_threads_do() -> None:
+    """Triangles of the second half lie on those of the first, whose thread is kept busy before."""
+    part, side = 300, 512
+    place = np.stack([np.arange(part) % 25, np.arange(part) // 25], axis=1) * 10.0
+    small = place[:, None, :] + [[0, 0], [9, 0], [0, 9]]
+    large = np.broadcast_to([[260.0, 260.0], [500.0, 260.0], [260.0, 500.0]], small.shape)
+    apart = small + [0.0, 260.0]
+    texels = np.concatenate([large, small, small, apart]).astype(np.float32)
+    correction = np.zeros((len(texels), 3, 3), dtype=np.float32)
+    correction[2 * part :] = 100.0
+    photo = np.full((8, 8, 3), 50, dtype=np.uint8)
+    pixels = np.full((len(texels), 3, 2), 4.0, dtype=np.float32)
+    gain, which = np.ones(3, dtype=np.float32), np.arange(len(texels))
+    atlas = np.zeros((side, side, 3), dtype=np.uint8)
+    painted = np.zeros((side, side), dtype=np.uint8)
+    paint_photo(photo, gain, which, pixels, texels, correction, atlas, painted)
+    assert set(np.unique(atlas[:250, :250][painted[:250, :250] == 1])) == {150}

@@ -4,6 +4,7 @@ import { Vector3 } from "three";
 import { h, icon } from "./dom";
 import { applyEdits, emptyEdits } from "./edits";
 import type { EditDocument, HoldEdit } from "./edits";
+import type { Saver } from "./saver";
 import type { Hit, Stage } from "./stage";
 import type { Hold, Route, Tables, Vec3 } from "./types";
 import { capital, holdSwatch, routeName } from "./words";
@@ -32,6 +33,7 @@ export class Editor {
   private edits = emptyEdits();
   private past: { edits: string; undo: (() => void) | null }[] = [];
   private saved = JSON.stringify(emptyEdits());
+  private saving = false;
   private mode: Mode = "choose";
   private radius = 0.03;
   private tables: Tables;
@@ -43,7 +45,7 @@ export class Editor {
   constructor(
     private readonly host: EditorHost,
     private readonly base: Tables,
-    private readonly address: string,
+    private readonly saver: Saver,
   ) {
     this.tables = base;
     this.build();
@@ -52,9 +54,7 @@ export class Editor {
 
   async start(): Promise<void> {
     try {
-      const answer = await fetch(this.address);
-      if (!answer.ok) throw new Error(`the server answered ${answer.status}`);
-      this.edits = (await answer.json()) as EditDocument;
+      this.edits = await this.saver.read();
       this.saved = JSON.stringify(this.edits);
       this.refresh();
     } catch (error) {
@@ -216,16 +216,16 @@ export class Editor {
 
   private async save(): Promise<void> {
     const body = JSON.stringify(this.edits);
+    this.saving = true;
+    this.refreshBar();
     try {
-      const headers = { "Content-Type": "application/json" };
-      const answer = await fetch(this.address, { method: "POST", headers, body });
-      const said = (await answer.json()) as { error?: string };
-      if (!answer.ok) throw new Error(said.error ?? String(answer.status));
+      await this.saver.save(body);
       this.saved = body;
       this.host.say("Saved. The next run of walltopo scan picks the edits up.");
     } catch (error) {
       this.host.say(`Not saved: ${(error as Error).message}`);
     }
+    this.saving = false;
     this.refreshBar();
   }
 
@@ -347,7 +347,7 @@ export class Editor {
     is("check").textContent = `Check ${doubtful}`;
     is("check").title = "The next hold that the scan was not sure of";
     is("undo").disabled = this.past.length === 0;
-    is("save").disabled = JSON.stringify(this.edits) === this.saved;
+    is("save").disabled = this.saving || JSON.stringify(this.edits) === this.saved;
     this.size.hidden = this.mode !== "paint" && this.mode !== "erase";
     is("make").hidden = this.marked.size === 0;
     is("make").textContent = `Make a route of ${this.marked.size}`;

@@ -8,6 +8,7 @@ import type { Shape } from "./dom";
 import { readPlace, writePlace } from "./link";
 import { fetchBytes, parseWall, reasonOf } from "./load";
 import { Editor } from "./editor";
+import { Saver } from "./saver";
 import { Overlay } from "./overlay";
 import { Panel } from "./panel";
 import { Stage } from "./stage";
@@ -155,6 +156,7 @@ export class WallTopo extends HTMLElement {
   /** The address of this page with route, hold and camera in it. */
   link(): string {
     const url = new URL(location.href);
+    url.searchParams.delete("token"); // who is shown a route need not be able to save
     url.hash = writePlace({ route: this.route, hold: this.hold, camera: this.cameraToShare() });
     return url.href;
   }
@@ -260,7 +262,8 @@ export class WallTopo extends HTMLElement {
       say: (text: string) => this.say(text),
     };
     this.editor?.dispose();
-    this.editor = new Editor(host, this.tables, address);
+    const token = this.getAttribute("token") ?? "";
+    this.editor = new Editor(host, this.tables, new Saver(address, token));
     void this.editor.start();
     this.views?.refit(false);
   }
@@ -571,7 +574,7 @@ export class WallTopo extends HTMLElement {
     this.toast.textContent = text;
     this.toast.classList.add("on");
     clearTimeout(this.toastTimer);
-    this.toastTimer = window.setTimeout(() => this.toast.classList.remove("on"), 3500);
+    this.toastTimer = window.setTimeout(() => this.toast.classList.remove("on"), Math.max(3500, 70 * text.length));
   }
 
   private announce(text: string): void {

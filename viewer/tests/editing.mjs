@@ -69,4 +69,34 @@ export const editing = {
     fine(log);
     await close();
   },
+
+  async "of two tabs, the second to save is told"(browser, { edit }) {
+    const tabs = [await open(browser, edit), await open(browser, edit)];
+    for (const [k, { page }] of tabs.entries()) {
+      const wall = page.locator("wall-topo");
+      await tapHold(page, 12);
+      await wall.getByLabel("Type", { exact: true }).selectOption(["sloper", "pinch"][k]);
+      await wall.getByRole("button", { name: "Save", exact: true }).click();
+      const said = ["Saved", "Not saved: other edits were saved"][k];
+      await page.waitForFunction(
+        (words) => document.querySelector("wall-topo").shadowRoot.querySelector(".toast").textContent.includes(words),
+        said,
+      );
+    }
+    const again = await open(browser, edit);
+    const type = (page) => ask(page, (el) => el.holds.find((hold) => hold.id === 12).type);
+    await again.page.waitForFunction(() => document.querySelector("wall-topo").holds.some(({ type }) => type === "sloper"));
+    assert.equal(await type(again.page), "sloper", "the first is kept");
+    for (const tab of [...tabs, again]) await tab.close();
+  },
+
+  async "a link that is shared does not give the right to save"(browser, { edit }) {
+    const { page, close } = await open(browser, edit);
+    assert.match(edit, /token=/);
+    assert.doesNotMatch(await ask(page, (wall) => wall.link()), /token/);
+    await close();
+    const plain = await open(browser, edit.split("?")[0]);
+    assert.equal(await plain.page.locator("wall-topo").getByRole("button", { name: "Save", exact: true }).count(), 0);
+    await plain.close();
+  },
 };

@@ -5,13 +5,14 @@ import { readFileSync } from "node:fs";
 import { start } from "./browser.mjs";
 import { checks } from "./checks.mjs";
 import { editing } from "./editing.mjs";
+import { foreign } from "./foreign.mjs";
 import { frames } from "./frames.mjs";
 import { hands } from "./hands.mjs";
 
 const places = JSON.parse(readFileSync(process.argv[2], "utf8"));
 const only = process.argv[3];
 const browser = await start();
-for (const [name, check] of Object.entries({ ...checks, ...hands, ...frames, ...editing })) {
+for (const [name, check] of Object.entries({ ...checks, ...hands, ...frames, ...editing, ...foreign })) {
   if (only && !name.includes(only)) continue;
   let problem = "";
   const began = Date.now();

@@ -8,20 +8,21 @@ from __future__ import annotations
 
 import argparse
 import importlib
-import signal
 import sys
 import traceback
 from collections.abc import Sequence
 from importlib.metadata import entry_points
-from types import FrameType
 
 from walltopo import __version__
-from walltopo.core import EnvironmentLacksError, WalltopoError
+from walltopo.cli.parser import Parser
+from walltopo.cli.quiet import quiet_libraries
+from walltopo.cli.stopping import STOPPED, Stop, stoppable
 
 __all__ = ["build_parser", "main"]
 
 GROUPS = (
     "scan",
+    "view",
     "doctor",
     "lift",
     "detect",
@@ -52,13 +53,13 @@ exit codes:
   4  a stage found no result in usable input
   5  this machine lacks something (a program, an extra, disk space)
   70 a defect in walltopo: please report it
-  130 stopped by Ctrl-C; run again to go on
+  130 stopped by Ctrl-C (143: by SIGTERM); run again to go on (`view` ends so, with 0)
 """
 
 
 def build_parser() -> argparse.ArgumentParser:
     """The whole command line; importing no heavy library."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="walltopo",
         description="Phone photos of an indoor climbing wall to a 3D topo.",
         epilog=EXIT_CODES,
@@ -72,7 +73,7 @@ def build_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _add_plugins(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def _add_plugins(commands: argparse._SubParsersAction[Parser]) -> None:
     """Commands of installed distributions, and a word on those that are not installed."""
     found = set()
     for point in sorted(entry_points(group=ENTRY_POINTS), key=lambda point: point.name):
@@ -88,6 +89,8 @@ def _add_plugins(commands: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 
 def _missing(args: argparse.Namespace) -> int:
+    from walltopo.core import EnvironmentLacksError
+
     raise EnvironmentLacksError(
         f"`walltopo {args.command}` comes with {args.distribution}, which is not installed here",
         f"pip install {args.distribution}",
@@ -96,45 +99,53 @@ def _missing(args: argparse.Namespace) -> int:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code."""
+    args = argparse.Namespace()
+    with stoppable() as stop:
+        try:
+            parser = build_parser()
+            parser.parse_args(arguments, namespace=args)
+            if not hasattr(args, "run"):
+                parser.print_help()
+                return 2
+            with quiet_libraries(getattr(args, "verbose", False)):
+                return int(args.run(args))
+        except KeyboardInterrupt:
+            sys.stderr.write(f"\n{STOPPED}\n")
+            return stop.exit_code
+        except BrokenPipeError:
+            sys.stderr.close()
+            return 0
+        except Exception as error:
+            return _told(error, stop, getattr(args, "verbose", False))
+
+
+def _told(error: Exception, stop: Stop, verbose: bool) -> int:
+    """Say what went wrong; the exit code."""
     from walltopo.cli.console import error_console
+    from walltopo.core import WalltopoError
 
-    parser = build_parser()
-    args = parser.parse_args(arguments)
-    if not hasattr(args, "run"):
-        parser.print_help()
-        return 2
-    signal.signal(signal.SIGTERM, _as_interrupt)
-    try:
-        return int(args.run(args))
-    except WalltopoError as error:
-        error_console.print("[bold red]error:[/] ", end="")
-        error_console.print(error.message, markup=False, soft_wrap=True)
+    def tell(what: str, text: str) -> None:
+        error_console.print(what, style="bold red", end=" ")
+        error_console.print(text, soft_wrap=True)
+
+    if stop.number:  # what a library made of the interruption
+        sys.stderr.write(f"\n{STOPPED}\n")
+        return stop.exit_code
+    if isinstance(error, WalltopoError):
+        tell("error:", error.message)
         if error.hint:
-            error_console.print(error.hint, markup=False, soft_wrap=True, style="dim")
+            error_console.print(error.hint, soft_wrap=True, style="dim")
         return error.exit_code
-    except KeyboardInterrupt:
-        error_console.print("\nstopped; run the same command again to go on")
-        return 130
-    except BrokenPipeError:
-        sys.stderr.close()
-        return 0
-    except MemoryError:
-        error_console.print("[bold red]error:[/] this machine's memory is too small for this input")
+    if isinstance(error, MemoryError):
+        tell("error:", "this machine's memory is too small for this input")
         return 5
-    except Exception as error:
-        error_console.print(
-            f"[bold red]defect in walltopo:[/] {type(error).__name__}", soft_wrap=True
-        )
-        error_console.print(str(error), markup=False, soft_wrap=True)
-        if getattr(args, "verbose", False):
-            error_console.print(traceback.format_exc(), markup=False, soft_wrap=True)
-        else:
-            error_console.print("run again with -v for the traceback, and report it", style="dim")
-        return 70
-
-
-def _as_interrupt(number: int, frame: FrameType | None) -> None:
-    raise KeyboardInterrupt
+    tell("defect in walltopo:", type(error).__name__)
+    error_console.print(str(error), soft_wrap=True)
+    if verbose:
+        error_console.print(traceback.format_exc(), soft_wrap=True)
+    else:
+        error_console.print("run again with -v for the traceback, and report it", style="dim")
+    return 70
 
 
 if __name__ == "__main__":

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import argparse
+from contextlib import nullcontext
 from pathlib import Path
 
 from walltopo.cli.options import add_options, options_given
+from walltopo.cli.outputs import add_overwrite, target
 from walltopo.detect.contract import DetectSettings
 
 __all__ = ["register"]
@@ -31,6 +33,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     parser.add_argument("photos", type=Path, nargs="+", help="photos, or folders of photos")
     parser.add_argument("-o", "--output", type=Path, required=True, help="the COCO file to write")
     parser.add_argument("--draw", type=Path, metavar="DIR", help="also write pictures here")
+    add_overwrite(parser)
     parser.add_argument("-v", "--verbose", action="store_true", help="a line per photo")
     add_options(parser.add_argument_group("settings"), DetectSettings)
     parser.set_defaults(run=run)
@@ -42,14 +45,20 @@ def run(args: argparse.Namespace) -> int:
 
     from walltopo.cli.console import console
     from walltopo.cli.listener import TerminalListener
+    from walltopo.core.outputs import written_file, written_folder
     from walltopo.detect.detector import open_detector
     from walltopo.detect.stage import detect_photos, photos_in
 
     photos = [p for given in args.photos for p in (photos_in(given) if given.is_dir() else [given])]
     detector = open_detector(settings)
-    with TerminalListener(console, verbose=args.verbose) as progress:
-        found, figures = detect_photos(photos, detector, progress, args.draw)
-    found.save(args.output)
+    drawings = target(args, args.draw, "detect --draw", flag="--draw", inputs=photos)
+    with (
+        written_file(target(args, args.output, "detect", inputs=photos)) as made,
+        written_folder(drawings) if args.draw else nullcontext() as pictures,
+        TerminalListener(console, verbose=args.verbose) as progress,
+    ):
+        found, figures = detect_photos(photos, detector, progress, pictures)
+        found.save(made)
     console.print(
         f"{figures['masks']} objects in {figures['photos']} photos "
         f"({figures['seconds_per_photo']:.2f} s a photo), written to {args.output}",

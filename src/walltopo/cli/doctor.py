@@ -20,11 +20,16 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 
 def _doctor(args: argparse.Namespace) -> int:
     from rich.table import Table
+    from rich.text import Text
 
     from walltopo.cli.console import console
     from walltopo.doctor import examine
 
-    marks = {"ok": "[green]ok[/]", "missing": "[yellow]not here[/]", "problem": "[red]problem[/]"}
+    marks = {
+        "ok": Text("ok", "green"),
+        "missing": Text("not here", "yellow"),
+        "problem": Text("problem", "red"),
+    }
     table = Table(show_header=False, box=None, pad_edge=False)
     problems = 0
     for finding in examine(Path.cwd()):

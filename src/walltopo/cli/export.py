@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import argparse
+import math
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from walltopo.core import InputError
+from walltopo.cli.options import Number
+from walltopo.cli.outputs import add_overwrite, target
+from walltopo.core import InputError, SettingsError
 
 if TYPE_CHECKING:
     from walltopo.scans.folder import ScanFolder
@@ -44,8 +48,11 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     export.add_argument("scan", type=Path, metavar="SCAN", help="the scan folder")
     export.add_argument("--format", choices=KINDS, default="glb", help="default: %(default)s")
     export.add_argument("-o", "--output", type=Path, help="file (labelme: folder) to write")
+    add_overwrite(export)
     part = export.add_mutually_exclusive_group()
-    part.add_argument("--route", type=int, metavar="ID", help="one route with the wall around it")
+    part.add_argument(
+        "--route", type=Number(int, low=0), metavar="ID", help="one route with the wall around it"
+    )
     part.add_argument(
         "--section",
         metavar="FROM:TO",
@@ -62,9 +69,10 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     )
     merge.add_argument("scans", type=Path, nargs="+", metavar="SCAN", help="oldest first")
     merge.add_argument("-o", "--output", type=Path, required=True, help="folder for the result")
+    add_overwrite(merge)
     merge.add_argument(
         "--near",
-        type=float,
+        type=Number(float, low=0.001, high=1),
         default=0.03,
         metavar="M",
         help="metres within which newer surface replaces older (default: %(default)s)",
@@ -81,50 +89,68 @@ def _section(text: str) -> tuple[float, float]:
     try:
         left, right = (float(word) for word in text.split(":"))
     except ValueError:
-        raise InputError(f"--section: expected FROM:TO in metres, got {text!r}") from None
+        raise SettingsError(f"--section: expected FROM:TO in metres, got {text!r}") from None
+    if not -math.inf < left < right < math.inf:
+        raise SettingsError(f"--section: expected two numbers, the smaller first, got {text!r}")
     return left, right
 
 
 def _export(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
+    from walltopo.core.outputs import written_file, written_folder
     from walltopo.export.convert import FORMATS, convert
     from walltopo.export.crop import crop_route, crop_section
     from walltopo.export.wall import read_wall
     from walltopo.scans.folder import ScanFolder
 
     scan = ScanFolder(args.scan)
-    wall = read_wall(scan)
-    name = args.scan.resolve().name
+    name, section = args.scan.resolve().name, None
     if args.route is not None:
-        wall, name = crop_route(wall, args.route), f"{name}-route-{args.route}"
-    if args.section:
-        left, right = _section(args.section)
-        wall, name = crop_section(wall, left, right), f"{name}-{left:g}-{right:g}"
-    suffix = FORMATS[args.format] or f"-{args.format}"
-    path = args.output or Path(f"{name}{suffix}")
-    convert(wall, args.format, path, scan=scan)
-    files = sum(1 for _ in path.iterdir()) if path.is_dir() else 0
-    size = f"{files} files" if files else f"{path.stat().st_size / 1e6:.2f} MB"
+        name = f"{name}-route-{args.route}"
+    if args.section is not None:
+        section = _section(args.section)
+        name = f"{name}-{section[0]:g}-{section[1]:g}"
+    path = args.output or Path(name + (FORMATS[args.format] or f"-{args.format}"))
+    place = target(args, path, f"export {args.format}")
+    with written_folder(place) if args.format == "labelme" else written_file(place) as made:
+        wall = read_wall(scan)
+        if args.route is not None:
+            wall = crop_route(wall, args.route)
+        if section is not None:
+            wall = crop_section(wall, *section)
+        convert(wall, args.format, made, scan=scan)
+        files = sum(1 for _ in made.iterdir()) if made.is_dir() else 0
+        size = f"{files} files" if files else f"{made.stat().st_size / 1e6:.2f} MB"
     what = f"{len(wall.mesh.faces):,} triangles, {len(wall.holds)} holds, {len(wall.routes)} routes"
-    console.print(f"{path}: {size} ({what})", markup=False, soft_wrap=True)
+    console.print(f"{path}: {size} ({what})", soft_wrap=True)
     return 0
 
 
-def _check_frames(scans: list[ScanFolder]) -> None:
-    """All but one must have been aligned to a reference, or their frames are unrelated."""
-    from walltopo.scans.scale import Scale
+def _check_frames(scans: Sequence[ScanFolder]) -> None:
+    """All must lie in one world frame, or what they show would be joined at a wrong place."""
+    from walltopo.scans.world_frame import world_frame
 
-    own = [s.root for s in scans if Scale.load(s.scale).method != "reference"]
-    if len(own) > 1:
+    ways = "say --same-frame if you know better"
+    frames: dict[str, list[str]] = {}
+    for scan in scans:
+        frames.setdefault(world_frame(scan), []).append(str(scan.root))
+    if "" in frames:
         raise InputError(
-            f"{', '.join(str(root) for root in own)}: each has a frame of its own",
-            "Scan the later ones again with --reference, or say --same-frame if you know better.",
+            f"{', '.join(frames[''])}: aligned by an older walltopo, which did not note the frame",
+            f"Align again (`walltopo scan -o {frames[''][0]} --from sparse`), or {ways}.",
+        )
+    if len(frames) > 1:
+        raise InputError(
+            f"{' | '.join(', '.join(roots) for roots in frames.values())}: each has a frame of "
+            "its own",
+            f"Scan the later ones again with --reference {scans[0].root}, or {ways}.",
         )
 
 
 def _merge(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.core import Silent
+    from walltopo.core.outputs import written_folder
     from walltopo.export.contract import ExportSettings
     from walltopo.export.merge import join_textures, merge_walls
     from walltopo.export.stage import export_wall
@@ -134,23 +160,24 @@ def _merge(args: argparse.Namespace) -> int:
     from walltopo.scans.routes import Routes
 
     scans = [ScanFolder(path) for path in args.scans]
-    if args.output.resolve() in {path.resolve() for path in args.scans}:
-        raise InputError(f"{args.output}: the result cannot go into one of the scans")
     if not args.same_frame:
         _check_frames(scans)
-    out = ScanFolder(args.output)
-    out.root.mkdir(parents=True, exist_ok=True)
-    walls = join_textures([read_wall(scan) for scan in scans], out.texture)
-    wall = merge_walls(walls, args.near, args.output.resolve().name)
-    with tempfile.TemporaryDirectory(prefix=".partial-", dir=out.root) as scratch:
+    with (
+        written_folder(target(args, args.output, "merge")) as folder,
+        tempfile.TemporaryDirectory(prefix=".partial-", dir=folder) as scratch,
+    ):
+        out = ScanFolder(folder)
+        walls = join_textures([read_wall(scan) for scan in scans], out.texture)
+        wall = merge_walls(walls, args.near, args.output.resolve().name)
         made = export_wall(wall, ExportSettings(), Path(scratch), Silent())
         for name in ("holds", "glb", "page_assets", "page"):
             store_artifact(out, name, getattr(made, name))
-    store_artifact(out, "routes", Routes(routes=tuple(wall.routes)))
+        store_artifact(out, "routes", Routes(routes=tuple(wall.routes)))
+    page = ScanFolder(args.output).page
     console.print(
-        f"{out.page}: {len(wall.holds)} holds, {len(wall.routes)} routes, "
-        f"{made.metrics['glb_triangles']:,} triangles; look at it with walltopo view {out.root}",
-        markup=False,
+        f"{page}: {len(wall.holds)} holds, {len(wall.routes)} routes, "
+        f"{made.metrics['glb_triangles']:,} triangles; look at it with "
+        f"walltopo view {args.output}",
         soft_wrap=True,
     )
     return 0

@@ -6,6 +6,8 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from walltopo.cli.outputs import add_overwrite, target
+
 __all__ = ["register"]
 
 _EXAMPLE = """examples:
@@ -34,6 +36,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     )
     parser.add_argument("--format", choices=("table", "csv", "json"), default="table")
     parser.add_argument("--out", type=Path, help="write there instead of to the terminal")
+    add_overwrite(parser)
     parser.set_defaults(run=run)
 
 
@@ -69,7 +72,7 @@ def _emit(
     import json
 
     from walltopo.cli.console import console
-    from walltopo.core.files import atomic_path
+    from walltopo.core.outputs import written_file
     from walltopo.resets.inventory import to_csv
 
     if args.format == "table" and args.out is None:
@@ -83,7 +86,7 @@ def _emit(
     if args.out is None:
         console.out(text, end="", highlight=False)
     else:
-        with atomic_path(args.out) as temporary:
+        with written_file(target(args, args.out, "inventory", flag="--out")) as temporary:
             temporary.write_text(text, encoding="utf-8")
         console.print(f"{args.out}: {summary}")
     return 0

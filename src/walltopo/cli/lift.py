@@ -6,7 +6,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from walltopo.cli.options import add_options, options_given
+from walltopo.cli.options import Number, add_options, options_given
+from walltopo.cli.outputs import add_overwrite, target
 from walltopo.lifting.contract import LiftParams
 
 if TYPE_CHECKING:
@@ -41,8 +42,9 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         "--masks", type=Path, required=True, help="COCO file, or folder of PNGs of object numbers"
     )
     parser.add_argument("-o", "--output", type=Path, required=True, help="folder for the results")
+    add_overwrite(parser)
     parser.add_argument(
-        "--refine-borders", type=int, default=0, metavar="N",
+        "--refine-borders", type=Number(int, low=0, high=8), default=0, metavar="N",
         help="also cut the triangles at the borders of instances, N times in half, and write "
         "the finer mesh and its labels to refined/ in the output folder",
     )  # fmt: skip
@@ -55,6 +57,7 @@ def run(args: argparse.Namespace) -> int:
     params = options_given(args, LiftParams)
 
     from walltopo.cli.console import console
+    from walltopo.core.outputs import written_folder
     from walltopo.lifting import lift
     from walltopo.lifting.inputs import attach_masks, read_cameras, read_masks
     from walltopo.lifting.outputs import write_coloured
@@ -62,29 +65,32 @@ def run(args: argparse.Namespace) -> int:
     from walltopo.lifting.stage import records_of, table_of
     from walltopo.meshes.ply import read_mesh, write_ply
 
-    masks, classes = read_masks(args.masks)
-    views = attach_masks(read_cameras(args.cameras), masks)
-    mesh = read_mesh(args.mesh)
-    instances = lift(mesh, views, params)
-    out: Path = args.output
+    place = target(args, args.output, "lift", inputs=(args.mesh, args.cameras, args.masks))
+    with written_folder(place) as out:
+        masks, classes = read_masks(args.masks)
+        views = attach_masks(read_cameras(args.cameras), masks)
+        mesh = read_mesh(args.mesh)
+        instances = lift(mesh, views, params)
 
-    def write(folder: Path, mesh: Mesh, found: Instances) -> None:
-        folder.mkdir(parents=True, exist_ok=True)
-        table_of(found).save(folder / "instances.npz")
-        records_of(found, views, classes).save(folder / "instances.json")
-        write_coloured(folder, mesh, found)
+        def write(folder: Path, mesh: Mesh, found: Instances) -> None:
+            folder.mkdir(parents=True, exist_ok=True)
+            table_of(found).save(folder / "instances.npz")
+            records_of(found, views, classes).save(folder / "instances.json")
+            write_coloured(folder, mesh, found)
 
-    write(out, mesh, instances)
+        write(out, mesh, instances)
+        if args.refine_borders:
+            finer, labels = refine_borders(mesh, views, instances, params, args.refine_borders)
+            write(out / "refined", finer, labels)
+            write_ply(out / "refined" / "mesh.ply", finer)
     total = sum(len(view.masks) for view in views)
     console.print(
-        f"{len(instances)} instances from {total} masks in {len(views)} photos, written to {out}"
+        f"{len(instances)} instances from {total} masks in {len(views)} photos, "
+        f"written to {args.output}"
     )
     if args.refine_borders:
-        finer, labels = refine_borders(mesh, views, instances, params, args.refine_borders)
-        write(out / "refined", finer, labels)
-        write_ply(out / "refined" / "mesh.ply", finer)
         console.print(
             f"{len(mesh.faces)} triangles became {len(finer.faces)} along the borders: "
-            f"{out / 'refined' / 'mesh.ply'}, with its own instances.npz beside it"
+            f"{args.output / 'refined' / 'mesh.ply'}, with its own instances.npz beside it"
         )
     return 0

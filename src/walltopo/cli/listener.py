@@ -16,6 +16,7 @@ from rich.progress import (
     TimeElapsedColumn,
     TimeRemainingColumn,
 )
+from rich.text import Text
 
 from walltopo.scans.manifest import StageRecord
 
@@ -39,7 +40,7 @@ class TerminalListener:
         self._task: TaskID | None = None
         self._progress = Progress(
             SpinnerColumn(),
-            TextColumn("{task.description}", markup=False),
+            TextColumn("{task.description}"),
             BarColumn(bar_width=28),
             MofNCompleteColumn(),
             TimeElapsedColumn(),
@@ -74,11 +75,11 @@ class TerminalListener:
 
     def note(self, message: str) -> None:
         if not self._quiet:
-            self._console.print(f"          {message}", style="yellow", markup=False)
+            self._console.print(f"          {message}", style="yellow")
 
     def detail(self, message: str) -> None:
         if self._verbose and not self._quiet:
-            self._console.print(f"          {message}", style="dim", markup=False)
+            self._console.print(f"          {message}", style="dim")
 
     def stage_begins(self, stage: str) -> None:
         self._stage = stage
@@ -90,18 +91,17 @@ class TerminalListener:
             self._task = None
         if self._quiet:
             return
-        mark = "[green]✓[/]" if record.state == "done" else "[red]✗[/]"
+        mark = ("✓", "green") if record.state == "done" else ("✗", "red")
         facts = describe_metrics(record.metrics) if record.state == "done" else record.state
         self._line(mark, stage, facts, duration(record.seconds))
 
     def stage_kept(self, stage: str, record: StageRecord) -> None:
         if not self._quiet:
-            self._line("[dim]·[/]", stage, describe_metrics(record.metrics), "up to date")
+            self._line(("·", "dim"), stage, describe_metrics(record.metrics), "up to date")
 
-    def _line(self, mark: str, stage: str, facts: str, time: str) -> None:
-        from rich.markup import escape
-
-        self._console.print(f"{mark} {stage:<9} {escape(facts)}  [dim]{time}[/]", soft_wrap=True)
+    def _line(self, mark: tuple[str, str], stage: str, facts: str, time: str) -> None:
+        line = Text.assemble(mark, f" {stage:<9} {facts}  ", (time, "dim"))
+        self._console.print(line, soft_wrap=True)
 
 
 def describe_metrics(metrics: dict[str, Any]) -> str:

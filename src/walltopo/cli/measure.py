@@ -7,6 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from walltopo.cli.options import Number
+from walltopo.cli.outputs import add_overwrite, target
+
 if TYPE_CHECKING:
     from walltopo.measure.markers import Detection
 
@@ -51,10 +54,11 @@ def _register_print(group: argparse._SubParsersAction[argparse.ArgumentParser]) 
         description="Write a plate of four ArUco markers as a PDF to print at 100 %.",
     )
     printing.add_argument("-o", "--out", type=Path, required=True, metavar="FILE", help="the PDF")
+    add_overwrite(printing)
     printing.add_argument("--paper", choices=("a4", "a3"), default="a4", help="default: a4")
     printing.add_argument(
         "--number",
-        type=int,
+        type=Number(int, low=1),
         default=1,
         metavar="N",
         help="which plate of the kind: lay several out with different numbers (default: 1)",
@@ -65,8 +69,8 @@ def _register_print(group: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def _print(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
-    from walltopo.core import InputError
-    from walltopo.core.files import atomic_path
+    from walltopo.core import SettingsError
+    from walltopo.core.outputs import written_file
     from walltopo.measure.plate_pdf import PAPERS, draw_plate, to_pdf
     from walltopo.measure.plates import built_in_plates, read_plates
 
@@ -75,10 +79,10 @@ def _print(args: argparse.Namespace) -> int:
     else:
         kinds = [plate for plate in built_in_plates() if plate.name == args.paper]
     if not 1 <= args.number <= len(kinds):
-        raise InputError(f"--number: expected 1 to {len(kinds)}, got {args.number}")
+        raise SettingsError(f"--number: expected 1 to {len(kinds)}, got {args.number}")
     plate, paper = kinds[args.number - 1], PAPERS[args.paper]
     pdf = to_pdf(draw_plate(plate, paper), paper, f"walltopo measure {plate.label}")
-    with atomic_path(args.out) as temporary:
+    with written_file(target(args, args.out, "measure print", inputs=[args.plates])) as temporary:
         temporary.write_bytes(pdf)
     console.print(
         f"{args.out}: plate {plate.label} for {args.paper.upper()}, markers of "

@@ -31,6 +31,8 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 
 
 def _check(args: argparse.Namespace) -> int:
+    from rich.text import Text
+
     from walltopo.cli.console import console
     from walltopo.meshes.check import check_mesh
     from walltopo.meshes.ply import read_mesh
@@ -47,7 +49,8 @@ def _check(args: argparse.Namespace) -> int:
             shown = f"{value:.5g}" if isinstance(value, float) else f"{value:,}"
             console.print(f"{name.replace('_', ' '):>24}  {shown}")
     for problem in report.problems:
-        console.print(f"[red]problem[/]: {problem}")
+        console.print(Text.assemble(("problem", "red"), f": {problem}"))
     if not report.problems:
-        console.print("[green]no problems[/]: manifold, no degenerate faces, no crumbs")
+        told = ": manifold, no degenerate faces, no crumbs"
+        console.print(Text.assemble(("no problems", "green"), told))
     return 1 if report.problems else 0

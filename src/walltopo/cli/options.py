@@ -3,16 +3,45 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from walltopo.core import SettingField, settings_of
+from walltopo.core.setting import out_of_bounds
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-__all__ = ["add_option", "add_options", "option_help", "options_given"]
+__all__ = ["MOST_SEED", "Number", "add_option", "add_options", "option_help", "options_given"]
 
 Section = TypeVar("Section", bound="DataclassInstance")
+
+MOST_SEED = 2**32 - 1  # what every generator that we use takes
+
+
+@dataclass(frozen=True)
+class Number:
+    """The `type` of an argparse option: a finite number within bounds (see `out_of_bounds`).
+
+    Whatever else is given ends in argparse's message and exit code 2, before any work.
+    """
+
+    kind: type[int] | type[float]
+    low: float | None = None
+    high: float | None = None
+
+    def __call__(self, text: str) -> int | float:
+        wanted = "a whole number" if self.kind is int else "a number"
+        try:
+            value = self.kind(text)
+        except ValueError:
+            shown = text if len(text) <= 40 else f"{text[:40]}..."
+            raise argparse.ArgumentTypeError(f"expected {wanted}, got {shown!r}") from None
+        wrong = out_of_bounds(value, self.low, self.high)
+        if wrong:
+            raise argparse.ArgumentTypeError(wrong)
+        return value
 
 
 def option_help(field: SettingField, default: object) -> str:
@@ -29,8 +58,12 @@ def add_option(group: argparse._ActionsContainer, field: SettingField, default: 
     if isinstance(field.default, bool):
         group.add_argument(name, action=argparse.BooleanOptionalAction, default=None, help=text)
     else:
-        kind = type(field.default)
-        group.add_argument(name, type=kind, choices=field.choices or None, help=text)
+        group.add_argument(name, type=_kind(field), choices=field.choices or None, help=text)
+
+
+def _kind(field: SettingField) -> Callable[[str], Any]:
+    kind = type(field.default)
+    return Number(kind, field.low, field.high) if kind in (int, float) else kind
 
 
 def add_options(group: argparse._ActionsContainer, section: type[DataclassInstance]) -> None:

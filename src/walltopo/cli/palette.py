@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from walltopo.cli.outputs import add_overwrite, target
+
 __all__ = ["register"]
 
 _EXAMPLE = """examples:
@@ -35,7 +37,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     )
     learn.add_argument("scan", type=Path, help="scan folder")
     learn.add_argument("--out", type=Path, help="file to write (default SCAN/palette.toml)")
-    learn.add_argument("--force", action="store_true", help="replace the file if it is there")
+    add_overwrite(learn, "--force")
     learn.set_defaults(run=run_learn)
 
 
@@ -43,17 +45,17 @@ def run_learn(args: argparse.Namespace) -> int:
     """Write the palette; exit code 0."""
     from walltopo.cli.console import console
     from walltopo.core import InputError
+    from walltopo.core.outputs import written_file
     from walltopo.holds.palette import palette_of_holds, write_palette
     from walltopo.resets.inventory import load_scan
 
     scan, holds, _ = load_scan(args.scan)
     out = args.out or scan.root / "palette.toml"
-    if out.exists() and not args.force:
-        raise InputError(f"{out}: is there already", "Give --force to replace it, or --out.")
-    entries, counts = palette_of_holds(holds)
-    if not entries:
-        raise InputError(f"{scan.attributes}: no hold has a colour", "Nothing to learn from.")
-    write_palette(out, entries, counts)
+    with written_file(target(args, out, "palette learn", flag="--out")) as made:
+        entries, counts = palette_of_holds(holds)
+        if not entries:
+            raise InputError(f"{scan.attributes}: no hold has a colour", "Nothing to learn from.")
+        write_palette(made, entries, counts)
     names = ", ".join(f"{e.name} ({n})" for e, n in zip(entries, counts, strict=True))
     console.print(f"{out}: {len(entries)} colours: {names}")
     return 0

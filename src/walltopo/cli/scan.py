@@ -1,8 +1,9 @@
-"""`walltopo scan`, `status`, `view`, `settings`: the pipeline and its folder."""
+"""`walltopo scan`, `status`, `settings`: the pipeline and its folder."""
 
 from __future__ import annotations
 
 import argparse
+import json
 from pathlib import Path
 
 from walltopo.core import InputError
@@ -32,12 +33,8 @@ def register(commands: Commands[argparse.ArgumentParser]) -> None:
     _register_scan(commands)
     status = commands.add_parser("status", help="what a scan holds and how its stages went")
     status.add_argument("scan", type=Path, metavar="SCAN", help="the scan folder")
+    status.add_argument("--verify", action="store_true", help="read every file to find damage")
     status.set_defaults(run=_status)
-    view = commands.add_parser("view", help="show a scan in the browser (serves it on localhost)")
-    view.add_argument("scan", type=Path, metavar="SCAN", help="the scan folder")
-    view.add_argument("--port", type=int, default=8000, help="port on localhost (0: any free one)")
-    view.add_argument("--edit", action="store_true", help="with the editor; saves edit files")
-    view.set_defaults(run=_view)
     settings = commands.add_parser("settings", help="every setting with its default, as TOML")
     settings.add_argument("section", nargs="?", default="", help="only this section, e.g. lift")
     settings.add_argument("--all", action="store_true", help="also those that experts vary")
@@ -65,6 +62,14 @@ def _register_scan(commands: Commands[argparse.ArgumentParser]) -> None:
     scan.add_argument("--to", dest="to_stage", metavar="STAGE", help="stop after this stage")
     scan.add_argument("--force", action="store_true", help="redo every stage")
     scan.add_argument(
+        "--verify", action="store_true", help="read every file of the scan to find damage"
+    )
+    scan.add_argument(
+        "--accept-changes",
+        action="store_true",
+        help="take files of the scan that you changed as they are",
+    )
+    scan.add_argument(
         "--scale-from", metavar="A-B=METRES", help="distance of two photos or named points"
     )
     scan.add_argument("--reference", type=Path, metavar="SCAN", help="align into this scan")
@@ -82,10 +87,10 @@ def _scan(args: argparse.Namespace) -> int:
     from walltopo.pipeline.runner import scan
     from walltopo.pipeline.settings import load_settings
 
-    config = args.config
-    if config is None and Path("walltopo.toml").is_file():
-        config = Path("walltopo.toml")
-    settings = load_settings(config, [*_shortcuts(args), *args.set])
+    found = Path("walltopo.toml")
+    config = args.config or (found if found.is_file() else None)
+    given = [*_shortcuts(args), *args.set]
+    settings = load_settings(config, given, programs=args.config is not None)
     with TerminalListener(console, verbose=args.verbose, quiet=args.quiet) as listener:
         result = scan(
             args.photos,
@@ -94,6 +99,8 @@ def _scan(args: argparse.Namespace) -> int:
             from_stage=args.from_stage,
             to_stage=args.to_stage,
             force=args.force,
+            verify=args.verify,
+            accept_changes=args.accept_changes,
             listener=listener,
         )
     if not args.quiet and result.folder.routes.exists() and args.to_stage in (None, "export"):
@@ -110,12 +117,16 @@ def _shortcuts(args: argparse.Namespace) -> list[str]:
         "dense.backend": args.dense,
         "detect.model": args.model,
     }
-    return [f'{key}="{value}"' for key, value in pairs.items() if value is not None]
+    # JSON's strings are TOML's too.
+    return [
+        f"{key}={json.dumps(str(v), ensure_ascii=False)}"
+        for key, v in pairs.items()
+        if v is not None
+    ]
 
 
 def _show_result(root: Path) -> None:
     """The table of routes, and the page to open."""
-    from rich.markup import escape
     from rich.table import Table
 
     from walltopo.cli.console import console
@@ -133,7 +144,7 @@ def _show_result(root: Path) -> None:
     for route in routes:
         table.add_row(
             str(route.id),
-            escape(route.colour),
+            route.colour,
             str(len(route.holds)),
             f"{route.length:.2f}",
             f"{route.steepness_deg:.0f}°",
@@ -141,8 +152,8 @@ def _show_result(root: Path) -> None:
     console.print(table)
     if not metric:
         console.print("no measure was found: lengths are in arbitrary units", style="yellow")
-    console.print(f"open {folder.page.absolute()}", markup=False, soft_wrap=True)
-    console.print(f"or   walltopo view {root}", markup=False, soft_wrap=True)
+    console.print(f"open {folder.page.absolute()}", soft_wrap=True)
+    console.print(f"or   walltopo view {root}", soft_wrap=True)
 
 
 def _status(args: argparse.Namespace) -> int:
@@ -150,43 +161,26 @@ def _status(args: argparse.Namespace) -> int:
 
     from walltopo.cli.console import console
     from walltopo.cli.listener import describe_metrics, duration
-    from walltopo.pipeline.stages import stage_names
+    from walltopo.pipeline.health import stages_health
     from walltopo.scans.folder import ScanFolder
-    from walltopo.scans.manifest import Manifest
 
     folder = ScanFolder(args.scan)
     if not folder.manifest.is_file():
         raise InputError(f"{args.scan}: not a scan folder (it has no scan.json)")
-    manifest = Manifest.load(folder.manifest)
     table = Table()
     for column in ("stage", "state", "time", "memory", "figures"):
         table.add_column(column, justify="right" if column in ("time", "memory") else "left")
-    for name in stage_names():
-        record = manifest.stages.get(name)
+    stages = stages_health(folder, verify=args.verify)
+    for found in stages:
+        record = found.record
         if record is None:
-            table.add_row(name, "not run", "", "", "")
+            table.add_row(found.stage, found.state, "", "", "")
             continue
-        facts = record.error.splitlines()[-1] if record.error else describe_metrics(record.metrics)
+        facts = found.why or describe_metrics(record.metrics)
         memory = f"{record.peak_mb:,.0f} MB"
-        table.add_row(name, record.state, duration(record.seconds), memory, facts)
+        table.add_row(found.stage, found.state, duration(record.seconds), memory, facts)
     console.print(table)
-    finished = all(
-        manifest.stages.get(n) is not None and manifest.stages[n].state == "done"
-        for n in stage_names()
-    )
-    return 0 if finished else 1
-
-
-def _view(args: argparse.Namespace) -> int:
-    from walltopo.export.server import serve
-    from walltopo.scans.folder import ScanFolder
-
-    if not ScanFolder(args.scan).page.is_file():
-        raise InputError(
-            f"{args.scan}: no page to show", f"Run `walltopo scan -o {args.scan}` to its end first."
-        )
-    serve(args.scan, args.port, args.edit)
-    return 0
+    return 0 if all(found.state == "done" for found in stages) else 1
 
 
 def _settings(args: argparse.Namespace) -> int:
@@ -197,18 +191,18 @@ def _settings(args: argparse.Namespace) -> int:
     if args.section and args.section not in SECTIONS:
         raise SettingsError(f"no section {args.section!r}; there are {', '.join(SECTIONS)}")
     if args.markdown:
-        console.print(settings_markdown(), markup=False, soft_wrap=True, end="")
+        console.print(settings_markdown(), soft_wrap=True, end="")
         return 0
     for section, fields in sections().items():
         if args.section not in ("", section):
             continue
-        console.print(f"\n[{section}]", markup=False, style="bold")
+        console.print(f"\n[{section}]", style="bold")
         for field in fields.values():
             if field.expert and not args.all:
                 continue
             facts = "; ".join(part for part in (field.text, field.unit, allowed(field)) if part)
             line = f"{field.name} = {_toml(field.default)}"
-            console.print(f"{line:<36} # {facts}", markup=False, soft_wrap=True)
+            console.print(f"{line:<36} # {facts}", soft_wrap=True)
     return 0
 
 

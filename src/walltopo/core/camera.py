@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core.errors import InputError
+from walltopo.core.picture_size import check_picture_size
 
 __all__ = ["CAMERA_MODELS", "Camera"]
 
@@ -97,8 +98,7 @@ class Camera:
             raise InputError(
                 f"camera model {self.model} takes {expected} parameters, got {len(self.params)}"
             )
-        if self.width <= 0 or self.height <= 0:
-            raise InputError(f"camera size must be positive, got {self.width}x{self.height}")
+        check_picture_size(self.width, self.height)
         if not np.isfinite(self.params).all() or self.fx <= 0 or self.fy <= 0:
             raise InputError(f"camera parameters must be finite with a focal > 0: {self.params}")
 

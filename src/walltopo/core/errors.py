@@ -2,7 +2,17 @@
 
 from __future__ import annotations
 
-__all__ = ["EnvironmentLacksError", "InputError", "SettingsError", "StageError", "WalltopoError"]
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+__all__ = [
+    "EnvironmentLacksError",
+    "InputError",
+    "SettingsError",
+    "StageError",
+    "WalltopoError",
+    "naming",
+]
 
 
 class WalltopoError(Exception):
@@ -47,3 +57,12 @@ class EnvironmentLacksError(WalltopoError):
     """Something this machine lacks: a program, an extra, a GPU, disk space."""
 
     exit_code = 5
+
+
+@contextmanager
+def naming(where: object) -> Iterator[None]:
+    """Begin the message of an `InputError` in the block with `where`: a file, an entry of one."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{where}: {error.message}", error.hint) from error

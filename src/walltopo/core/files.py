@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 import shutil
+import stat
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -17,13 +18,20 @@ import msgspec
 from walltopo.core.errors import EnvironmentLacksError, InputError
 
 __all__ = [
+    "as_text",
     "atomic_path",
+    "files_below",
     "hash_path",
+    "is_special",
     "move_into_place",
     "read_json",
+    "scratch_beside",
     "told_when_full",
     "write_json",
 ]
+
+# What a desktop leaves in a folder that it shows.
+_CLUTTER = frozenset({"Thumbs.db", "desktop.ini"})
 
 
 @contextmanager
@@ -40,32 +48,67 @@ def told_when_full(path: Path) -> Iterator[None]:
 
 
 @contextmanager
+def scratch_beside(folder: Path) -> Iterator[Path]:
+    """A temporary folder within `folder`, so that what is made there moves by a rename.
+
+    Raises
+    ------
+    EnvironmentLacksError : `folder` cannot be made or written, or no space is left.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        holder = Path(tempfile.mkdtemp(prefix=".partial-", dir=folder))
+    except OSError as error:
+        raise EnvironmentLacksError(f"cannot write to {folder}: {error.strerror}") from error
+    try:
+        with told_when_full(folder):
+            yield holder
+    finally:
+        shutil.rmtree(holder, ignore_errors=True)
+
+
+@contextmanager
 def atomic_path(path: Path) -> Iterator[Path]:
     """Give a temporary path beside `path`; rename it over `path` when the block succeeds.
 
     Works for files and for folders (a folder replaces the old one). On an error or Ctrl-C
-    nothing of the temporary remains and what was there before stays as it was.
+    nothing of the temporary remains and what was there before stays as it was. A symbolic link
+    is replaced itself; what it leads to stays.
 
     Raises
     ------
+    InputError : a device, a pipe or a socket is there, or a folder where a file is to be, or a
+        file where a folder is to be.
     EnvironmentLacksError : no space left, or the folder cannot be written.
     """
     path = Path(path)
+    _refuse_special(path)
+    with told_when_full(path), scratch_beside(path.parent) as holder:
+        temporary = holder / path.name
+        yield temporary
+        _refuse_special(path)
+        if temporary.is_dir() and path.is_file():
+            raise InputError(f"{path}: is a file, expected a folder")
+        if not temporary.is_dir() and path.is_dir() and not path.is_symlink():
+            raise InputError(f"{path}: is a folder, expected a file")
+        if temporary.is_dir() and path.exists():
+            # A folder cannot be renamed over a full one: step the old one aside first.
+            path.rename(holder / "old")
+        temporary.replace(path)
+
+
+def is_special(path: Path) -> bool:
+    """Whether a device, a pipe or a socket is there: nothing that a file may replace."""
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        holder = Path(tempfile.mkdtemp(prefix=".partial-", dir=path.parent))
-    except OSError as error:
-        raise EnvironmentLacksError(f"cannot write to {path.parent}: {error.strerror}") from error
-    temporary = holder / path.name
-    try:
-        with told_when_full(path):
-            yield temporary
-            if temporary.is_dir() and path.exists():
-                # A folder cannot be renamed over a full one: step the old one aside first.
-                path.rename(holder / "old")
-            temporary.replace(path)
-    finally:
-        shutil.rmtree(holder, ignore_errors=True)
+        mode = path.lstat().st_mode
+    except OSError:
+        return False
+    return not (stat.S_ISREG(mode) or stat.S_ISDIR(mode) or stat.S_ISLNK(mode))
+
+
+def _refuse_special(path: Path) -> None:
+    if is_special(path):
+        raise InputError(f"{path}: is a device, a pipe or a socket; no file can replace it")
 
 
 def write_json(path: Path, value: Any) -> None:
@@ -93,7 +136,7 @@ def read_json(path: Path) -> Any:
 
 
 def hash_path(path: Path) -> str:
-    """Content hash of a file, or of all files in a folder (names included); '' if absent."""
+    """Content hash of a file, or of `files_below` a folder (names included); '' if absent."""
     path = Path(path)
     digest = hashlib.blake2b(digest_size=16)
     if path.is_file():
@@ -101,12 +144,33 @@ def hash_path(path: Path) -> str:
             while chunk := stream.read(1 << 20):
                 digest.update(chunk)
     elif path.is_dir():
-        for item in sorted(p for p in path.rglob("*") if p.is_file()):
+        for item in files_below(path):
             digest.update(os.fsencode(str(item.relative_to(path))))
             digest.update(hash_path(item).encode())
     else:
         return ""
     return digest.hexdigest()
+
+
+def as_text(path: Path | str) -> str:
+    """A path as text that any file can hold: bytes that are not UTF-8 are written out (`\\xe9`)."""
+    return os.fsencode(path).decode("utf-8", "backslashreplace")
+
+
+def files_below(folder: Path) -> list[Path]:
+    """All files of a folder, sorted; without hidden ones and what desktops leave behind."""
+    return sorted(_walk(folder))
+
+
+def _walk(folder: Path) -> Iterator[Path]:
+    with os.scandir(folder) as entries:
+        for entry in entries:
+            if entry.name.startswith(".") or entry.name in _CLUTTER:
+                continue
+            if entry.is_dir(follow_symlinks=False):
+                yield from _walk(Path(entry.path))
+            elif entry.is_file():
+                yield Path(entry.path)
 
 
 def move_into_place(made: Path, path: Path) -> None:

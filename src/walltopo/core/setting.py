@@ -27,7 +27,14 @@ from walltopo.core.errors import SettingsError
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-__all__ = ["SettingField", "about", "check_settings", "checked_value", "settings_of"]
+__all__ = [
+    "SettingField",
+    "about",
+    "check_settings",
+    "checked_value",
+    "out_of_bounds",
+    "settings_of",
+]
 
 
 @dataclass(frozen=True)
@@ -37,6 +44,7 @@ class _About:
     low: float | None
     high: float | None
     content: tuple[str, ...]
+    program: bool
     expert: bool
 
 
@@ -47,6 +55,7 @@ def about(
     low: float | None = None,
     high: float | None = None,
     content: tuple[str, ...] = (),
+    program: bool = False,
     expert: bool = False,
 ) -> object:
     """What goes beside the type of a setting, in `Annotated[type, about(...)]`.
@@ -58,9 +67,10 @@ def about(
     low, high : inclusive bounds.
     content : for a value that may name a file or folder: what of it counts as input of the stage
         ("." the path itself, else names within the folder). A scan then notices new content.
+    program : its value leads to code that is run; only the user's own word may set it.
     expert : told by `walltopo settings --all` only.
     """
-    return _About(text, unit, low, high, content, expert)
+    return _About(text, unit, low, high, content, program, expert)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,14 +137,26 @@ def checked_value(value: object, field: SettingField, where: str) -> Any:
     except msgspec.ValidationError as error:
         wanted = f"one of {', '.join(field.choices)}" if field.choices else field.type_name
         raise SettingsError(f"{where}: expected {wanted}, got {value!r}") from error
-    if isinstance(found, float) and not math.isfinite(found):
-        raise SettingsError(f"{where}: expected a finite number, got {value}")
     if isinstance(found, (int, float)) and not isinstance(found, bool):
-        if field.low is not None and found < field.low:
-            raise SettingsError(f"{where}: expected at least {field.low}, got {value}")
-        if field.high is not None and found > field.high:
-            raise SettingsError(f"{where}: expected at most {field.high}, got {value}")
+        wrong = out_of_bounds(found, field.low, field.high)
+        if wrong:
+            raise SettingsError(f"{where}: {wrong}")
     return found
+
+
+def out_of_bounds(value: int | float, low: float | None, high: float | None) -> str:
+    """What is wrong with a number that has these inclusive bounds; "" where nothing is.
+
+    Without a bound of its own a whole number must be one of 32 bits, which is what compiled code
+    takes, and any other within 1e12, beyond which no length or share of ours makes sense.
+    """
+    if not math.isfinite(value):
+        return f"expected a finite number, got {value}"
+    most = 2**31 - 1 if isinstance(value, int) else 1e12
+    low, high = -most if low is None else low, most if high is None else high
+    if value < low:
+        return f"expected at least {low}, got {value}"
+    return f"expected at most {high}, got {value}" if value > high else ""
 
 
 def check_settings(settings: DataclassInstance, section: str) -> None:

@@ -16,7 +16,7 @@ __all__ = ["colmap_mesh", "cuda_devices", "has_cuda"]
 
 def has_cuda() -> bool:
     """Whether pycolmap was built with CUDA and the machine has a device for it."""
-    import pycolmap
+    from walltopo.colmap import pycolmap
 
     return bool(pycolmap.has_cuda) and cuda_devices() > 0
 
@@ -67,7 +67,7 @@ def colmap_mesh(
             "Install pycolmap-cuda12 in its place on a machine with an NVIDIA GPU, or use "
             "dense.backend = sgm.",
         )
-    import pycolmap
+    from walltopo.colmap import pycolmap
 
     undistorted_workspace(sparse, photos, work, settings.max_size, progress)
     progress.step("PatchMatch stereo")

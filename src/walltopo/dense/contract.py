@@ -74,7 +74,7 @@ class DenseSettings:
         ),
     ] = 0.02
     openmvs_bin: Annotated[
-        str, about("folder of the OpenMVS programs; empty: looked up on PATH")
+        str, about("folder of the OpenMVS programs; empty: looked up on PATH", program=True)
     ] = ""
     openmvs_refine: Annotated[
         bool,

@@ -26,7 +26,13 @@ class DetectSettings:
         ),
     ] = "onnx"
     weights: Annotated[
-        str, about("weights of the Ultralytics families, trained on holds (.pt)", content=(".",))
+        str,
+        # A .pt file is a pickle: to load it is to run what it holds.
+        about(
+            "weights of the Ultralytics families, trained on holds (.pt)",
+            content=(".",),
+            program=True,
+        ),
     ] = ""
     sam: Annotated[
         Literal["mobile-sam", "sam-b", "sam2.1-t", "sam2.1-b"],

@@ -15,7 +15,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import InputError, Mesh
+from walltopo.core import InputError, Mesh, SettingsError
 from walltopo.core.files import atomic_path
 from walltopo.export.keep import keep_faces
 from walltopo.export.wall import Wall
@@ -119,7 +119,10 @@ def merge_walls(walls: Sequence[Wall], near: float = 0.03, title: str = "Gym") -
     Raises
     ------
     InputError : fewer than two, or some in metres and some not.
+    SettingsError : `near` is not above 0, or not finite.
     """
+    if not 0 < near < math.inf:
+        raise SettingsError(f"near: expected a finite number of metres above 0, got {near}")
     if len(walls) < 2:
         raise InputError("merge needs two scans or more")
     if len({wall.metric for wall in walls}) > 1:

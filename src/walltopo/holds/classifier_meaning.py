@@ -15,18 +15,20 @@ that role.
 from __future__ import annotations
 
 import json
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Literal
+
+import msgspec
 
 from walltopo.core import InputError
+from walltopo.core.toml import read_toml
+from walltopo.scans.document import parse
 
 __all__ = ["ROLES", "Meaning", "meanings_from_json", "meanings_of", "read_classes", "to_json"]
 
 ROLES = ("hold", "volume", "downclimb")
-KEYS = ("type", "colour", "role")
 
 
 @dataclass(frozen=True)
@@ -53,17 +55,26 @@ def _default(name: str) -> Meaning:
     return Meaning(name, role=name if name in ROLES else "hold")
 
 
-def _meaning(name: str, row: Mapping[str, Any], where: str) -> Meaning:
-    unknown = sorted(set(row) - {"name", *KEYS})
-    if unknown:
-        raise InputError(f"{where}: class {name!r}: unknown keys {unknown}")
-    if not all(isinstance(value, str) for value in row.values()):
-        raise InputError(f"{where}: class {name!r}: all values must be text")
-    given = {key: row[key] for key in KEYS if key in row}
-    try:
-        return Meaning(**{"type": name, "role": _default(name).role, **given})
-    except InputError as error:
-        raise InputError(f"{where}: class {name!r}: {error.message}") from error
+class _Row(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What a file says of a class; see `Meaning`."""
+
+    type: str | None = None
+    colour: str = ""
+    role: Literal["hold", "volume", "downclimb"] | None = None
+
+    def meaning(self, name: str) -> Meaning:
+        """With what its name says where the file says nothing."""
+        default = _default(name)
+        type_ = default.type if self.type is None else self.type
+        return Meaning(type_, self.colour, self.role or default.role)
+
+
+class _Class(_Row, frozen=True, kw_only=True):
+    name: Annotated[str, msgspec.Meta(min_length=1)]
+
+
+class _Classes(msgspec.Struct, frozen=True):
+    classes: tuple[_Class, ...] = msgspec.field(name="class", default=())
 
 
 def read_classes(path: Path) -> dict[str, Meaning]:
@@ -73,20 +84,12 @@ def read_classes(path: Path) -> dict[str, Meaning]:
     ------
     InputError : the file is missing, is not TOML, or an entry is wrong; names which.
     """
-    try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError as error:
-        raise InputError(f"{path}: no such file", "See docs/colours.md for its format.") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: not valid TOML ({error})") from error
+    hint = "See docs/colours.md for its format."
     found: dict[str, Meaning] = {}
-    for number, row in enumerate(data.get("class", []), start=1):
-        name = row.get("name")
-        if not isinstance(name, str) or not name:
-            raise InputError(f"{path}: class {number} has no name")
-        if name in found:
-            raise InputError(f"{path}: class {name!r} is there twice")
-        found[name] = _meaning(name, row, str(path))
+    for row in parse(read_toml(path, hint), _Classes, str(path)).classes:
+        if row.name in found:
+            raise InputError(f"{path}: class {row.name!r} is there twice")
+        found[row.name] = row.meaning(row.name)
     if not found:
         raise InputError(f"{path}: holds no [[class]] table", "See docs/colours.md.")
     return found
@@ -105,7 +108,7 @@ def to_json(meanings: Mapping[str, Meaning]) -> str:
 def meanings_from_json(text: str, path: Path) -> dict[str, Meaning]:
     """Read back what `to_json` wrote into the network at `path`."""
     try:
-        rows = json.loads(text)
-        return {str(name): _meaning(str(name), row, str(path)) for name, row in rows.items()}
-    except (json.JSONDecodeError, AttributeError, TypeError) as error:
+        rows = msgspec.json.decode(text, type=dict[str, _Row])
+    except (msgspec.DecodeError, RecursionError) as error:
         raise InputError(f"{path}: metadata classes: cannot be read ({error})") from error
+    return {name: row.meaning(name) for name, row in rows.items()}

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import get_args
+from typing import Annotated
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError
 from walltopo.core.files import atomic_path
+from walltopo.core.toml import read_toml
 from walltopo.imaging.oklab import features
 from walltopo.imaging.srgb import linear_from_srgb8
 from walltopo.scans.attributes import Hold, Role
+from walltopo.scans.document import parse
 
 __all__ = [
     "REFERENCE",
@@ -69,6 +71,21 @@ class Entry:
     name: str
     rgb: tuple[int, int, int]
     role: Role = "hold"
+
+
+Level = Annotated[int, msgspec.Meta(ge=0, le=255)]
+
+
+class _Row(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A [[colour]] table; see `Entry`."""
+
+    rgb: tuple[Level, Level, Level]
+    name: str = ""
+    role: Role = "hold"
+
+
+class _Palette(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    colour: tuple[_Row, ...] = ()
 
 
 def _linear(colours: Sequence[tuple[int, int, int]]) -> Floats:
@@ -139,38 +156,13 @@ def read_palette(path: Path, lightness_weight: float) -> list[Entry]:
     ------
     InputError : the file is missing, is not TOML, or an entry is wrong; names which.
     """
-    try:
-        data = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except FileNotFoundError as error:
-        raise InputError(
-            f"{path}: no such palette", "`walltopo palette learn SCAN` writes one to start from."
-        ) from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: not valid TOML ({error})") from error
-    rows = data.get("colour", [])
-    if not isinstance(rows, list) or not rows:
+    hint = "`walltopo palette learn SCAN` writes one to start from."
+    rows = parse(read_toml(path, hint), _Palette, str(path)).colour
+    if not rows:
         raise InputError(f"{path}: holds no [[colour]] table", "See docs/colours.md.")
-    entries: list[Entry] = []
-    for number, row in enumerate(rows, start=1):
-        rgb = row.get("rgb")
-        if (
-            not isinstance(rgb, list)
-            or len(rgb) != 3
-            or not all(isinstance(v, int) and 0 <= v <= 255 for v in rgb)
-        ):
-            raise InputError(f"{path}: colour {number}: rgb must be three whole numbers 0..255")
-        unknown = set(row) - {"name", "rgb", "role"}
-        if unknown:
-            raise InputError(f"{path}: colour {number}: unknown keys {sorted(unknown)}")
-        role = row.get("role", "hold")
-        if role not in get_args(Role):
-            raise InputError(
-                f"{path}: colour {number}: role must be one of {', '.join(get_args(Role))}, "
-                f"got {role!r}"
-            )
-        value = (rgb[0], rgb[1], rgb[2])
-        entries.append(Entry(str(row.get("name") or name_of(value, lightness_weight)), value, role))
-    return entries
+    return [
+        Entry(row.name or name_of(row.rgb, lightness_weight), row.rgb, row.role) for row in rows
+    ]
 
 
 def palette_of_holds(holds: Sequence[Hold]) -> tuple[list[Entry], list[int]]:

@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError
+from walltopo.imaging.hush import hushed
+from walltopo.imaging.opening import open_picture
 
-__all__ = ["read_grey", "read_rgb"]
+__all__ = ["read_grey", "read_rgb", "read_stored"]
 
 
 def read_rgb(path: Path) -> NDArray[np.uint8]:
@@ -21,7 +23,8 @@ def read_rgb(path: Path) -> NDArray[np.uint8]:
     """
     import cv2
 
-    return np.ascontiguousarray(_read(path, cv2.IMREAD_COLOR)[..., ::-1])
+    picture = _read(path, cv2.IMREAD_COLOR)[..., ::-1]
+    return np.ascontiguousarray(picture, dtype=np.uint8)
 
 
 def read_grey(path: Path) -> NDArray[np.uint8]:
@@ -33,18 +36,35 @@ def read_grey(path: Path) -> NDArray[np.uint8]:
     """
     import cv2
 
-    return _read(path, cv2.IMREAD_GRAYSCALE)
+    return np.asarray(_read(path, cv2.IMREAD_GRAYSCALE), dtype=np.uint8)
 
 
-def _read(path: Path, mode: int) -> NDArray[np.uint8]:
+def read_stored(path: Path) -> NDArray[np.generic]:
+    """A picture as it is stored: (H, W) or (H, W, C in BGR order), of the file's own depth.
+
+    Raises
+    ------
+    InputError : as in `read_rgb`.
+    """
+    import cv2
+
+    return _read(path, cv2.IMREAD_UNCHANGED)
+
+
+def _read(path: Path, mode: int) -> NDArray[np.generic]:
     import cv2
 
     if not path.is_file():
         raise InputError(f"{path}: no such picture", _HINT)
-    picture = cv2.imread(str(path), mode)
+    try:
+        # OpenCV decodes more formats than are let in, and up to a billion pixels.
+        with open_picture(path), hushed():
+            picture = cv2.imread(str(path), mode)
+    except InputError as error:
+        raise InputError(f"{path}: {error.message}", _HINT) from error
     if picture is None:
         raise InputError(f"{path}: not a picture, or damaged", _HINT)
-    return np.asarray(picture, dtype=np.uint8)
+    return np.asarray(picture)
 
 
 _HINT = "If it is a scan's own photo, run the scan again: walltopo scan --from ingest."

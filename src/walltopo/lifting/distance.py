@@ -64,7 +64,7 @@ def mean_object_distance(mesh: Mesh, views: Sequence[View], seed: int) -> float:
 
 def _slope_of(camera: Camera, x: float, y: float) -> Floats:
     """(2,) x/z and y/z of the ray through a pixel."""
-    import pycolmap
+    from walltopo.colmap import pycolmap
 
     if camera.is_pinhole:
         return np.array([(x - camera.cx) / camera.fx, (y - camera.cy) / camera.fy])

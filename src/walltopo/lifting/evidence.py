@@ -293,7 +293,7 @@ def slope_bounds(camera: Camera) -> Floats:
         x = (np.array([0.0, camera.width]) - camera.cx) / camera.fx
         y = (np.array([0.0, camera.height]) - camera.cy) / camera.fy
         return np.array([*x, *y])
-    import pycolmap
+    from walltopo.colmap import pycolmap
 
     lens = pycolmap.Camera(
         model=camera.model, width=camera.width, height=camera.height, params=camera.params

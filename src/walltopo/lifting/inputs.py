@@ -4,20 +4,52 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Camera, InputError, Mask, View
+from walltopo.core.errors import naming
 from walltopo.core.files import read_json
+from walltopo.core.inside import check_name
+from walltopo.core.picture_size import MOST_SIDE
+from walltopo.imaging.photo_file import read_stored
+from walltopo.scans.bounds import Coordinate, check_once
 from walltopo.scans.detections import read_coco_masks
+from walltopo.scans.document import parse
 from walltopo.scans.model import read_views
 
 __all__ = ["attach_masks", "read_cameras", "read_masks", "read_transforms"]
 
+Row = tuple[Coordinate, Coordinate, Coordinate, Coordinate]
+Pixels = Annotated[float, msgspec.Meta(ge=-1e6, le=1e6)]
+Side = Annotated[float, msgspec.Meta(ge=1, le=MOST_SIDE)]  # some write 1280.0
+
 # OpenGL cameras look along -z with y up, COLMAP's along +z with y down.
 _FLIP = np.diag([1.0, -1.0, -1.0, 1.0])
+
+
+class _Frame(msgspec.Struct, frozen=True):
+    """A frame of a `transforms.json`, with what the file says of all frames."""
+
+    file_path: str
+    transform_matrix: Annotated[tuple[Row, ...], msgspec.Meta(min_length=3, max_length=4)]
+    w: Side
+    h: Side
+    fl_x: Pixels | None = None
+    fl_y: Pixels | None = None
+    camera_angle_x: Annotated[float, msgspec.Meta(gt=0, lt=3.14)] | None = None
+    cx: Pixels | None = None
+    cy: Pixels | None = None
+    k1: Coordinate = 0.0
+    k2: Coordinate = 0.0
+    k3: Coordinate = 0.0
+    k4: Coordinate = 0.0
+    p1: Coordinate = 0.0
+    p2: Coordinate = 0.0
+    camera_model: str = ""
 
 
 def read_cameras(path: Path) -> list[View]:
@@ -43,40 +75,54 @@ def read_transforms(path: Path) -> list[View]:
     or `camera_angle_x` where there is no focal length.
     """
     data = read_json(path)
-    if not isinstance(data, dict) or not data.get("frames"):
+    if not isinstance(data, dict) or not isinstance(data.get("frames"), list) or not data["frames"]:
         raise InputError(f"{path}: not a transforms.json, it has no frames")
-    views = []
+    views: list[View] = []
     for number, frame in enumerate(data["frames"]):
-        try:
-            world_from_gl = np.asarray(frame["transform_matrix"], dtype=np.float64)
-            name = Path(frame["file_path"]).name
-            camera = _camera_of({**data, **frame})
-            if world_from_gl.shape not in ((3, 4), (4, 4)):
-                raise ValueError(f"transform_matrix of shape {world_from_gl.shape}")
-        except (KeyError, TypeError, ValueError) as error:
-            raise InputError(f"{path}: frame {number}: {error} is missing or wrong") from error
-        full = np.eye(4)
-        full[: len(world_from_gl)] = world_from_gl
-        # Some exporters leave a scale in the matrix: a rotation has none.
-        full[:3, :3] /= np.cbrt(np.linalg.det(full[:3, :3]))
-        cam_from_world = np.asarray(np.linalg.inv(full @ _FLIP)[:3], dtype=np.float64)
-        views.append(View(name, camera, cam_from_world))
+        merged = {**data, **frame} if isinstance(frame, dict) else frame
+        where = f"{path}: frame {number}"
+        entry = parse(merged, _Frame, where)
+        with naming(where):
+            views.append(_view(entry))
+    with naming(path):
+        check_once("a photo called", (view.name for view in views))
     return sorted(views, key=lambda view: view.name)
 
 
-def _camera_of(values: Mapping[str, Any]) -> Camera:
-    width, height = int(values["w"]), int(values["h"])
-    if "fl_x" in values:
-        fx = float(values["fl_x"])
+def _view(frame: _Frame) -> View:
+    world_from_gl = np.eye(4)
+    world_from_gl[: len(frame.transform_matrix)] = frame.transform_matrix
+    if not np.allclose(world_from_gl[3], [0, 0, 0, 1]):
+        raise InputError("transform_matrix: its last row must be 0 0 0 1")
+    volume = float(np.linalg.det(world_from_gl[:3, :3]))
+    if not 1e-12 < volume < 1e12:
+        what = "mirrors" if volume < 0 else "does not turn"
+        raise InputError(
+            f"transform_matrix {what} (determinant {volume:.3g}); expected a rotation and a place",
+            "A camera that is mirrored has an axis turned over: check the exporter's convention.",
+        )
+    # Some exporters leave a scale in the matrix: a rotation has none.
+    world_from_gl[:3, :3] /= np.cbrt(volume)
+    cam_from_world = np.asarray(np.linalg.inv(world_from_gl @ _FLIP)[:3], dtype=np.float64)
+    return View(check_name(Path(frame.file_path).name), _camera_of(frame), cam_from_world)
+
+
+def _camera_of(frame: _Frame) -> Camera:
+    width, height = frame.w, frame.h
+    if frame.fl_x is not None:
+        fx = frame.fl_x
+    elif frame.camera_angle_x is not None:
+        fx = width / 2 / float(np.tan(frame.camera_angle_x / 2))
     else:
-        fx = width / 2 / np.tan(float(values["camera_angle_x"]) / 2)
-    fy = float(values.get("fl_y", fx))
-    middle = float(values.get("cx", width / 2)), float(values.get("cy", height / 2))
-    fisheye = values.get("camera_model") == "OPENCV_FISHEYE"
-    names = ("k1", "k2", "k3", "k4") if fisheye else ("k1", "k2", "p1", "p2")
-    distortion = tuple(float(values.get(name, 0.0)) for name in names)
-    model = "OPENCV_FISHEYE" if fisheye else "OPENCV"
-    return Camera(model, width, height, (fx, fy, *middle, *distortion))
+        raise InputError("has neither fl_x nor camera_angle_x")
+    fy = fx if frame.fl_y is None else frame.fl_y
+    cx = width / 2 if frame.cx is None else frame.cx
+    cy = height / 2 if frame.cy is None else frame.cy
+    last = (frame.k3, frame.k4)
+    model = "OPENCV_FISHEYE" if frame.camera_model == "OPENCV_FISHEYE" else "OPENCV"
+    if model == "OPENCV":
+        last = (frame.p1, frame.p2)
+    return Camera(model, int(width), int(height), (fx, fy, cx, cy, frame.k1, frame.k2, *last))
 
 
 def read_masks(path: Path) -> tuple[dict[str, tuple[Mask, ...]], dict[int, str]]:
@@ -95,10 +141,8 @@ def read_masks(path: Path) -> tuple[dict[str, tuple[Mask, ...]], dict[int, str]]
 
 
 def _masks_of_ids(file: Path) -> tuple[Mask, ...]:
-    import cv2
-
-    image = cv2.imread(str(file), cv2.IMREAD_UNCHANGED)
-    if image is None or image.ndim != 2 or image.dtype not in (np.uint8, np.uint16):
+    image = read_stored(file)
+    if image.ndim != 2 or image.dtype not in (np.uint8, np.uint16):
         raise InputError(
             f"{file}: expected a PNG of one channel, 8 or 16 bit, with object numbers",
             "A coloured picture of masks cannot be used: colours are not numbers.",

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Annotated
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, View
+from walltopo.core.picture_size import MOST_SIDE
+from walltopo.core.toml import read_toml
 from walltopo.measure.rays import triangulate
+from walltopo.scans.document import parse
 
 __all__ = ["named_points", "parse_distance", "scale_from_distance"]
 
 Floats = NDArray[np.float64]
+Pixel = Annotated[float, msgspec.Meta(ge=0, le=MOST_SIDE)]
 
 
 def parse_distance(text: str, known: Sequence[str]) -> tuple[str, str, float]:
@@ -63,22 +68,16 @@ def named_points(path: Path, views: Sequence[View]) -> dict[str, Floats]:
     ------
     InputError : not readable, a photo that is not registered, or pixels that do not meet.
     """
-    try:
-        table = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise InputError(f"{path}: cannot be read as TOML: {error}") from error
+    table = parse(read_toml(path), dict[str, dict[str, tuple[Pixel, Pixel]]], str(path))
     by_name = {view.name: view for view in views}
     points: dict[str, Floats] = {}
     for name, seen in table.items():
-        if not isinstance(seen, dict) or len(seen) < 2:
+        if len(seen) < 2:
             raise InputError(f"{path}: point {name!r}: give its pixel in two or more photos")
         unknown = [photo for photo in seen if photo not in by_name]
         if unknown:
             raise InputError(f"{path}: point {name!r}: {unknown[0]} is not a registered photo")
-        try:
-            pixels = np.array([[float(x), float(y)] for x, y in seen.values()])
-        except (TypeError, ValueError) as error:
-            raise InputError(f"{path}: point {name!r}: a pixel is [x, y]: {error}") from error
+        pixels = np.array(list(seen.values()))
         sizes = [(by_name[k].camera.width, by_name[k].camera.height) for k in seen]
         if ((pixels < 0) | (pixels > np.array(sizes))).any():
             raise InputError(f"{path}: point {name!r}: a pixel lies outside its photo")

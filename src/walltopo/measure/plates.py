@@ -6,12 +6,15 @@ import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError
+from walltopo.core.toml import read_toml
+from walltopo.scans.document import parse
 
 __all__ = ["BUILT_IN", "Plate", "built_in_plates", "marker_cells", "read_plates"]
 
@@ -49,7 +52,27 @@ size = [0.420, 0.297]
 marker = 0.115
 margin = 0.012
 """
-_KEYS = {"name", "dictionary", "ids", "copies", "size", "marker", "margin", "thickness", "floor"}
+
+MarkerId = Annotated[int, msgspec.Meta(ge=0, le=10_000)]
+Metres = Annotated[float, msgspec.Meta(ge=0, le=100)]
+
+
+class _Entry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A [[plate]] table; see `Plate`."""
+
+    ids: tuple[MarkerId, MarkerId, MarkerId, MarkerId]
+    size: tuple[Metres, Metres]
+    marker: Annotated[float, msgspec.Meta(gt=0, le=100)]
+    margin: Metres
+    name: str = "plate"
+    dictionary: str = "DICT_4X4_50"
+    copies: Annotated[int, msgspec.Meta(ge=0, le=1000)] = 1
+    thickness: Metres = 0.0
+    floor: bool = True
+
+
+class _Plates(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    plate: tuple[_Entry, ...]
 
 
 @dataclass(frozen=True)
@@ -129,57 +152,38 @@ def read_plates(path: Path) -> list[Plate]:
     ------
     InputError : not TOML, an unknown or missing key, an impossible shape, an id used twice.
     """
-    try:
-        table = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise InputError(f"{path}: cannot be read as TOML: {error}") from error
-    return _parse(table, str(path))
+    return _parse(read_toml(path), str(path))
 
 
 def _parse(table: dict[str, Any], source: str) -> list[Plate]:
-    entries = table.get("plate")
-    if not isinstance(entries, list) or not entries or set(table) != {"plate"}:
-        raise InputError(f"{source}: expected [[plate]] tables and nothing else")
+    entries = parse(table, _Plates, source).plate
     plates = [plate for entry in entries for plate in _copies(entry, source)]
+    if not plates:
+        raise InputError(f"{source}: holds no [[plate]] table")
     _refuse_shared_ids(plates, source)
     return plates
 
 
-def _copies(entry: dict[str, Any], source: str) -> list[Plate]:
-    unknown = set(entry) - _KEYS
-    missing = {"ids", "size", "marker", "margin"} - set(entry)
-    if unknown or missing:
-        told = [f"unknown key {key!r}" for key in sorted(unknown)]
-        told += [f"missing key {key!r}" for key in sorted(missing)]
-        raise InputError(
-            f"{source}: [[plate]]: {', '.join(told)}; known: {', '.join(sorted(_KEYS))}"
-        )
-    try:
-        ids = [int(k) for k in entry["ids"]]
-        width, height = (float(value) for value in entry["size"])
-        marker, margin = float(entry["marker"]), float(entry["margin"])
-        thickness, copies = float(entry.get("thickness", 0)), int(entry.get("copies", 1))
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{source}: [[plate]]: {error}") from error
-    if len(ids) != 4:
-        raise InputError(f"{source}: [[plate]]: ids: expected 4 marker ids, got {len(ids)}")
-    if marker <= 0 or margin < 0 or min(width, height) < 2 * (marker + margin):
+def _copies(entry: _Entry, source: str) -> list[Plate]:
+    ids, marker, margin = entry.ids, entry.marker, entry.margin
+    width, height = entry.size
+    if min(width, height) < 2 * (marker + margin):
         raise InputError(
             f"{source}: [[plate]]: two markers of {marker} m with margins of {margin} m do not "
             f"fit on {width} x {height} m (lengths are metres)"
         )
     return [
         Plate(
-            str(entry.get("name", "plate")),
-            str(entry.get("dictionary", "DICT_4X4_50")),
+            entry.name,
+            entry.dictionary,
             (ids[0] + 4 * k, ids[1] + 4 * k, ids[2] + 4 * k, ids[3] + 4 * k),
             (width, height),
             marker,
             margin,
-            thickness,
-            bool(entry.get("floor", True)),
+            entry.thickness,
+            entry.floor,
         )
-        for k in range(max(1, copies))
+        for k in range(max(1, entry.copies))
     ]
 
 

@@ -137,6 +137,7 @@ def _by_reference(
         floor_known=aligned.frame.floor_known,
         plates=tuple(replace(_plate_record(plate, world), used=False) for plate in plates),
         notes=tuple(notes),
+        reference_frame=aligned.reference_frame,
     )
 
 
@@ -270,7 +271,7 @@ def _plate_record(plate: PlateReport, world: Similarity) -> PlateRecord:
 
 def _in_world(model: Any, world: Similarity, folder: Path) -> SparseModel:
     """The model in the world frame; a frame that is kept is not touched by a single rounding."""
-    import pycolmap
+    from walltopo.colmap import pycolmap
 
     identity = (
         world.scale == 1.0

@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh
+from walltopo.core.errors import naming
 from walltopo.core.files import atomic_path
+from walltopo.meshes.foreign import int32_faces, load_foreign
 
 __all__ = ["read_mesh", "write_ply"]
 
@@ -50,7 +52,7 @@ def write_ply(path: Path, mesh: Mesh, instance: NDArray[np.int32] | None = None)
 
 
 def read_mesh(path: Path) -> Mesh:
-    """Read a triangle mesh (PLY, OBJ, GLB, STL: whatever trimesh reads), vertices as they are.
+    """Read a triangle mesh (PLY, OBJ, glTF, STL, OFF), vertices as they are.
 
     Raises
     ------
@@ -59,10 +61,8 @@ def read_mesh(path: Path) -> Mesh:
     import trimesh
 
     path = Path(path)
-    if not path.is_file():
-        raise InputError(f"{path}: no such file")
+    loaded = load_foreign(path)
     try:
-        loaded = trimesh.load(path, process=False, maintain_order=True)
         if isinstance(loaded, trimesh.Scene):
             loaded = loaded.to_mesh()
     except Exception as error:  # trimesh raises many kinds for broken files
@@ -72,4 +72,5 @@ def read_mesh(path: Path) -> Mesh:
     colours = None
     if loaded.visual.kind == "vertex":
         colours = np.ascontiguousarray(np.asarray(loaded.visual.vertex_colors)[:, :3], np.uint8)
-    return Mesh(np.asarray(loaded.vertices), np.asarray(loaded.faces, dtype=np.int32), colours)
+    with naming(path):
+        return Mesh(np.asarray(loaded.vertices), int32_faces(loaded.faces), colours)

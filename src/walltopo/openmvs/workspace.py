@@ -21,7 +21,7 @@ def undistorted_workspace(
     work : an empty folder.
     max_size : longer side of the photos written, pixels; smaller ones keep their size.
     """
-    import pycolmap
+    from walltopo.colmap import pycolmap
 
     progress.step("undistorting photos")
     options = pycolmap.UndistortCameraOptions(max_image_size=max_size)

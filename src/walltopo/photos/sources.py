@@ -1,49 +1,141 @@
-"""Which files the user means: folders, photos, videos."""
+"""Which files the user means: folders, photos, videos. Exactly these are read by ingest."""
 
 from __future__ import annotations
 
+import errno
+import os
 import re
-from collections.abc import Sequence
+import stat
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 from walltopo.core import InputError
-from walltopo.photos.image_file import PHOTO_SUFFIXES
-from walltopo.photos.video import VIDEO_SUFFIXES
+from walltopo.core.files import as_text
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.photo_list import SkippedFile
 
-__all__ = ["find_sources"]
+__all__ = ["PHOTO_SUFFIXES", "VIDEO_SUFFIXES", "Sources", "find_sources", "is_video", "shown_name"]
+
+PHOTO_SUFFIXES: Final = {".jpg", ".jpeg", ".png", ".heic", ".heif", ".webp", ".tif", ".tiff"}
+VIDEO_SUFFIXES: Final = {".mp4", ".mov", ".m4v", ".avi", ".mkv", ".webm"}
+_SPECIAL: Final = (
+    (stat.S_ISFIFO, "a pipe, not a file"),
+    (stat.S_ISSOCK, "a socket, not a file"),
+    (stat.S_ISCHR, "a device, not a file"),
+    (stat.S_ISBLK, "a device, not a file"),
+)
 
 
-def find_sources(given: Sequence[Path]) -> tuple[list[Path], list[Path]]:
-    """Photo and video files in natural order, and the files in the folders that are neither.
+@dataclass(frozen=True)
+class Sources:
+    """What the user gave.
+
+    Parameters
+    ----------
+    files : photos and videos in natural order; all that ingest reads, and nothing else.
+    skipped : what lies beside them, and why it is not read.
+    """
+
+    files: tuple[Path, ...]
+    skipped: tuple[SkippedFile, ...]
+
+
+def find_sources(given: Sequence[Path], own: Path | None = None) -> Sources:
+    """The photos and videos among files and in folders; folders inside folders are left out.
+
+    Parameters
+    ----------
+    own : the scan folder that is written; nothing in it is a source.
 
     Raises
     ------
-    InputError : a path does not exist, or nothing usable is there at all.
+    InputError : a path does not exist, is a scan folder or part of `own`, or nothing usable is
+        there at all.
     """
-    usable: list[Path] = []
-    others: list[Path] = []
+    files: list[Path] = []
+    skipped: list[SkippedFile] = []
     for path in given:
-        if not path.exists():
-            raise InputError(f"{path}: no such file or folder")
-        for file in sorted(_files(path), key=_natural):
-            known = file.suffix.lower() in PHOTO_SUFFIXES | VIDEO_SUFFIXES
-            (usable if known else others).append(file)
-    if not usable:
+        _refuse_scans(path, own)
+        for item in _items(path):
+            reason = _reason_against(item)
+            if reason:
+                skipped.append(SkippedFile(shown_name(item), reason))
+            else:
+                files.append(item)
+    if not files:
         names = ", ".join(str(path) for path in given)
+        told = "\n".join(f"  {item.source}: {item.reason}" for item in skipped[:5])
         raise InputError(
-            f"{names}: no photos here",
+            f"{names}: no photos here" + (f"\n{told}" if told else ""),
             "Give a folder of photos (JPEG, PNG, HEIC, WebP, TIFF), photo files, or a video.",
         )
-    return list(dict.fromkeys(usable)), others
+    return Sources(tuple(dict.fromkeys(files)), tuple(skipped))
 
 
-def _files(path: Path) -> list[Path]:
-    if path.is_file():
-        return [path]
-    return [p for p in path.iterdir() if p.is_file() and not p.name.startswith(".")]
+def is_video(path: Path) -> bool:
+    """Whether a source is read as a video, by its suffix."""
+    return path.suffix.lower() in VIDEO_SUFFIXES
+
+
+def shown_name(path: Path) -> str:
+    """A file's name as text: bytes that are not UTF-8 are written out (`caf\\xe9.jpg`)."""
+    return as_text(path.name)
+
+
+def _refuse_scans(path: Path, own: Path | None) -> None:
+    if not os.path.lexists(path):
+        raise InputError(f"{path}: no such file or folder")
+    if ScanFolder(path).manifest.is_file():
+        raise InputError(
+            f"{path}: is a scan folder, not a folder of photos",
+            f"Its photos lie in {ScanFolder(path).photos}.",
+        )
+    # Path.resolve raises where a link leads in a circle.
+    if own is not None and Path(os.path.realpath(own)) in Path(os.path.realpath(path)).parents:
+        raise InputError(
+            f"{path}: lies in the scan folder that is written ({own})",
+            "Give the photos that the scan was made from, or another output folder.",
+        )
+
+
+def _items(path: Path) -> Iterator[Path]:
+    """The path itself, or what a folder holds, without hidden things, in natural order."""
+    if not path.is_dir():
+        return iter([path])
+    try:
+        inside = [item for item in path.iterdir() if not item.name.startswith(".")]
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
+    return iter(sorted(inside, key=_natural))
+
+
+def _reason_against(path: Path) -> str:
+    """Why it is not read; empty for a photo or a video. Nothing is opened to find out."""
+    try:
+        mode = path.stat().st_mode
+    except OSError as error:
+        return _UNREACHABLE.get(error.errno or 0, f"cannot be read ({error.strerror})")
+    if stat.S_ISDIR(mode):
+        if ScanFolder(path).manifest.is_file():
+            return "a scan folder"
+        return "a folder; folders in the folder are not looked into"
+    for is_special, reason in _SPECIAL:
+        if is_special(mode):
+            return reason
+    known = path.suffix.lower() in PHOTO_SUFFIXES | VIDEO_SUFFIXES
+    return "" if known else "neither a photo nor a video"
+
+
+_UNREACHABLE: Final = {
+    errno.ENOENT: "a link to nothing",
+    errno.ELOOP: "a link that leads in a circle",
+    errno.EACCES: "cannot be read (permission denied)",
+}
 
 
 def _natural(path: Path) -> list[tuple[int, int | str]]:
     """IMG_2 before IMG_10."""
     parts = re.split(r"(\d+)", path.name.lower())
-    return [(0, int(part)) if part.isdigit() else (1, part) for part in parts]
+    return [(0, int(part)) if part.isdecimal() else (1, part) for part in parts]

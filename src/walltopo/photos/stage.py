@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import re
-import threading
-import unicodedata
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,22 +14,18 @@ from numpy.typing import NDArray
 from walltopo.core import InputError, Progress
 from walltopo.core.files import hash_path
 from walltopo.photos.contract import IngestSettings, Reads, Writes
-from walltopo.photos.image_file import decode_photo
-from walltopo.photos.quality import sharpness, thumbnail
-from walltopo.photos.sources import find_sources
-from walltopo.photos.video import VIDEO_SUFFIXES, pick_frames
+from walltopo.photos.decoding import decode_files
+from walltopo.photos.job import Done, Stored
+from walltopo.photos.names import Names
+from walltopo.photos.sources import find_sources, is_video, shown_name
 from walltopo.scans.context import Context
 from walltopo.scans.manifest import Metrics
 from walltopo.scans.photo_list import Photo, PhotoList, SkippedFile
 from walltopo.scans.photo_set import PhotoSet
 
-if TYPE_CHECKING:
-    from PIL.Image import Image
-
 __all__ = ["run"]
 
 _FEWEST = 3
-_JPEG_QUALITY = 95
 # A photo is blurred below this variance of its Laplacian at 1024 px, and below this share of the
 # set's median.
 _LEAST_SHARPNESS = 3.0
@@ -44,8 +36,9 @@ _SAME_DIFFERENCE = 0.6
 
 @dataclass(frozen=True)
 class _Photo:
-    """A decoded candidate, already written under `name` in the temporary folder."""
+    """A decoded candidate: it lies at `file` and will be called `name`."""
 
+    file: Path
     name: str
     source: str
     width: int
@@ -69,12 +62,12 @@ def run(reads: Reads, settings: IngestSettings, context: Context) -> Writes:
     ------
     InputError : nothing to read, or fewer than 3 usable photos (with every reason).
     """
-    files, others = find_sources(reads.sources)
-    skipped = [SkippedFile(file.name, "neither a photo nor a video") for file in others]
-    folder = context.scratch / "photos"
-    folder.mkdir()
+    sources = find_sources(reads.sources, own=context.cache.parent)
+    skipped = list(sources.skipped)
+    decoded = context.scratch / "decoded"
+    decoded.mkdir()
     photos: list[_Photo] = []
-    for item in _decode_all(files, folder, settings, context.progress):
+    for item in _decode_all(sources.files, decoded, settings, context.progress):
         if isinstance(item, _Photo):
             photos.append(item)
         else:
@@ -83,10 +76,10 @@ def run(reads: Reads, settings: IngestSettings, context: Context) -> Writes:
     skipped += rejected
     if len(photos) < _FEWEST:
         raise InputError(_too_few(photos, skipped), "Add photos of the wall and run again.")
-    kept = {photo.name for photo in photos}
-    for file in folder.iterdir():
-        if file.name not in kept:
-            file.unlink()
+    folder = context.scratch / "photos"
+    folder.mkdir()
+    for photo in photos:
+        photo.file.rename(folder / photo.name)
     for item in skipped:
         context.progress.note(f"skipped {item.source}: {item.reason}")
     metrics: Metrics = {
@@ -102,91 +95,71 @@ def run(reads: Reads, settings: IngestSettings, context: Context) -> Writes:
 def _decode_all(
     files: Sequence[Path], folder: Path, settings: IngestSettings, progress: Progress
 ) -> Iterator[_Photo | SkippedFile]:
-    """Candidates in the order of the sources; decoding runs on several threads."""
-    names = _Names()
-    jobs = _with_twins(files)
-    progress.step("read photos", len(files))
-    with ThreadPoolExecutor(max_workers=4) as pool:
-
-        def decode(job: tuple[Path, str | None]) -> list[_Photo | SkippedFile]:
-            file, twin = job
-            if twin is not None:
-                return [SkippedFile(file.name, f"the same file as {twin}")]
-            try:
-                if file.suffix.lower() in VIDEO_SUFFIXES:
-                    return _from_video(file, folder, settings, names)
-                photo = decode_photo(file)
-                return [_store(photo.image, photo.focal_px, file, folder, settings, names)]
-            except InputError as error:
-                return [SkippedFile(file.name, error.message)]
-
-        # Names are given in advance so that the threads' order cannot change them.
-        for file, twin in jobs:
-            if twin is None:
-                names.reserve(file)
-        for results in pool.map(decode, jobs):
+    """Candidates in the order of the sources, whatever was decoded first."""
+    twins = _twins(files)
+    jobs = [(number, file) for number, file in enumerate(files) if number not in twins]
+    progress.step("read photos", len(jobs))
+    done: dict[int, Done] = {}
+    with closing(decode_files(jobs, folder, settings, progress)) as answers:
+        for answer in answers:
+            done[answer.number] = answer
             progress.advance()
-            yield from results
+    names = Names()
+    # Photos have the first choice of names, frames of videos the second.
+    first = {number: names.give(file.stem) for number, file in jobs if not is_video(file)}
+    for number, file in enumerate(files):
+        source = shown_name(file)
+        if number in twins:
+            yield SkippedFile(source, f"the same file as {twins[number]}")
+            continue
+        for reason in done[number].reasons:
+            yield SkippedFile(source, reason)
+        for stored in done[number].photos:
+            if stored.frame is None:
+                yield _photo(stored, folder, first[number], source)
+            else:
+                end = f"_{stored.frame:06d}"
+                shown = shown_name(file.with_suffix("")) + end
+                yield _photo(stored, folder, names.give(file.stem, end), shown)
 
 
-def _with_twins(files: Sequence[Path]) -> list[tuple[Path, str | None]]:
-    """Each file with the name of an earlier one of the same content, or None."""
-    sizes = Counter(file.stat().st_size for file in files)
+def _twins(files: Sequence[Path]) -> dict[int, str]:
+    """By number of a file the name of an earlier one of the same content."""
+    sizes = [_size(file) for file in files]
+    often = Counter(sizes)
     seen: dict[str, str] = {}
-    jobs: list[tuple[Path, str | None]] = []
-    for file in files:
+    twins: dict[int, str] = {}
+    for number, (file, size) in enumerate(zip(files, sizes, strict=True)):
         # Files of different sizes differ: hardly any needs to be read twice.
-        content = hash_path(file) if sizes[file.stat().st_size] > 1 else str(file)
-        jobs.append((file, seen.get(content)))
-        seen.setdefault(content, file.name)
-    return jobs
+        if often[size] < 2:
+            continue
+        try:
+            content = hash_path(file)
+        except OSError:
+            continue  # whoever decodes it will say why it cannot be read
+        if content in seen:
+            twins[number] = seen[content]
+        seen.setdefault(content, shown_name(file))
+    return twins
 
 
-def _from_video(
-    file: Path, folder: Path, settings: IngestSettings, names: _Names
-) -> list[_Photo | SkippedFile]:
-    from PIL import Image as Pil
-
-    frames = pick_frames(file, settings)
-    return [
-        _store(Pil.fromarray(pixels), None, file.with_name(name), folder, settings, names)
-        for name, pixels in frames
-    ]
+def _size(file: Path) -> int:
+    try:
+        return file.stat().st_size
+    except OSError:
+        return -1
 
 
-def _store(
-    image: Image,
-    focal_px: float | None,
-    file: Path,
-    folder: Path,
-    settings: IngestSettings,
-    names: _Names,
-) -> _Photo | SkippedFile:
-    """Check size and shape, reduce, write the JPEG."""
-    short, long = sorted(image.size)
-    if short < settings.min_side:
-        return SkippedFile(
-            file.name, f"{image.width}x{image.height} px, smaller than {settings.min_side} px"
-        )
-    if long / short > settings.max_aspect:
-        return SkippedFile(
-            file.name, f"{image.width}x{image.height} px, a panorama; it has no single camera"
-        )
-    if long > settings.max_side:
-        factor = settings.max_side / long
-        image = image.resize((round(image.width * factor), round(image.height * factor)))
-        focal_px = focal_px * factor if focal_px is not None else None
-    name = names.of(file)
-    image.save(folder / name, "JPEG", quality=_JPEG_QUALITY, subsampling=0)
-    pixels = np.asarray(image, dtype=np.uint8)
+def _photo(stored: Stored, folder: Path, name: str, source: str) -> _Photo:
     return _Photo(
+        folder / stored.file,
         name,
-        file.name,
-        image.width,
-        image.height,
-        focal_px,
-        sharpness(pixels),
-        thumbnail(pixels),
+        source,
+        stored.width,
+        stored.height,
+        stored.focal_px,
+        stored.sharpness,
+        np.frombuffer(stored.thumbnail, dtype=np.float32),
     )
 
 
@@ -221,26 +194,3 @@ def _too_few(photos: Sequence[_Photo], skipped: Sequence[SkippedFile]) -> str:
     if len(skipped) > 20:
         lines.append(f"  ... and {len(skipped) - 20} more")
     return "\n".join(lines)
-
-
-class _Names:
-    """File names for the stored photos: the source's own, made safe and unique."""
-
-    def __init__(self) -> None:
-        self._by_file: dict[Path, str] = {}
-        self._taken: set[str] = set()
-        self._lock = threading.Lock()
-
-    def reserve(self, file: Path) -> str:
-        stem = unicodedata.normalize("NFC", file.stem)
-        stem = re.sub(r"[^\w.-]+", "_", stem).strip("._") or "photo"
-        name, number = f"{stem}.jpg", 2
-        with self._lock:
-            while name.lower() in self._taken:
-                name, number = f"{stem}_{number}.jpg", number + 1
-            self._taken.add(name.lower())
-            self._by_file[file] = name
-        return name
-
-    def of(self, file: Path) -> str:
-        return self._by_file.get(file) or self.reserve(file)

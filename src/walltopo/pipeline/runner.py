@@ -1,18 +1,17 @@
 """The scan: its stages in order, what each reads and writes, and how a run resumes.
 
 A stage runs when its inputs, its settings or its code version differ from those of its last
-finished run, when an output is missing, or when asked to. Inputs are compared by content, so a
-rerun that produces the same file does not trigger the stages after it.
+finished run, when an output is missing or is not what it left, or when asked to. Inputs are
+compared by content, so a rerun that produces the same file does not trigger the stages after it.
 """
 
 from __future__ import annotations
 
-import hashlib
-import json
 import tempfile
 import time
 import traceback
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
@@ -23,14 +22,15 @@ from walltopo.core import (
     Progress,
     Silent,
     WalltopoError,
-    settings_of,
 )
-from walltopo.core.files import hash_path, told_when_full
+from walltopo.core.files import as_text, told_when_full
+from walltopo.pipeline.freshness import changed_outputs, input_hash, outputs_of
+from walltopo.pipeline.ledger import Ledger
 from walltopo.pipeline.memory import peak_mb, reset_peak
 from walltopo.pipeline.settings import Settings
 from walltopo.pipeline.stages import SOURCES, STAGES, Stage, stage_index
-from walltopo.pipeline.workplace import held
-from walltopo.scans.artifacts import ARTIFACTS, load_artifact, store_artifact
+from walltopo.pipeline.workplace import held, set_aside
+from walltopo.scans.artifacts import load_artifact, store_artifact
 from walltopo.scans.context import Context
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.manifest import Manifest, Metrics, StageRecord
@@ -76,6 +76,8 @@ def scan(
     from_stage: str | None = None,
     to_stage: str | None = None,
     force: bool = False,
+    verify: bool = False,
+    accept_changes: bool = False,
     listener: Listener | None = None,
 ) -> ScanResult:
     """Run the stages that are missing, stale or changed.
@@ -88,6 +90,8 @@ def scan(
     from_stage : this stage and all after it run even if they are up to date.
     to_stage : the last stage to run.
     force : run every stage.
+    verify : read every file, to find also the damage that left size and times as they were.
+    accept_changes : take outputs that others changed as they are, rather than make them again.
     listener : told of progress.
 
     Raises
@@ -106,12 +110,17 @@ def scan(
         sources = [Path(p).absolute() for p in given] or [Path(p) for p in manifest.sources]
         if not sources:
             raise InputError(f"{folder.root}: no photos given, and none were ingested before")
-        runner = _Runner(folder, manifest, settings, sources, listener)
-        for stage in chosen:
-            forced = force or (
-                from_stage is not None and stage_index(stage.name) >= stage_index(from_stage)
-            )
-            runner.run(stage, forced)
+        ledger = Ledger(folder.work / "hashes.json", trust=not verify)
+        runner = _Runner(folder, manifest, settings, sources, listener, ledger, accept_changes)
+        try:
+            for stage in chosen:
+                forced = force or (
+                    from_stage is not None and stage_index(stage.name) >= stage_index(from_stage)
+                )
+                runner.run(stage, forced)
+        finally:
+            with suppress(WalltopoError):  # a cache: without it the next run reads more
+                ledger.save()
         metrics = {name: record.metrics for name, record in manifest.stages.items()}
         return ScanResult(folder, metrics, tuple(runner.ran))
 
@@ -126,28 +135,33 @@ class _Runner:
         settings: Settings,
         sources: Sequence[Path],
         listener: Listener,
+        ledger: Ledger,
+        accept_changes: bool,
     ) -> None:
         self.folder, self.manifest, self.settings = folder, manifest, settings
-        self.sources, self.listener = sources, listener
+        self.sources, self.listener, self.ledger = sources, listener, ledger
+        self.accept_changes = accept_changes
         self.ran: list[str] = []
-        self._hashes: dict[Path, str] = {}
 
     def run(self, stage: Stage, forced: bool) -> None:
         """Run one stage if it must be run, and record how it went."""
-        input_hash = self._input_hash(stage)
+        inputs = self._inputs(stage)
         record = self.manifest.stages.get(stage.name)
-        if record is not None and not forced and self._is_fresh(stage, record, input_hash):
-            self.listener.stage_kept(stage.name, record)
-            return
+        if record is not None and record.state == "done":
+            fresh = record.input_hash == inputs and not forced
+            if self._is_whole(stage, record, accept=fresh and self.accept_changes) and fresh:
+                self.listener.stage_kept(stage.name, record)
+                return
         self.manifest.settings = self.settings.as_dict()
-        self.manifest.sources = [str(path) for path in self.sources]
-        record = StageRecord("running", input_hash=input_hash)
+        self.manifest.sources = [as_text(path) for path in self.sources]
+        record = StageRecord("running", input_hash=inputs)
         self._put(stage, record)
         self.listener.stage_begins(stage.name)
         started = time.monotonic()
         reset_peak()
         try:
             record.metrics = self._call(stage)
+            record.outputs = outputs_of(self.folder, stage, self.ledger)
             record.state = "done"
         except KeyboardInterrupt:
             record.state = "interrupted"
@@ -162,7 +176,6 @@ class _Runner:
             record.seconds = round(time.monotonic() - started, 2)
             record.peak_mb = round(peak_mb(), 1)
             self._record(stage, record)
-        self._forget(stage)
         self.ran.append(stage.name)
 
     def _record(self, stage: Stage, record: StageRecord) -> None:
@@ -183,35 +196,49 @@ class _Runner:
             records=self.manifest.stages,
         )
 
-    def _is_fresh(self, stage: Stage, record: StageRecord, input_hash: str) -> bool:
-        written = all(
-            ARTIFACTS[name].optional or getattr(self.folder, name).exists() for name in stage.writes
-        )
-        return record.state == "done" and record.input_hash == input_hash and written
+    def _inputs(self, stage: Stage) -> str:
+        """The hash of what the stage's outputs would follow from."""
+        if stage.name == STAGES[0].name and not any(path.exists() for path in self.sources):
+            # The photos were moved away after they were ingested; the copies serve.
+            record = self.manifest.stages.get(stage.name)
+            if record is not None and self.folder.photos.exists():
+                return record.input_hash
+        return input_hash(self.folder, stage, self.settings, self.sources, self.ledger)
 
-    def _input_hash(self, stage: Stage) -> str:
-        section = self.settings.as_dict()[stage.name]
-        parts: list[Any] = [stage.name, stage.version, section]
-        # A setting that names a file (a model, a palette, a reference) counts by its content.
-        parts += [self._hash(path) for path in _named_paths(getattr(self.settings, stage.name))]
-        if stage.name == "ingest":
-            if not any(path.exists() for path in self.sources) and self.folder.photos.exists():
-                # The photos were moved away after they were ingested; the copies serve.
-                record = self.manifest.stages.get("ingest")
-                return record.input_hash if record is not None else ""
-            parts += [[str(path.name), self._hash(path)] for path in self.sources]
-        parts += [[name, self._hash(getattr(self.folder, name))] for name in stage.reads]
-        text = json.dumps(parts, sort_keys=True, default=str)
-        return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
+    def _is_whole(self, stage: Stage, record: StageRecord, accept: bool) -> bool:
+        """Whether the outputs are as the stage left them, or are accepted as they are.
 
-    def _hash(self, path: Path) -> str:
-        if path not in self._hashes:
-            self._hashes[path] = hash_path(path)
-        return self._hashes[path]
+        What others changed is kept aside, so that nothing is lost that we did not write.
+        """
+        changed = changed_outputs(self.folder, stage, record, self.ledger)
+        present = [name for name in changed if getattr(self.folder, name).exists()]
+        if accept and changed and changed == present:
+            record.outputs = outputs_of(self.folder, stage, self.ledger)
+            self._put(stage, record)
+            return True
+        if changed and stage.name == STAGES[0].name:
+            self._need_sources(changed)
+        for name in changed:
+            path: Path = getattr(self.folder, name)
+            if name not in present:
+                self.listener.note(f"{path.name} is gone: {stage.name} makes it again")
+                continue
+            kept = set_aside(self.folder, path)
+            self.listener.note(
+                f"{path.name} is not as {stage.name} left it: made again (what was there is now "
+                f"{kept.relative_to(self.folder.root)})"
+            )
+        return not changed
 
-    def _forget(self, stage: Stage) -> None:
-        for name in stage.writes:
-            self._hashes.pop(getattr(self.folder, name), None)
+    def _need_sources(self, changed: Sequence[str]) -> None:
+        """What ingest made can only be made again from the photos."""
+        gone = [path for path in self.sources if not path.exists()]
+        if gone:
+            names = ", ".join(getattr(self.folder, name).name for name in changed)
+            raise InputError(
+                f"{self.folder.root}: {names} changed since ingest, and {gone[0]} is gone",
+                "Give the photos again, or go on with what is there by --accept-changes.",
+            )
 
 
 def run_stage(
@@ -248,7 +275,7 @@ def run_stage(
             scratch=Path(scratch),
             cache=folder.work,
             progress=progress or Silent(),
-            title=folder.root.resolve().name,
+            title=as_text(folder.root.resolve().name),
             records=records or {},
         )
         made = stage.run(stage.contract.Reads(**given), settings, context)
@@ -256,17 +283,6 @@ def run_stage(
             store_artifact(folder, name, getattr(made, name))
     metrics: Metrics = made.metrics
     return metrics
-
-
-def _named_paths(section: Any) -> Iterator[Path]:
-    """Existing files and folders that the settings of a stage name and whose content counts."""
-    for name, declared in settings_of(type(section)).items():
-        value = getattr(section, name)
-        for part in declared.content if value else ():
-            path = Path(value) / part
-            # A folder that happens to be called like a built-in choice is not what was meant.
-            if path.is_file() or (part != "." and path.exists()):
-                yield path
 
 
 def _chosen(from_stage: str | None, to_stage: str | None) -> Sequence[Stage]:

@@ -12,8 +12,9 @@ from typing import Any
 
 import msgspec
 
-from walltopo.core import InputError, SettingField, SettingsError, settings_of
+from walltopo.core import SettingField, SettingsError, settings_of
 from walltopo.core.setting import checked_value
+from walltopo.core.toml import read_toml
 from walltopo.dense.contract import DenseSettings
 from walltopo.detect.contract import DetectSettings
 from walltopo.export.contract import ExportSettings
@@ -68,19 +69,28 @@ def sections() -> Mapping[str, Mapping[str, SettingField]]:
     return found
 
 
-def load_settings(file: Path | None = None, overrides: Sequence[str] = ()) -> Settings:
+def load_settings(
+    file: Path | None = None, overrides: Sequence[str] = (), *, programs: bool = True
+) -> Settings:
     """Defaults, then the TOML file, then `section.key=value` overrides.
+
+    Parameters
+    ----------
+    programs : whether the file may say which program is run; not one that merely lay in the
+        working folder, which may have come with somebody's photos.
 
     Raises
     ------
     SettingsError : an unknown key (the nearest known one is named), a value of the wrong type or
-        out of range, TOML that cannot be read.
-    InputError : the file does not exist.
+        out of range, a program named by a file that may not.
+    InputError : the file does not exist, or is not TOML.
     """
     values: dict[str, dict[str, Any]] = {}
     if file is not None:
-        for key, value in _read_toml(file):
+        for key, value in _entries(file):
             _put(values, key, value, str(file))
+            if not programs:
+                _refuse_program(key, value, file)
     for text in overrides:
         key, equals, raw = text.partition("=")
         if not equals:
@@ -109,6 +119,11 @@ def settings_markdown() -> str:
         "Written by `make docs`. Give them in `walltopo.toml` (read from the working folder, or",
         "named by `--config`) or as `--set section.key=value`. An unknown key is an error.",
         "",
+        "A `walltopo.toml` that is merely found in the working folder may have come with somebody",
+        f"else's photos: it may not set {_programs()},",
+        "which lead to programs that are run. `--config FILE` and `--set` may: who types a path",
+        "means it.",
+        "",
         "The first table of a section is what most gyms will ever touch; the second, where there",
         "is one, is for those who measure methods (`walltopo settings --all` shows it).",
     ]
@@ -126,18 +141,31 @@ def settings_markdown() -> str:
     return "\n".join(lines) + "\n"
 
 
-def _read_toml(file: Path) -> Iterator[tuple[str, Any]]:
-    try:
-        data = tomllib.loads(file.read_text(encoding="utf-8"))
-    except FileNotFoundError as error:
-        raise InputError(f"{file}: no such settings file") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise SettingsError(f"{file}: not valid TOML ({error})") from error
-    for section, content in data.items():
+def _programs() -> str:
+    """The settings that lead to a program, for people."""
+    keys = [
+        f"`{s}.{n}`" for s, fields in sections().items() for n, f in fields.items() if f.program
+    ]
+    return ", ".join(keys[:-1]) + f" and {keys[-1]}"
+
+
+def _entries(file: Path) -> Iterator[tuple[str, Any]]:
+    hint = "`walltopo settings` writes one to start from."
+    for section, content in read_toml(file, hint).items():
         if not isinstance(content, dict):
             raise SettingsError(f"{file}: {section} stands outside a section such as [lift]")
         for key, value in content.items():
             yield f"{section}.{key}", value
+
+
+def _refuse_program(key: str, value: object, file: Path) -> None:
+    section, _, name = key.partition(".")
+    if sections()[section][name].program and value:
+        raise SettingsError(
+            f"{file}: {key} leads to a program that would be run, which a file found in the "
+            "working folder may not name",
+            f"If you trust it, say --config {file}, or --set {key}=...",
+        )
 
 
 def _put(values: dict[str, dict[str, Any]], key: str, value: object, origin: str) -> None:
@@ -157,5 +185,5 @@ def _parse(raw: str) -> Any:
     """The TOML value of a command-line word; what is not TOML is a plain string."""
     try:
         return tomllib.loads(f"v = {raw}")["v"]
-    except tomllib.TOMLDecodeError:
+    except (ValueError, RecursionError):  # not TOML, or thousands of digits or brackets
         return raw

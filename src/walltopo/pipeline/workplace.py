@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fcntl
+import itertools
 import os
 import shutil
 from collections.abc import Iterator
@@ -12,7 +13,9 @@ from pathlib import Path
 from walltopo.core import EnvironmentLacksError, InputError
 from walltopo.scans.folder import ScanFolder
 
-__all__ = ["held"]
+__all__ = ["held", "is_held", "set_aside"]
+
+_LOCK = ".lock"
 
 
 @contextmanager
@@ -28,6 +31,30 @@ def held(folder: ScanFolder) -> Iterator[None]:
     with _locked(folder):
         _sweep(folder)
         yield
+
+
+def is_held(folder: ScanFolder) -> bool:
+    """Whether a run is at work on the folder at this moment."""
+    try:
+        stream = (folder.root / _LOCK).open("r")
+    except OSError:
+        return False
+    with stream:
+        try:
+            fcntl.flock(stream, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except OSError:
+            return True
+        return False
+
+
+def set_aside(folder: ScanFolder, path: Path) -> Path:
+    """Move what lies at `path` to `set-aside/` of its scan, under a name that is free there."""
+    shelf = folder.root / "set-aside"
+    shelf.mkdir(exist_ok=True)
+    names = (f"{path.stem}{k}{path.suffix}" for k in itertools.chain([""], itertools.count(2)))
+    free = next(shelf / name for name in names if not (shelf / name).exists())
+    path.rename(free)
+    return free
 
 
 def _prepare(folder: ScanFolder) -> None:
@@ -62,7 +89,7 @@ def _sweep(folder: ScanFolder) -> None:
 def _locked(folder: ScanFolder) -> Iterator[None]:
     """Hold the folder for this process; the lock vanishes with the process."""
     try:
-        stream = (folder.root / ".lock").open("w")
+        stream = (folder.root / _LOCK).open("w")
     except OSError as error:
         raise EnvironmentLacksError(f"cannot write to {folder.root}: {error.strerror}") from error
     with stream:

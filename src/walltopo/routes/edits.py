@@ -79,7 +79,7 @@ class _Finder:
 def _merge(find: _Finder, edit: Merge) -> None:
     routes = [
         route
-        for number, place in zip(edit.routes, edit.at, strict=False)
+        for number, place in zip(edit.routes, edit.at, strict=True)
         if (route := find.route(place, number)) is not None
     ]
     if len(routes) < 2:
@@ -98,7 +98,7 @@ def _place(find: _Finder, holds: Iterable[int], route: int) -> None:
 
 
 def _split(find: _Finder, edit: Split) -> None:
-    pairs = zip(edit.holds, edit.at, strict=False)
+    pairs = zip(edit.holds, edit.at, strict=True)
     found = [find.hold(place, number) for number, place in pairs]
     holds = [hold for hold in found if hold is not None]
     if not holds:

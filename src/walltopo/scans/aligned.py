@@ -18,6 +18,7 @@ class Aligned(Document, frozen=True, kw_only=True):
     reference_moved : largest change of any number in the reference's poses and intrinsics.
     shared_points : points that tie the two together.
     frame : what is known of the reference's world frame.
+    reference_frame : what identifies it (see `world_frame`).
     """
 
     reference: str
@@ -25,3 +26,4 @@ class Aligned(Document, frozen=True, kw_only=True):
     reference_moved: float
     shared_points: int
     frame: Frame
+    reference_frame: str = ""

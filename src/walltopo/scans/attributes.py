@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Literal
 
 import msgspec
 from msgspec.structs import replace
 
 from walltopo.core import InputError
+from walltopo.scans.bounds import Coordinate, Label, Level, Share
 from walltopo.scans.document import Document
 
 __all__ = ["UNKNOWN", "Attributes", "Hold", "LeftOut", "PaletteColour", "Role"]
 
-Point = tuple[float, float, float]
-Rgb = tuple[int, int, int]
-Share = Annotated[float, msgspec.Meta(ge=0, le=1)]
+Point = tuple[Coordinate, Coordinate, Coordinate]
+Rgb = tuple[Level, Level, Level]
 
 UNKNOWN = "unknown"  # the colour or type of a hold that nothing tells
 # `hold` is climbed as part of one route; `volume` belongs to every route, `downclimb` to none.
@@ -52,7 +52,7 @@ class Hold(msgspec.Struct, frozen=True, eq=True):
     wall_tint : relative colour of the wall around it, RGB, mean 1.
     """
 
-    id: int
+    id: Label
     kind: str = msgspec.field(name="class")
     type: str = UNKNOWN
     type_confidence: Share = 0.0
@@ -61,9 +61,9 @@ class Hold(msgspec.Struct, frozen=True, eq=True):
     colour_confidence: Share = 0.0
     position: Point = (0.0, 0.0, 0.0)
     normal: Point = (0.0, -1.0, 0.0)
-    size: float = msgspec.field(name="size_m", default=0.0)
-    area: float = msgspec.field(name="area_m2", default=0.0)
-    steepness_deg: float = 0.0
+    size: Coordinate = msgspec.field(name="size_m", default=0.0)
+    area: Coordinate = msgspec.field(name="area_m2", default=0.0)
+    steepness_deg: Coordinate = 0.0
     photos: tuple[str, ...] = ()
     role: Role = "hold"
     review: bool = False
@@ -104,12 +104,12 @@ class LeftOut(msgspec.Struct, frozen=True):
     score : of the instance; reason : why it is left out.
     """
 
-    id: int
+    id: Label
     kind: str = msgspec.field(name="class")
     position: Point
-    size: float = msgspec.field(name="size_m")
+    size: Coordinate = msgspec.field(name="size_m")
     photos: tuple[str, ...]
-    score: float
+    score: Share
     reason: str
 
 

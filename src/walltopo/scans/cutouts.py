@@ -8,6 +8,8 @@ from pathlib import Path
 import msgspec
 
 from walltopo.core.files import move_into_place
+from walltopo.core.inside import check_name
+from walltopo.scans.bounds import Count, FileName, Label
 from walltopo.scans.document import Document
 
 __all__ = ["INDEX", "Cutout", "CutoutIndex", "Cutouts"]
@@ -25,12 +27,15 @@ class Cutout(msgspec.Struct, frozen=True):
     cut : the hold touches the photo's border.
     """
 
-    id: int
-    file: str
+    id: Label
+    file: FileName
     photo: str
-    pixels: int
+    pixels: Count
     sharpness: float
     cut: bool
+
+    def __post_init__(self) -> None:
+        check_name(self.file)
 
 
 class CutoutIndex(Document, frozen=True, kw_only=True):

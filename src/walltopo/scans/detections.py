@@ -5,16 +5,23 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import msgspec
-import numpy as np
 
 from walltopo.core import InputError, Mask
+from walltopo.core.errors import naming
 from walltopo.core.files import write_json
+from walltopo.core.picture_size import check_picture_size
+from walltopo.scans.bounds import Label, Side, check_once
 from walltopo.scans.document import read_document
+from walltopo.scans.segmentation import Segmentation, decode_segmentation, encode_mask
 
-__all__ = ["CocoFile", "Detections", "decode_segmentation", "encode_mask", "read_coco_masks"]
+__all__ = ["CocoFile", "Detections", "read_coco_masks"]
+
+CocoId = Annotated[int, msgspec.Meta(ge=-(2**63), le=2**63 - 1)]
+LEAST_BUDGET = 1 << 30
+PIXELS_A_BYTE = 256
 
 
 @dataclass(frozen=True)
@@ -44,18 +51,16 @@ class Detections:
         """
         data = read_document(path, CocoFile)
         images = {image.id: image for image in data.images}
+        budget = MaskBudget(path)
         masks: dict[str, list[Mask]] = {image.file_name: [] for image in data.images}
         for row in data.annotations:
             where = f"{path}: annotation {row.id}"
-            if row.image_id not in images:
-                raise InputError(f"{where}: there is no image {row.image_id}")
             image = images[row.image_id]
-            try:
+            with naming(where):
                 mask = decode_segmentation(
                     row.segmentation, image.width, image.height, row.category_id, row.score
                 )
-            except InputError as error:
-                raise InputError(f"{where}: {error.message}") from error
+                budget.spend(mask)
             masks[image.file_name].append(mask)
         return cls(
             {name: tuple(items) for name, items in masks.items()},
@@ -81,23 +86,26 @@ class Detections:
 
 
 class CocoImage(msgspec.Struct, frozen=True):
-    id: int
+    id: CocoId
     file_name: str
-    width: int
-    height: int
+    width: Side
+    height: Side
+
+    def __post_init__(self) -> None:
+        check_picture_size(self.width, self.height)
 
 
 class CocoCategory(msgspec.Struct, frozen=True):
-    id: int
+    id: Label
     name: str
 
 
 class CocoAnnotation(msgspec.Struct, frozen=True):
-    image_id: int
-    category_id: int
-    segmentation: Any  # polygons or RLE: `decode_segmentation` tells them apart
+    image_id: CocoId
+    category_id: Label
+    segmentation: Segmentation
     score: float = 1.0
-    id: int | str = "?"
+    id: CocoId | str = "?"
 
 
 class CocoFile(msgspec.Struct, frozen=True):
@@ -107,6 +115,39 @@ class CocoFile(msgspec.Struct, frozen=True):
     categories: tuple[CocoCategory, ...]
     annotations: tuple[CocoAnnotation, ...]
     info: dict[str, Any] = {}
+
+    def __post_init__(self) -> None:
+        check_once("image id", (image.id for image in self.images))
+        check_once("photo", (image.file_name for image in self.images))
+        check_once("category id", (category.id for category in self.categories))
+        images = {image.id for image in self.images}
+        categories = {category.id for category in self.categories}
+        for row in self.annotations:
+            if row.image_id not in images:
+                raise InputError(f"annotation {row.id}: there is no image {row.image_id}")
+            if row.category_id not in categories:
+                raise InputError(f"annotation {row.id}: there is no category {row.category_id}")
+
+
+class MaskBudget:
+    """How many pixels the masks of a file may have, together.
+
+    A mask of a whole picture is some bytes in a file and up to 250 MB in memory. Masks of holds
+    have 10 to 80 pixels a byte.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.most = max(LEAST_BUDGET, PIXELS_A_BYTE * path.stat().st_size)
+        self.used = 0
+
+    def spend(self, mask: Mask) -> None:
+        """Count a mask in; InputError where it is too much."""
+        self.used += mask.bitmap.size
+        if self.used > self.most:
+            raise InputError(
+                f"the masks up to here take more than {self.most >> 20} MB of memory",
+                "Masks of holds are small; is this a file of masks of whole photos?",
+            )
 
 
 def _annotation(mask: Mask, number: int, image: int) -> dict[str, Any]:
@@ -120,42 +161,6 @@ def _annotation(mask: Mask, number: int, image: int) -> dict[str, Any]:
         "iscrowd": 0,
         "score": max(round(float(mask.score), 4), 1e-4),  # 0 is no score
     }
-
-
-def encode_mask(mask: Mask) -> dict[str, Any]:
-    """COCO's compressed RLE (JSON-able) of a mask at its full image size."""
-    from faster_coco_eval.core import mask as rle
-
-    encoded = rle.encode(np.asfortranarray(mask.full(), dtype=np.uint8))
-    height, width = encoded["size"]
-    return {"size": [int(height), int(width)], "counts": encoded["counts"].decode("ascii")}
-
-
-def decode_segmentation(
-    segmentation: Any, width: int, height: int, label: int, score: float
-) -> Mask:
-    """A mask from COCO's polygons, uncompressed RLE or compressed RLE.
-
-    Raises
-    ------
-    InputError : the segmentation is none of these.
-    """
-    from faster_coco_eval.core import mask as rle
-
-    try:
-        if isinstance(segmentation, list):
-            polygons = [p for p in segmentation if len(p) >= 6]
-            encoded = rle.merge(rle.frPyObjects(polygons, height, width)) if polygons else None
-        elif isinstance(segmentation["counts"], list):
-            encoded = rle.frPyObjects(segmentation, *segmentation["size"])
-        else:
-            encoded = segmentation
-        if encoded is None:
-            return Mask(np.zeros((0, 0), dtype=np.bool_), 0, 0, width, height, label, score)
-        bitmap = np.asarray(rle.decode(encoded)).astype(np.bool_)
-    except (KeyError, RuntimeError, TypeError, ValueError) as error:
-        raise InputError(f"segmentation is neither polygons nor RLE: {error}") from error
-    return Mask.from_full(bitmap, label, score)
 
 
 def read_coco_masks(path: Path) -> tuple[dict[str, tuple[Mask, ...]], dict[int, str]]:

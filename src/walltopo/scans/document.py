@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 import msgspec
 
-from walltopo.core.errors import InputError
+from walltopo.core.errors import InputError, naming
 from walltopo.core.files import read_json, write_json
 
 __all__ = ["Document", "parse", "read_document"]
@@ -48,8 +48,9 @@ def parse(value: Any, kind: type[T], where: str) -> T:
     InputError : another shape; begins with `where` and names the place.
     """
     try:
-        return msgspec.convert(value, kind, strict=True)
-    except msgspec.ValidationError as error:
+        with naming(where):  # classes may check more than their fields' types
+            return msgspec.convert(value, kind, strict=True)
+    except (msgspec.ValidationError, RecursionError) as error:
         raise InputError(f"{where}: {error}") from error
 
 

@@ -38,7 +38,6 @@ holds. Whoever applies an edit looks for the place first and falls back to the i
 from __future__ import annotations
 
 import json
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -47,10 +46,12 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import InputError, Mesh
-from walltopo.core.files import atomic_path, read_json, write_json
+from walltopo.core import Mesh
+from walltopo.core.files import atomic_path, write_json
+from walltopo.core.toml import read_toml
 from walltopo.scans.attributes import Hold
-from walltopo.scans.document import parse
+from walltopo.scans.bounds import Coordinate, Label
+from walltopo.scans.document import parse, read_document
 
 __all__ = [
     "Assign",
@@ -69,29 +70,46 @@ __all__ = [
 REACH = 0.12  # metres: a hold this near to the place is the one that was meant
 FAR = 0.5  # metres: beyond it even the right id is another hold
 
-Id = Annotated[int, msgspec.Meta(ge=0)]
+MOST = 50_000  # entries of a list; the largest wall has some thousand holds
+
 Text = Annotated[str, msgspec.Meta(max_length=200)]
 Radius = Annotated[float, msgspec.Meta(gt=0, lt=10)]
-Place = tuple[float, float, float]
+Place = tuple[Coordinate, Coordinate, Coordinate]
+Labels = Annotated[tuple[Label, ...], msgspec.Meta(max_length=MOST)]
+Places = Annotated[tuple[Place, ...], msgspec.Meta(max_length=MOST)]
 
 
 class _Edit(
     msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True
 ):
-    """An entry; what was not given is not written. TOML knows nan and inf: they are no places."""
+    """An entry; what was not given is not written."""
 
     def __post_init__(self) -> None:
-        for name in ("at", "route_at"):
-            places = getattr(self, name, None)
-            if places and not np.isfinite(np.array(places, dtype=float)).all():
-                raise ValueError(f"`{name}` must be finite")
+        for name in self.__struct_fields__:
+            value = getattr(self, name)
+            if isinstance(value, str):
+                _check_text(name, value)
+
+
+def _check_text(name: str, value: str) -> None:
+    """Half a surrogate pair is no text: neither file can hold it."""
+    try:
+        value.encode("utf-8")
+    except UnicodeEncodeError as error:
+        raise ValueError(f"`{name}` has half a character at {error.start}") from error
+
+
+def _check_pairs(what: str, ids: Labels, at: Places) -> None:
+    """Each id with its place: one without the other would be dropped when the edit is applied."""
+    if len(ids) != len(at):
+        raise ValueError(f"`{what}` has {len(ids)} ids, but `at` has {len(at)} places")
 
 
 class HoldEdit(_Edit, frozen=True, kw_only=True):
     """A correction of one hold: any of its colour, type and class; or that it is none
     (`deleted`), or that a doubtful instance is one after all (`kept`)."""
 
-    id: Id
+    id: Label
     at: Place
     colour: Text | None = None
     type: Text | None = None
@@ -103,7 +121,7 @@ class HoldEdit(_Edit, frozen=True, kw_only=True):
 class Stroke(_Edit, frozen=True, kw_only=True):
     """A ball: the triangles whose centroid lies in it go to the hold (0: to the wall)."""
 
-    hold: Id
+    hold: Label
     at: Place
     radius_m: Radius
 
@@ -111,31 +129,39 @@ class Stroke(_Edit, frozen=True, kw_only=True):
 class Merge(_Edit, frozen=True, kw_only=True):
     """Routes that become one, under the first one's id; `at`: a hold of each."""
 
-    routes: tuple[Id, ...]
-    at: tuple[Place, ...]
+    routes: Labels
+    at: Places
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_pairs("routes", self.routes, self.at)
 
 
 class Split(_Edit, frozen=True, kw_only=True):
     """Holds that leave their route and make one of their own; `at`: of the holds."""
 
-    route: Id
-    holds: tuple[Id, ...]
-    at: tuple[Place, ...]
+    route: Label
+    holds: Labels
+    at: Places
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_pairs("holds", self.holds, self.at)
 
 
 class Assign(_Edit, frozen=True, kw_only=True):
     """A hold that belongs to a route (0: to none); `route_at`: a hold of the route."""
 
-    hold: Id
+    hold: Label
     at: Place
-    route: Id
+    route: Label
     route_at: Place | None = None
 
 
 class Rename(_Edit, frozen=True, kw_only=True):
     """A route's name; `at`: a hold of the route."""
 
-    route: Id
+    route: Label
     at: Place
     name: Text
 
@@ -143,9 +169,12 @@ class Rename(_Edit, frozen=True, kw_only=True):
 class Recolour(_Edit, frozen=True, kw_only=True):
     """A route's colour; `at`: a hold of the route."""
 
-    route: Id
+    route: Label
     at: Place
     colour: Text
+
+
+_AT_MOST = msgspec.Meta(max_length=MOST)
 
 
 class _Edits(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -155,13 +184,13 @@ class _Edits(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 class HoldEdits(_Edits, frozen=True, kw_only=True):
     """`holds.edits.json`; both lists count in their order."""
 
-    holds: tuple[HoldEdit, ...] = ()
-    strokes: tuple[Stroke, ...] = ()
+    holds: Annotated[tuple[HoldEdit, ...], _AT_MOST] = ()
+    strokes: Annotated[tuple[Stroke, ...], _AT_MOST] = ()
 
     @classmethod
     def load(cls, path: Path) -> HoldEdits:
         """Read; none where the file is absent. InputError names the file and the entry."""
-        return parse(read_json(path), cls, str(path)) if path.is_file() else cls()
+        return read_document(path, cls) if path.is_file() else cls()
 
     def save(self, path: Path) -> None:
         """Write, atomically."""
@@ -171,22 +200,18 @@ class HoldEdits(_Edits, frozen=True, kw_only=True):
 class RouteEdits(_Edits, frozen=True, kw_only=True):
     """`routes.edits.toml`."""
 
-    merge: tuple[Merge, ...] = ()
-    split: tuple[Split, ...] = ()
-    assign: tuple[Assign, ...] = ()
-    rename: tuple[Rename, ...] = ()
-    colour: tuple[Recolour, ...] = ()
+    merge: Annotated[tuple[Merge, ...], _AT_MOST] = ()
+    split: Annotated[tuple[Split, ...], _AT_MOST] = ()
+    assign: Annotated[tuple[Assign, ...], _AT_MOST] = ()
+    rename: Annotated[tuple[Rename, ...], _AT_MOST] = ()
+    colour: Annotated[tuple[Recolour, ...], _AT_MOST] = ()
 
     @classmethod
     def load(cls, path: Path) -> RouteEdits:
         """Read; none where the file is absent. InputError names the file and the entry."""
         if not path.is_file():
             return cls()
-        try:
-            value = tomllib.loads(path.read_text(encoding="utf-8"))
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-            raise InputError(f"{path}: not valid TOML ({error})") from error
-        return parse(value, cls, str(path))
+        return parse(read_toml(path), cls, str(path))
 
     def save(self, path: Path) -> None:
         """Write, atomically."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-__all__ = ["ScanFolder"]
+__all__ = ["ScanFolder", "owning_scan"]
 
 
 class ScanFolder:
@@ -125,3 +125,21 @@ class ScanFolder:
     def work(self) -> Path:
         """Intermediate files that can be deleted at any time."""
         return self.root / "work"
+
+
+# What of a scan folder is the scan's own; other files (an evaluation, a palette) may lie there.
+_OWN = {
+    getattr(ScanFolder(Path()), name).parts[0]
+    for name, member in vars(ScanFolder).items()
+    if isinstance(member, property)
+} | {".lock"}
+
+
+def owning_scan(path: Path) -> ScanFolder | None:
+    """The scan folder that `path` is, or of whose own files it is one or lies in one; or None."""
+    path = path.absolute()
+    for root in (path, *path.parents):
+        scan = ScanFolder(root)
+        if scan.manifest.is_file() and (root == path or path.relative_to(root).parts[0] in _OWN):
+            return scan
+    return None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import msgspec
 
 from walltopo.scans.attributes import Hold, Point, Rgb, Role
+from walltopo.scans.bounds import Coordinate, Label, Share
 from walltopo.scans.document import Document
 from walltopo.scans.routes import Route
 
@@ -20,19 +21,19 @@ class HoldRow(msgspec.Struct, frozen=True):
     route : id of its route, None without one.
     """
 
-    id: int
+    id: Label
     kind: str = msgspec.field(name="class")
     type: str
     colour: str
     colour_rgb: Rgb
     position: Point
     normal: Point
-    size: float = msgspec.field(name="size_m")
-    area: float = msgspec.field(name="area_m2")
-    steepness_deg: float
+    size: Coordinate = msgspec.field(name="size_m")
+    area: Coordinate = msgspec.field(name="area_m2")
+    steepness_deg: Coordinate
     photos: tuple[str, ...]
-    score: float
-    route: int | None
+    score: Share
+    route: Label | None
     review: bool = False
     role: Role = "hold"
 

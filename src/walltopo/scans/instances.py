@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from walltopo.core import InputError, Mesh
 from walltopo.core.files import atomic_path
 from walltopo.scans.arrays import read_arrays
+from walltopo.scans.bounds import Count, Label, Share
 from walltopo.scans.document import Document
 
 __all__ = ["InstanceRecord", "InstanceRecords", "InstanceTable"]
@@ -90,13 +91,13 @@ class InstanceRecord(msgspec.Struct, frozen=True):
     faces : number of its triangles.
     """
 
-    id: int
-    label: int
+    id: Label
+    label: Label
     kind: str = msgspec.field(name="class")
-    score: float
-    votes: dict[str, float]
-    views: tuple[tuple[str, int], ...]
-    faces: int
+    score: Share
+    votes: dict[str, Share]
+    views: tuple[tuple[str, Count], ...]
+    faces: Count
 
 
 class InstanceRecords(Document, frozen=True, kw_only=True):

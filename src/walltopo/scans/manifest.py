@@ -11,12 +11,25 @@ from walltopo.core import InputError
 from walltopo.core.files import read_json, write_json
 from walltopo.scans.document import parse
 
-__all__ = ["Manifest", "Metrics", "StageRecord"]
+__all__ = ["Manifest", "Metrics", "Output", "StageRecord"]
 
 FORMAT_VERSION = 1
 
 # Figures of a stage by name; JSON values.
 Metrics: TypeAlias = dict[str, Any]
+
+
+class Output(msgspec.Struct, frozen=True):
+    """An artifact as its stage left it.
+
+    Parameters
+    ----------
+    bytes : of the file, or of all files of the folder.
+    hash : of the content; empty where the (optional) artifact was not made.
+    """
+
+    bytes: int
+    hash: str
 
 
 class StageRecord(msgspec.Struct):
@@ -30,6 +43,7 @@ class StageRecord(msgspec.Struct):
     input_hash : hash of the stage's inputs, settings and code version.
     metrics : the stage's figures.
     error : the message where it failed.
+    outputs : what it wrote, by the artifacts' names; what does not match is made again.
     """
 
     state: Literal["running", "done", "failed", "interrupted"]
@@ -38,6 +52,7 @@ class StageRecord(msgspec.Struct):
     input_hash: str = ""
     metrics: Metrics = {}
     error: str = ""
+    outputs: dict[str, Output] = {}
 
 
 class Manifest(msgspec.Struct):

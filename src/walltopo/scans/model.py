@@ -10,10 +10,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from walltopo.core import Camera, InputError, View
+from walltopo.core.errors import naming
 from walltopo.core.files import move_into_place
+from walltopo.core.inside import check_name
+from walltopo.scans.bounds import check_once
+from walltopo.scans.model_files import check_model_files
 
 if TYPE_CHECKING:
-    import pycolmap
+    from walltopo.colmap import pycolmap
 
 __all__ = ["SparseModel", "open_model", "read_views", "view_of_image"]
 
@@ -56,16 +60,32 @@ def open_model(path: Path) -> pycolmap.Reconstruction:
 
     Raises
     ------
-    InputError : the folder holds no COLMAP model, or it cannot be read.
+    InputError : the folder holds no COLMAP model, or it cannot be read; a photo's name leads out
+        of its folder, or its pose or camera is none.
     """
-    import pycolmap
+    from walltopo.colmap import pycolmap
 
     path = Path(path)
     _check_model(path)
+    check_model_files(path)
     try:
-        return pycolmap.Reconstruction(path)
-    except (RuntimeError, ValueError) as error:
+        model = pycolmap.Reconstruction(path)
+        with naming(path):
+            _check_images(model)
+    except (IndexError, MemoryError, RuntimeError, ValueError) as error:
         raise InputError(f"{path}: the COLMAP model cannot be read: {error}") from error
+    return model
+
+
+def _check_images(model: pycolmap.Reconstruction) -> None:
+    """Refuse photos whose name, pose or camera is none."""
+    names = [str(image.name) for image in model.images.values()]
+    check_once("a photo called", names)
+    for name in names:
+        check_name(name)
+    for image in model.images.values():
+        if image.has_pose:
+            view_of_image(image)
 
 
 def view_of_image(image: pycolmap.Image) -> View:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import msgspec
 
+from walltopo.core.inside import check_name
+from walltopo.scans.bounds import FileName, Side
 from walltopo.scans.document import Document
 
 __all__ = ["Photo", "PhotoList", "SkippedFile"]
@@ -20,12 +22,15 @@ class Photo(msgspec.Struct, frozen=True):
     sharpness : variance of the Laplacian at 1024 px.
     """
 
-    name: str
-    width: int
-    height: int
+    name: FileName
+    width: Side
+    height: Side
     focal_px: float | None
     source: str
     sharpness: float
+
+    def __post_init__(self) -> None:
+        check_name(self.name)
 
 
 class SkippedFile(msgspec.Struct, frozen=True):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import msgspec
 
+from walltopo.scans.bounds import Coordinate, Count, Label, Share
 from walltopo.scans.document import Document
 
 __all__ = ["Ambiguous", "Route", "Routes"]
@@ -12,8 +13,8 @@ __all__ = ["Ambiguous", "Route", "Routes"]
 class Ambiguous(msgspec.Struct, frozen=True):
     """A hold that two routes could own: its probability by route id."""
 
-    hold: int
-    routes: dict[str, float]
+    hold: Label
+    routes: dict[str, Share]
 
 
 class Route(msgspec.Struct, frozen=True):
@@ -37,18 +38,18 @@ class Route(msgspec.Struct, frozen=True):
     ambiguous : holds that two routes could own.
     """
 
-    id: int
+    id: Label
     name: str = ""
     colour: str = ""
-    holds: tuple[int, ...] = ()
-    length: float = msgspec.field(name="length_m", default=0.0)
-    steepness_deg: float = 0.0
-    steepness_profile: tuple[tuple[float, float], ...] = ()
-    largest_move: float = msgspec.field(name="largest_move_m", default=0.0)
-    holds_by_type: dict[str, int] = {}
-    start: tuple[int, ...] = ()
-    top: tuple[int, ...] = ()
-    footholds: tuple[int, ...] = ()
+    holds: tuple[Label, ...] = ()
+    length: Coordinate = msgspec.field(name="length_m", default=0.0)
+    steepness_deg: Coordinate = 0.0
+    steepness_profile: tuple[tuple[Coordinate, Coordinate], ...] = ()
+    largest_move: Coordinate = msgspec.field(name="largest_move_m", default=0.0)
+    holds_by_type: dict[str, Count] = {}
+    start: tuple[Label, ...] = ()
+    top: tuple[Label, ...] = ()
+    footholds: tuple[Label, ...] = ()
     ambiguous: tuple[Ambiguous, ...] = ()
 
 
@@ -62,5 +63,5 @@ class Routes(Document, frozen=True, kw_only=True):
     """
 
     routes: tuple[Route, ...]
-    unrouted: tuple[int, ...] = ()
-    volumes: tuple[int, ...] = ()
+    unrouted: tuple[Label, ...] = ()
+    volumes: tuple[Label, ...] = ()

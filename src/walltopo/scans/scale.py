@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import msgspec
 
+from walltopo.scans.bounds import Coordinate, Label
 from walltopo.scans.document import Document
 
 __all__ = ["Frame", "Plate", "Scale"]
 
-Point = tuple[float, float, float]
+Point = tuple[Coordinate, Coordinate, Coordinate]
 
 
 class Plate(msgspec.Struct, frozen=True):
@@ -26,11 +27,11 @@ class Plate(msgspec.Struct, frozen=True):
     corners : of the sheet, world frame; empty where they are not known.
     """
 
-    ids: tuple[int, ...]
+    ids: tuple[Label, ...]
     label: str
     used: bool
     way: str
-    scale: float
+    scale: Coordinate
     residual_mm: float
     error_px: float
     photos: tuple[str, ...]
@@ -62,15 +63,17 @@ class Scale(Document, frozen=True, kw_only=True):
     scale : world units per unit of the model as reconstructed.
     metric, up_known, floor_known : see `Frame`.
     plates, notes : what was seen, and what people should know.
+    reference_frame : method "reference": what identifies the frame (see `world_frame`).
     """
 
     method: str
-    scale: float
+    scale: Coordinate
     metric: bool
     up_known: bool
     floor_known: bool
     plates: tuple[Plate, ...] = ()
     notes: tuple[str, ...] = ()
+    reference_frame: str = ""
 
     @property
     def frame(self) -> Frame:

@@ -31,14 +31,14 @@ from walltopo.scans.model import SparseModel, open_model
 from walltopo.scans.photo_list import Photo
 from walltopo.scans.photo_set import PhotoSet
 from walltopo.scans.scale import Frame, Scale
+from walltopo.scans.world_frame import world_frame
 from walltopo.sparse.colmap_process import run_worker
 from walltopo.sparse.contract import SparseSettings, Writes
+from walltopo.sparse.feature_cache import find_features, known_features, seal_features
 from walltopo.sparse.job import CameraEntry, ImageEntry, Job, KnownFeatures, MapTask
 from walltopo.sparse.jobs import (
     camera_entries,
     features_job,
-    keep_database,
-    known_features,
     photo_ids,
 )
 from walltopo.sparse.model_parts import KeptImage, match_keypoints, rebuild
@@ -80,11 +80,11 @@ def align_to_reference(
     """
     reference = _open_reference(folder, settings)
     job = _update_job(folder, photos, reference, settings, context.cache)
-    keep_database(job, folder.folder)
-    run_worker(job, context.progress)
+    find_features(job, folder.folder, context.progress)
     align = _constrained if settings.align == "constrained" else _rigid
     model, moved, shared = align(photos, reference, job, context)
     reasons = _reasons(photos, model, job)
+    seal_features(Path(job.database))
     registered = model.num_reg_images()
     if registered < max(2, _LEAST_SHARE * len(photos)):
         raise StageError(_not_this_wall(registered, len(photos), reference))
@@ -99,6 +99,7 @@ def align_to_reference(
         reference_moved=moved,
         shared_points=shared,
         frame=reference.frame,
+        reference_frame=world_frame(reference.scan),
     )
     figures = {
         **describe_model(model, len(photos)),
@@ -228,7 +229,7 @@ def _constrained(
 
 def _reference_for_mapper(reference: _Reference, job: Job) -> Any:
     """The reference's model with the ids of the database and the keypoints found there."""
-    import pycolmap
+    from walltopo.colmap import pycolmap
 
     first = 1 + _new_count(job)
     kept: list[KeptImage] = []
@@ -248,7 +249,7 @@ def _rigid(
     photos: Sequence[Photo], reference: _Reference, job: Job, context: Context
 ) -> tuple[Any, float, int]:
     """The new photos mapped alone, then one similarity through the shared points."""
-    import pycolmap
+    from walltopo.colmap import pycolmap
 
     count = len(photos)
     names = tuple(entry.name for entry in job.images[:count])
@@ -271,7 +272,7 @@ def _rigid(
 
 def _shared_points(alone: Any, known: Any, job: Job) -> tuple[Floats, Floats]:
     """Points (n, 3) of the new model and of the reference that verified matches connect."""
-    import pycolmap
+    from walltopo.colmap import pycolmap
 
     count = _new_count(job)
     pairs: set[tuple[int, int]] = set()

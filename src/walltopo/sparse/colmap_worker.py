@@ -56,7 +56,7 @@ def _event(**fields: Any) -> None:
 
 
 def _run(job: Job) -> None:
-    import pycolmap
+    from walltopo.colmap import pycolmap
 
     database = Path(job.database)
     database.parent.mkdir(parents=True, exist_ok=True)
@@ -77,7 +77,7 @@ def register_images(
 
     `images[k]` gets image id k + 1; `images[k].camera` is an index into `cameras`.
     """
-    import pycolmap
+    from walltopo.colmap import pycolmap
 
     with pycolmap.Database.open(database) as db:
         if db.num_images() == len(images):
@@ -107,7 +107,7 @@ def register_images(
 
 def _adopt_features(database: Path, job: Job) -> None:
     """Copy features that another scan already found in the same photos with the same settings."""
-    import pycolmap
+    from walltopo.colmap import pycolmap
 
     source = job.known_features
     if source is None or not Path(source.database).is_file():
@@ -126,7 +126,7 @@ def _adopt_features(database: Path, job: Job) -> None:
 
 
 def _extract(database: Path, job: Job) -> None:
-    import pycolmap
+    from walltopo.colmap import pycolmap
 
     with pycolmap.Database.open(database) as db:
         missing = [
@@ -152,7 +152,7 @@ def _extract(database: Path, job: Job) -> None:
 
 
 def _match(database: Path, job: Job, pairing: Pairing) -> None:
-    import pycolmap
+    from walltopo.colmap import pycolmap
 
     with pycolmap.Database.open(database) as db:
         wanted = choose_pairs(db, pairing, job.seed)
@@ -182,7 +182,7 @@ def _match(database: Path, job: Job, pairing: Pairing) -> None:
 
 
 def _map(database: Path, job: Job, task: MapTask) -> None:
-    import pycolmap
+    from walltopo.colmap import pycolmap
 
     options = pycolmap.IncrementalPipelineOptions()
     # Sums over several threads differ in the last bits, and mapping amplifies them: it stays on
@@ -233,7 +233,7 @@ def refine(model: Any, held_images: set[int], held_cameras: set[int]) -> None:
     model : `pycolmap.Reconstruction`.
     held_images, held_cameras : ids whose poses and intrinsics stay exactly as they are.
     """
-    import pycolmap
+    from walltopo.colmap import pycolmap
 
     options = pycolmap.BundleAdjustmentOptions()
     options.ceres.loss_function_type = pycolmap.LossFunctionType.CAUCHY

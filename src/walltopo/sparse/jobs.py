@@ -1,39 +1,21 @@
-"""Making jobs for COLMAP's child process, and the feature database that they share.
-
-`work/features/` keeps the feature database, so that a killed run continues with the photos and
-pairs that are missing.
-"""
+"""Making jobs for COLMAP's child process."""
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
-import msgspec
-
-from walltopo.core.files import hash_path, read_json, write_json
 from walltopo.scans.photo_list import Photo
 from walltopo.sparse.contract import SparseSettings
 from walltopo.sparse.job import CameraEntry, ImageEntry, Job, Pairing
 
 __all__ = [
     "camera_entries",
-    "database_of",
     "features_job",
-    "keep_database",
-    "known_features",
     "photo_ids",
 ]
 
-_STAMP = "made-from.json"
 _DEFAULT_FOCAL = 1.2  # of the longer side, where EXIF tells none (COLMAP's own default)
-
-
-def database_of(work: Path) -> Path:
-    """The feature database below a scan's `work/`."""
-    return work / "features" / "features.db"
 
 
 def photo_ids(photos: Sequence[Photo]) -> tuple[int, ...]:
@@ -94,39 +76,3 @@ def features_job(
             settings.reference_retrieved,
         ),
     )
-
-
-def keep_database(job: Job, photos: Path) -> None:
-    """Drop the feature database unless it was made from these photos with these settings."""
-    # As JSON gives it back: lists, where the job has tuples.
-    plain = msgspec.json.decode(msgspec.json.encode(job))
-    key = {name: plain[name] for name in ("cameras", "images", "min_matches", "seed")}
-    key |= _feature_key(job, photos)
-    stamp = Path(job.database).parent / _STAMP
-    if not (stamp.is_file() and read_json(stamp) == key):
-        shutil.rmtree(stamp.parent, ignore_errors=True)
-        write_json(stamp, key)
-
-
-def known_features(job: Job, work: Path, photos: Path) -> Path | None:
-    """The feature database of another scan, if it holds what this job would find again.
-
-    Parameters
-    ----------
-    work, photos : the other scan's folders.
-    """
-    database = database_of(work)
-    stamp = database.parent / _STAMP
-    if not (stamp.is_file() and database.is_file()):
-        return None
-    told, wanted = read_json(stamp), _feature_key(job, photos)
-    return database if {name: told.get(name) for name in wanted} == wanted else None
-
-
-def _feature_key(job: Job, photos: Path) -> dict[str, Any]:
-    """What a photo's features follow from."""
-    return {
-        "max_features": job.max_features,
-        "first_octave": job.first_octave,
-        "photos": hash_path(photos),
-    }

@@ -47,7 +47,7 @@ def rebuild(model: Any, kept: Iterable[KeptImage], camera_ids: Mapping[int, int]
     kept : registered images of it.
     camera_ids : old to new camera id, for each camera that is wanted.
     """
-    import pycolmap
+    from walltopo.colmap import pycolmap
 
     result = pycolmap.Reconstruction()
     for old, new in camera_ids.items():

@@ -43,7 +43,7 @@ def why_unregistered(
     -------
     Photo name to the reason.
     """
-    import pycolmap
+    from walltopo.colmap import pycolmap
 
     if not missing:
         return {}

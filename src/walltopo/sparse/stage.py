@@ -19,12 +19,11 @@ from walltopo.scans.photo_set import PhotoSet
 from walltopo.sparse.align import align_to_reference
 from walltopo.sparse.colmap_process import run_worker
 from walltopo.sparse.contract import Reads, SparseSettings, Writes
+from walltopo.sparse.feature_cache import database_of, find_features, seal_features
 from walltopo.sparse.job import ImageEntry, MapTask
 from walltopo.sparse.jobs import (
     camera_entries,
-    database_of,
     features_job,
-    keep_database,
     photo_ids,
 )
 from walltopo.sparse.outcome import (
@@ -55,7 +54,9 @@ def run(reads: Reads, settings: SparseSettings, context: Context) -> Writes:
     kept = registered_names(best)
     missing = {photo.name: photo.name for photo in photos if photo.name not in kept}
     elsewhere = other_models(best.parent, best)
-    reasons = why_unregistered(database_of(context.cache), missing, elsewhere)
+    database = database_of(context.cache)
+    reasons = why_unregistered(database, missing, elsewhere)
+    seal_features(database)
     folder = context.scratch / "sparse"
     shutil.copytree(best, folder)
     for name, reason in reasons.items():
@@ -83,10 +84,9 @@ def _reconstruct(
     images = [ImageEntry(photo.name, index) for photo, index in zip(photos, indices, strict=True)]
     database, ids = database_of(context.cache), photo_ids(photos)
     job = features_job(database, folder.folder, settings, cameras, images, ids)
-    keep_database(job, folder.folder)
     # Mapping gets a process of its own: COLMAP's random state would differ between a run that
     # matched photos first and one that found them matched.
-    run_worker(job, context.progress)
+    find_features(job, folder.folder, context.progress)
     task = MapTask(str(context.cache / "mapping"), len(photos))
     result = run_worker(replace(job, pairing=None, map=task), context.progress)
     models = result.models

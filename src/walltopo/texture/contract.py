@@ -29,7 +29,10 @@ class TextureSettings:
         bool, about("level exposure between photos and seams between charts", expert=True)
     ] = True
     openmvs_bin: Annotated[
-        str, about("folder of the OpenMVS programs; empty: looked up on PATH", expert=True)
+        str,
+        about(
+            "folder of the OpenMVS programs; empty: looked up on PATH", program=True, expert=True
+        ),
     ] = ""
 
     def __post_init__(self) -> None:

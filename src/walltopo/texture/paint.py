@@ -12,6 +12,8 @@ __all__ = ["fill_gaps", "paint_colours", "paint_photo", "sample_points"]
 Image = NDArray[np.uint8]
 Single = NDArray[np.float32]
 
+_BAND = 64  # rows of the atlas that one thread paints at a time
+
 
 @njit(cache=True)
 def _sample(photo: Image, x: float, y: float, channel: int) -> float:
@@ -49,31 +51,65 @@ def paint_photo(
     atlas, painted : (S, S, 3) and (S, S), written.
     """
     side = atlas.shape[0]
-    for n in prange(len(which)):
-        f = which[n]
-        t, p, g = texels[f], pixels[f], correction[f]
-        det = (t[1, 0] - t[0, 0]) * (t[2, 1] - t[0, 1]) - (t[1, 1] - t[0, 1]) * (t[2, 0] - t[0, 0])
-        if abs(det) < 1e-9:
-            continue
-        x0 = max(0, int(np.floor(min(t[0, 0], t[1, 0], t[2, 0]) - 0.5)))
-        x1 = min(side - 1, int(np.ceil(max(t[0, 0], t[1, 0], t[2, 0]))))
-        y0 = max(0, int(np.floor(min(t[0, 1], t[1, 1], t[2, 1]) - 0.5)))
-        y1 = min(side - 1, int(np.ceil(max(t[0, 1], t[1, 1], t[2, 1]))))
-        for y in range(y0, y1 + 1):
-            for x in range(x0, x1 + 1):
-                dx, dy = x + 0.5 - t[0, 0], y + 0.5 - t[0, 1]
-                b = (dx * (t[2, 1] - t[0, 1]) - dy * (t[2, 0] - t[0, 0])) / det
-                c = (dy * (t[1, 0] - t[0, 0]) - dx * (t[1, 1] - t[0, 1])) / det
-                a = 1.0 - b - c
-                if a < -1e-4 or b < -1e-4 or c < -1e-4:
-                    continue
-                px = a * p[0, 0] + b * p[1, 0] + c * p[2, 0]
-                py = a * p[0, 1] + b * p[1, 1] + c * p[2, 1]
-                for channel in range(3):
-                    value = _sample(photo, px, py, channel) * gain[channel]
-                    value += a * g[0, channel] + b * g[1, channel] + c * g[2, channel]
-                    atlas[y, x, channel] = np.uint8(min(max(value + 0.5, 0.0), 255.0))
-                painted[y, x] = 1
+    rows = _rows(which, texels, side)
+    # Neighbours claim the texels on their common edge both: by bands of rows, in the order of
+    # the triangles, the same one has the last word whatever the threads do.
+    for band in prange((side + _BAND - 1) // _BAND):
+        top, bottom = band * _BAND, min((band + 1) * _BAND, side) - 1
+        for n in range(len(which)):
+            y0, y1 = max(rows[n, 0], top), min(rows[n, 1], bottom)
+            if y0 <= y1:
+                f = which[n]
+                _paint_rows(
+                    photo, gain, pixels[f], texels[f], correction[f], y0, y1, atlas, painted
+                )
+
+
+@njit(cache=True)
+def _rows(which: NDArray[np.int64], texels: Single, side: int) -> NDArray[np.int32]:
+    """(n, 2) first and last row of each triangle in the atlas."""
+    rows = np.empty((len(which), 2), dtype=np.int32)
+    for n in range(len(which)):
+        t = texels[which[n]]
+        rows[n, 0] = max(0, int(np.floor(min(t[0, 1], t[1, 1], t[2, 1]) - 0.5)))
+        rows[n, 1] = min(side - 1, int(np.ceil(max(t[0, 1], t[1, 1], t[2, 1]))))
+    return rows
+
+
+@njit(cache=True)
+def _paint_rows(
+    photo: Image,
+    gain: Single,
+    p: Single,
+    t: Single,
+    g: Single,
+    y0: int,
+    y1: int,
+    atlas: Image,
+    painted: NDArray[np.uint8],
+) -> None:
+    """Paint rows y0 to y1 of one triangle: (3, 2) places in photo and atlas, (3, 3) correction."""
+    side = atlas.shape[1]
+    det = (t[1, 0] - t[0, 0]) * (t[2, 1] - t[0, 1]) - (t[1, 1] - t[0, 1]) * (t[2, 0] - t[0, 0])
+    if abs(det) < 1e-9:
+        return
+    x0 = max(0, int(np.floor(min(t[0, 0], t[1, 0], t[2, 0]) - 0.5)))
+    x1 = min(side - 1, int(np.ceil(max(t[0, 0], t[1, 0], t[2, 0]))))
+    for y in range(y0, y1 + 1):
+        for x in range(x0, x1 + 1):
+            dx, dy = x + 0.5 - t[0, 0], y + 0.5 - t[0, 1]
+            b = (dx * (t[2, 1] - t[0, 1]) - dy * (t[2, 0] - t[0, 0])) / det
+            c = (dy * (t[1, 0] - t[0, 0]) - dx * (t[1, 1] - t[0, 1])) / det
+            a = 1.0 - b - c
+            if a < -1e-4 or b < -1e-4 or c < -1e-4:
+                continue
+            px = a * p[0, 0] + b * p[1, 0] + c * p[2, 0]
+            py = a * p[0, 1] + b * p[1, 1] + c * p[2, 1]
+            for channel in range(3):
+                value = _sample(photo, px, py, channel) * gain[channel]
+                value += a * g[0, channel] + b * g[1, channel] + c * g[2, channel]
+                atlas[y, x, channel] = np.uint8(min(max(value + 0.5, 0.0), 255.0))
+            painted[y, x] = 1
 
 
 @njit(cache=True)

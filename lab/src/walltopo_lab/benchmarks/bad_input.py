@@ -8,17 +8,22 @@ How each case is made, and what the user must be told; the product's tests run t
 from __future__ import annotations
 
 import io
+import json
 import os
 import re
+import struct
 import subprocess
 import sys
 import tempfile
+import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from PIL import Image
+
+from walltopo.pipeline.runner import scan
 
 __all__ = ["CASES", "Case", "picture"]
 
@@ -40,15 +45,17 @@ class Case:
     Parameters
     ----------
     name : what the user gives.
-    make : fills a folder and returns the arguments after `walltopo scan`.
+    make : fills a folder and returns the arguments after `walltopo` and the command.
     code : the exit code expected.
     says : words that the output must contain.
+    command : what is run.
     """
 
     name: str
     make: Callable[[Path], list[str]]
     code: int
     says: str
+    command: str = "scan"
 
 
 def picture(seed: int, size: tuple[int, int] = (640, 480)) -> Image.Image:
@@ -218,10 +225,179 @@ def _no_reference(root: Path) -> list[str]:
     return _scan(_photos(root / "in"), "--reference", str(root / "old"), to="sparse")
 
 
-CASES = (
+def _pipe_photo(root: Path) -> list[str]:
+    folder = _photos(root / "in")
+    os.mkfifo(folder / "pipe.jpg")
+    return _scan(folder)
+
+
+def _links(root: Path) -> list[str]:
+    folder = _photos(root / "in")
+    (folder / "gone.jpg").symlink_to("moved-away.jpg")
+    (folder / "round.jpg").symlink_to("round.jpg")
+    return _scan(folder)
+
+
+def _cut_in_half(name: str) -> Callable[[Path], list[str]]:
+    """A picture of the format that `name` says, cut in half, under a name that is looked at."""
+
+    def make(root: Path) -> list[str]:
+        import pillow_heif
+
+        pillow_heif.register_heif_opener()
+        folder = _photos(root / "in")
+        picture(8).save(root / name)
+        data = (root / name).read_bytes()
+        looked_at = name if name.endswith(".heic") else "photo.jpg"
+        (folder / looked_at).write_bytes(data[: len(data) // 2])
+        return _scan(folder)
+
+    return make
+
+
+def _cut_film(root: Path) -> list[str]:
+    import av
+
+    folder = _photos(root / "in")
+    with av.open(str(root / "walk.mp4"), "w") as container:
+        stream = container.add_stream("libx264", rate=30)
+        stream.width, stream.height, stream.pix_fmt = 640, 480, "yuv420p"
+        for k in range(10):
+            container.mux(stream.encode(av.VideoFrame.from_image(picture(k))))
+        container.mux(stream.encode())
+    data = (root / "walk.mp4").read_bytes()
+    (folder / "walk.mp4").write_bytes(data[: len(data) // 2])
+    return _scan(folder)
+
+
+def _postscript(root: Path) -> list[str]:
+    folder = _photos(root / "in")
+    (folder / "drawing.jpg").write_bytes(b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 9 9\n")
+    return _scan(folder)
+
+
+def _gif(root: Path) -> list[str]:
+    folder = _photos(root / "in")
+    stream = io.BytesIO()
+    picture(8).save(stream, "GIF")
+    (folder / "moving.jpg").write_bytes(stream.getvalue())
+    return _scan(folder)
+
+
+def _odd_names(root: Path) -> list[str]:
+    folder = _photos(root / "in")
+    (folder / "p0.jpg").rename(folder / os.fsdecode(b"caf\xe9.jpg"))
+    (folder / "p1.jpg").rename(folder / ("ü" * 125 + ".jpg"))
+    return _scan(folder)
+
+
+def _odd_folder(root: Path) -> list[str]:
+    folder = _photos(root / "in").rename(root / os.fsdecode(b"caf\xe9"))
+    return [str(folder), "-o", str(folder) + "-scan", "--to", "ingest"]
+
+
+def _huge_png(root: Path) -> list[str]:
+    folder = _photos(root / "in")
+    # Its header is enough: it is refused before it is decoded.
+    chunks = (
+        (b"IHDR", struct.pack(">IIBBBBB", 15_900, 15_700, 8, 2, 0, 0, 0)),
+        (b"IDAT", zlib.compress(b"")),
+        (b"IEND", b""),
+    )
+    with (folder / "huge.png").open("wb") as stream:
+        stream.write(b"\x89PNG\r\n\x1a\n")
+        for name, body in chunks:
+            stream.write(struct.pack(">I", len(body)) + name + body)
+            stream.write(struct.pack(">I", zlib.crc32(name + body)))
+    return _scan(folder)
+
+
+def _scan_among_photos(root: Path) -> list[str]:
+    folder = _photos(root / "in")
+    (folder / "wall").mkdir()
+    (folder / "wall" / "scan.json").write_text("{}")
+    return _scan(folder)
+
+
+def _scan_as_photos(root: Path) -> list[str]:
+    folder = _photos(root / "in")
+    (folder / "scan.json").write_text("{}")
+    return _scan(folder)
+
+
+def _damaged_since(root: Path) -> list[str]:
+    again = _scan(_photos(root / "in"))
+    scan(root / "in", root / "scan", to_stage="ingest")
+    photo = next((root / "scan" / "photos").iterdir())
+    photo.write_bytes(photo.read_bytes()[:1000])
+    return again
+
+
+def _damaged_and_moved(root: Path) -> list[str]:
+    again = _damaged_since(root)
+    (root / "in").rename(root / "elsewhere")
+    return again[1:]
+
+
+HEALING_CASES = (
+    Case("a stored photo cut off since", _damaged_since, 0, "is not as ingest left it: made again"),
+    Case("the same, and its original gone", _damaged_and_moved, 3, "changed since ingest"),
+)
+
+INGEST_CASES = (
+    Case("a pipe among the photos", _pipe_photo, 0, "skipped pipe.jpg: a pipe, not a file"),
+    Case("links to nothing and in a circle", _links, 0, "a link that leads in a circle"),
+    Case("half a HEIC", _cut_in_half("photo.heic"), 0, "skipped photo.heic: "),
+    Case("half an AVIF named .jpg", _cut_in_half("photo.avif"), 0, "skipped photo.jpg: "),
+    Case("half a WebP named .jpg", _cut_in_half("photo.webp"), 0, "skipped photo.jpg: "),
+    Case("half a film", _cut_film, 0, "cannot be decoded as a video"),
+    Case("PostScript named .jpg", _postscript, 0, "not an image that is read here"),
+    Case("a GIF named .jpg", _gif, 0, "not an image that is read here"),
+    Case("names that are not UTF-8, and of 254 bytes", _odd_names, 0, "photos 3, skipped 0"),
+    Case("folders whose names are not UTF-8", _odd_folder, 0, "photos 3, skipped 0"),
+    Case("a PNG of 250 megapixels", _huge_png, 0, "MiB of memory, more than"),
+    Case("a scan in the folder of photos", _scan_among_photos, 0, "skipped wall: a scan folder"),
+    Case("a scan folder in place of photos", _scan_as_photos, 3, "is a scan folder, not a folder"),
+)
+
+
+def _view(*more: str) -> Callable[[Path], list[str]]:
+    """A scan whose page is there, viewed with some options."""
+
+    def make(root: Path) -> list[str]:
+        (root / "scan").mkdir()
+        (root / "scan" / "index.html").touch()
+        return [str(root / "scan"), *more]
+
+    return make
+
+
+# Of `view`, what ends by itself; a running server: docs/security.md.
+VIEW_CASES = (
+    Case(
+        "`view` of what has no page",
+        lambda root: [str(root / "scan")],
+        3,
+        "no page to show",
+        "view",
+    ),
+    Case("`view --port 99999`", _view("--port", "99999"), 2, "65535", "view"),
+    Case("`view --port -1`", _view("--port", "-1"), 2, "-1", "view"),
+    Case("`view --host 0.0.0.0`", _view("--host", "0.0.0.0"), 2, "every address", "view"),
+    Case(
+        "`view --host` of another machine",
+        _view("--host", "192.0.2.1", "--port", "0"),
+        2,
+        "not an address of this machine",
+        "view",
+    ),
+    Case("`view --embed` of no origin", _view("--embed", "gym"), 2, "is no origin", "view"),
+)
+
+CASES: tuple[Case, ...] = (
     Case("a folder without photos", _empty, 3, "no photos here"),
     Case("a path that does not exist", _missing, 3, "no such file or folder"),
-    Case("a text file named .jpg", _text, 3, "not an image, whatever its name says"),
+    Case("a text file named .jpg", _text, 3, "not an image that is read here"),
     Case("a truncated JPEG among too few", _truncated, 3, "damaged or cut off"),
     Case("a file of zero bytes", _zero_bytes, 3, "not an image"),
     Case("a 16-bit grey PNG", _deep_png, 0, "photos 4, skipped 0"),
@@ -245,13 +421,252 @@ CASES = (
     Case("an unknown stage", _unknown_stage, 3, "unknown stage 'meshing'"),
     Case("photos that show nothing in common", _unrelated, 4, "could be put together"),
     Case("a reference that is no scan", _no_reference, 3, "has no cameras"),
+    *INGEST_CASES,
+    *HEALING_CASES,
+    *VIEW_CASES,
 )
+
+
+# Where results go, and what is typed.
+
+
+def _finished(root: Path) -> Path:
+    """As much of a scan folder as makes it one."""
+    scan = root / "gym"
+    scan.mkdir()
+    (scan / "scan.json").write_text('{"version": 1, "stages": {}}')
+    return scan
+
+
+def _export_to(where: str, *more: str) -> Callable[[Path], list[str]]:
+    return lambda root: [str(_finished(root)), "-o", str(root / where), *more]
+
+
+def _merge_to(where: str, *more: str) -> Callable[[Path], list[str]]:
+    def make(root: Path) -> list[str]:
+        (root / "site").mkdir()
+        (root / "site" / "index.html").write_text("mine")
+        scan = str(_finished(root))
+        return [scan, scan, "--same-frame", "-o", str(root / where), *more]
+
+    return make
+
+
+def _taken(root: Path) -> list[str]:
+    (root / "plate.pdf").write_text("mine")
+    return ["print", "-o", str(root / "plate.pdf")]
+
+
+def _pipe(root: Path) -> list[str]:
+    os.mkfifo(root / "pipe")
+    return ["print", "-o", str(root / "pipe"), "--overwrite"]
+
+
+def _config(content: bytes | None) -> Callable[[Path], list[str]]:
+    def make(root: Path) -> list[str]:
+        config = root / "settings"
+        if content is None:
+            config.mkdir()
+        else:
+            config.write_bytes(content)
+        return _scan(root / "in", "--config", str(config))
+
+    return make
+
+
+OUTPUT_CASES = (
+    Case(
+        "`export -o` into the scan itself",
+        _export_to("gym", "--format", "labelme", "--overwrite"),
+        3,
+        "belongs to the scan",
+        "export",
+    ),
+    Case("`export -o` a file of the scan", _export_to("gym/mesh.ply"), 3, "belongs to", "export"),
+    Case("`merge -o` a web site's folder", _merge_to("site"), 3, "is not empty", "merge"),
+    Case("`merge -o` another scan", _merge_to("gym", "--overwrite"), 3, "belongs to", "merge"),
+    Case("`-o` a file that is there", _taken, 3, "is there already", "measure"),
+    Case("`-o` a named pipe", _pipe, 3, "no file can replace it", "measure"),
+    Case(
+        "`-o` a device",
+        lambda _: ["print", "-o", "/dev/null", "--overwrite"],
+        3,
+        "no file can replace it",
+        "measure",
+    ),
+    Case("`merge --near nan`", _merge_to("new", "--near", "nan"), 2, "a finite number", "merge"),
+    Case("`merge --near -1`", _merge_to("new", "--near", "-1"), 2, "at least 0.001", "merge"),
+    Case("a settings file that is a folder", _config(None), 3, "cannot be read"),
+    Case("settings 100,000 deep", _config(b"a = " + b"[" * 100_000), 3, "nested too deeply"),
+    Case("a setting of 5,000 digits", _config(b"a = " + b"9" * 5000), 3, "not valid TOML"),
+    Case("settings that are not UTF-8", _config(b"\xff"), 3, "not valid TOML"),
+    Case(
+        "a path with escape codes and markup",
+        lambda root: [str(root / "\x1b[31m[/red]")],
+        3,
+        r"\x1b[31m[/red]: not a scan folder",
+        "status",
+    ),
+)
+CASES += OUTPUT_CASES
+
+
+# Files of other programs.
+
+_SQUARE = [2, 2, 9, 2, 9, 9, 2, 9]
+
+
+def _labels(root: Path, **changes: object) -> list[str]:
+    """A COCO file of one photo with a change in its image or its annotation, to be converted."""
+    picture(0, (20, 18)).save(root / "a.png")
+    image = {"id": 1, "file_name": "a.png", "width": 20, "height": 18}
+    row = {"id": 1, "image_id": 1, "category_id": 1, "segmentation": [_SQUARE]}
+    for entry in (image, row):
+        entry.update((key, value) for key, value in changes.items() if key in entry)
+    data = {"images": [image], "categories": [{"id": 1, "name": "hold"}], "annotations": [row]}
+    (root / "labels.json").write_text(json.dumps(data))
+    return ["convert", str(root / "labels.json"), str(root / "to"), "--to", "coco"]
+
+
+def _converted(**changes: object) -> Callable[[Path], list[str]]:
+    return lambda root: _labels(root, **changes)
+
+
+def _mesh(content: bytes) -> Callable[[Path], list[str]]:
+    def make(root: Path) -> list[str]:
+        (root / "m.ply").write_bytes(content)
+        return ["check", str(root / "m.ply")]
+
+    return make
+
+
+def _cut_model(name: str, size: int) -> Callable[[Path], list[str]]:
+    def make(root: Path) -> list[str]:
+        from walltopo.colmap import pycolmap
+
+        options = pycolmap.SyntheticDatasetOptions(
+            num_rigs=1, num_cameras_per_rig=1, num_frames_per_rig=3, num_points3D=4
+        )
+        pycolmap.synthesize_dataset(options).write_binary(root)
+        (root / name).write_bytes((root / name).read_bytes()[:size])
+        (root / "masks.json").write_text('{"images": [], "categories": [], "annotations": []}')
+        return [
+            "--mesh",
+            "none.ply",
+            "--cameras",
+            str(root),
+            "--masks",
+            str(root / "masks.json"),
+            "-o",
+            str(root / "out"),
+        ]
+
+    return make
+
+
+def _mirrored(root: Path) -> list[str]:
+    matrix = [[-1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]]
+    frames = [{"file_path": "a.jpg", "transform_matrix": matrix}]
+    cameras = {"w": 96, "h": 72, "fl_x": 80.0, "frames": frames}
+    (root / "transforms.json").write_text(json.dumps(cameras))
+    (root / "masks.json").write_text('{"images": [], "categories": [], "annotations": []}')
+    return [
+        "--mesh",
+        "none.ply",
+        "--cameras",
+        str(root / "transforms.json"),
+        "--masks",
+        str(root / "masks.json"),
+        "-o",
+        str(root / "out"),
+    ]
+
+
+_PLY = b"ply\nformat ascii 1.0\nelement vertex 2000000000\nproperty float x\nend_header\n"
+_RLE = {"size": [2**31, 2**31], "counts": [0]}
+
+READER_CASES = (
+    Case(
+        "labels: a photo named `../a.png`",
+        _converted(file_name="../a.png"),
+        3,
+        "leads out of its folder",
+        "dataset",
+    ),
+    Case(
+        "labels: a photo named `/etc/passwd`",
+        _converted(file_name="/etc/passwd"),
+        3,
+        "leads out of its folder",
+        "dataset",
+    ),
+    Case(
+        "labels: a polygon at 1e300",
+        _converted(segmentation=[[1e300, 1, 5, 5, 9, 9]]),
+        3,
+        "far outside the picture",
+        "dataset",
+    ),
+    Case(
+        "labels: a polygon of five numbers",
+        _converted(segmentation=[[1, 2, 3, 4, 5]]),
+        3,
+        "an odd number",
+        "dataset",
+    ),
+    Case(
+        "labels: RLE of 2^31 pixels a side",
+        _converted(segmentation=_RLE),
+        3,
+        "segmentation.size",
+        "dataset",
+    ),
+    Case(
+        "labels: an unknown category",
+        _converted(category_id=9),
+        3,
+        "there is no category 9",
+        "dataset",
+    ),
+    Case(
+        "labels: a number where a list is meant",
+        _converted(segmentation=7),
+        3,
+        "segmentation",
+        "dataset",
+    ),
+    Case(
+        "a PLY that claims two billion vertices",
+        _mesh(_PLY),
+        3,
+        "it claims 2000000000 entries",
+        "mesh",
+    ),
+    Case(
+        "a `frames.bin` of 45 bytes",
+        _cut_model("frames.bin", 45),
+        3,
+        "frames.bin: is cut off or damaged",
+        "lift",
+    ),
+    Case(
+        "a `cameras.bin` cut short",
+        _cut_model("cameras.bin", 40),
+        3,
+        "cameras.bin: is cut off or damaged",
+        "lift",
+    ),
+    Case("a mirrored `transform_matrix`", _mirrored, 3, "transform_matrix mirrors", "lift"),
+)
+CASES += READER_CASES
 
 
 def told(output: str, root: Path) -> str:
     """The lines that matter, without this machine's folders."""
     text = output.replace(str(root), "").replace("/in/", "in/")
     lines = [line.strip() for line in text.splitlines() if line.strip()]
+    if lines and lines[0].startswith("usage:"):
+        lines = lines[-1:]
     lines = [re.sub(r"\s+[\d.]+ s$", "", line) for line in lines if not line.startswith("✗")]
     return " / ".join(lines[:3]).replace("|", "\\|")
 
@@ -260,7 +675,7 @@ def row(case: Case) -> str:
     """One line of the table."""
     with tempfile.TemporaryDirectory() as name:
         root = Path(name)
-        command = [sys.executable, "-m", "walltopo", "scan", *case.make(root)]
+        command = [sys.executable, "-m", "walltopo", case.command, *case.make(root)]
         done = subprocess.run(command, capture_output=True, text=True)
         return f"| {case.name} | {done.returncode} | {told(done.stdout + done.stderr, root)} |"
 

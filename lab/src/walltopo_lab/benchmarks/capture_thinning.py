@@ -34,8 +34,9 @@ from walltopo.scans.photo_list import PhotoList
 from walltopo.scans.photo_set import PhotoSet
 from walltopo.sparse.colmap_process import run_worker
 from walltopo.sparse.contract import SparseSettings
+from walltopo.sparse.feature_cache import database_of
 from walltopo.sparse.job import ImageEntry, MapTask
-from walltopo.sparse.jobs import camera_entries, database_of, features_job, photo_ids
+from walltopo.sparse.jobs import camera_entries, features_job, photo_ids
 from walltopo_lab.benchmarks.reconstruction_poses import centres, fit_on_floor, load_truth, matched
 
 Floats = NDArray[np.float64]

@@ -15,7 +15,7 @@ import numpy as np
 
 from walltopo.core import Silent
 from walltopo.holds.observations import load_photo
-from walltopo.scans.detections import decode_segmentation
+from walltopo.scans.segmentation import decode_segmentation, parse_segmentation
 from walltopo_lab.train.paint.holds import WAYS, PhotoHolds, ari, of_generated, read_holds
 from walltopo_lab.train.paint.photos import make_photos, read_photos
 
@@ -24,7 +24,8 @@ def _holds(folder: Path, image: dict[str, Any], entries: list[dict[str, Any]]) -
     width, height = image["width"], image["height"]
     photo = load_photo(folder / "images" / image["file_name"], width, height)
     kept = [e for e in entries if e["category_id"] == 1 or e.get("route_id") is not None]
-    masks = [decode_segmentation(e["segmentation"], width, height, 1, 1.0).full() for e in kept]
+    shapes = [parse_segmentation(e["segmentation"], str(folder)) for e in kept]
+    masks = [decode_segmentation(shape, width, height, 1, 1.0).full() for shape in shapes]
     given = [entry.get("route_id") for entry in kept]
     return read_holds(photo, masks, [None if route is None else int(route) for route in given])
 

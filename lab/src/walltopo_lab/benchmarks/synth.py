@@ -89,7 +89,7 @@ def speed(presets: Sequence[str]) -> None:
 
 def colmap(folder: Path) -> None:
     """Register the photos with pycolmap and print the errors against the truth."""
-    import pycolmap
+    from walltopo.colmap import pycolmap
 
     truth = np.load(folder / "truth" / "gt.npz")
     with tempfile.TemporaryDirectory() as work:

@@ -16,6 +16,7 @@ from walltopo.core import InputError
 from walltopo.core.files import read_json
 from walltopo.holds.classifier_meaning import Meaning, read_classes
 from walltopo.holds.classifier_picture import square
+from walltopo.imaging.opening import open_picture
 from walltopo.imaging.photo_file import read_rgb
 from walltopo.scans.attributes import Attributes
 from walltopo.scans.cutouts import Cutouts as StoredCutouts
@@ -162,13 +163,11 @@ def _of_folders(source: Path, side: int) -> Iterator[_Cutout]:
 
 def _picture(file: Path, side: int) -> NDArray[np.uint8] | None:
     """The square picture of a cutout file; None if it shows too little."""
-    from PIL import Image, UnidentifiedImageError
-
     try:
-        with Image.open(file) as image:
+        with open_picture(file) as image:
             pixels = np.asarray(image.convert("RGBA"))
-    except (OSError, UnidentifiedImageError) as error:
-        raise InputError(f"{file}: not a picture, or damaged ({error})") from error
+    except InputError as error:
+        raise InputError(f"{file}: {error.message}") from error
     mask = pixels[..., 3] >= 128
     if np.count_nonzero(mask) < LEAST_PIXELS:
         return None
@@ -195,7 +194,7 @@ def _truth_class(item: dict[str, Any], label: str) -> tuple[str, Meaning] | None
 
 def _of_truth(source: Path, label: str, side: int) -> Iterator[_Cutout]:
     """Cutouts by the true masks of the photos."""
-    from walltopo.scans.detections import decode_segmentation
+    from walltopo.scans.segmentation import decode_segmentation, parse_segmentation
 
     items = {int(item["id"]): item for item in read_json(source / "truth/scene.json")["instances"]}
     data = json.loads((source / "truth" / "masks.json").read_text(encoding="utf-8"))
@@ -209,9 +208,8 @@ def _of_truth(source: Path, label: str, side: int) -> Iterator[_Cutout]:
             named = _truth_class(items[number], label)
             if named is None or entry["area"] < LEAST_PIXELS:
                 continue
-            mask = decode_segmentation(
-                entry["segmentation"], image["width"], image["height"], 1, 1.0
-            )
+            shape = parse_segmentation(entry["segmentation"], f"{source}: {number}")
+            mask = decode_segmentation(shape, image["width"], image["height"], 1, 1.0)
             if np.count_nonzero(mask.bitmap) < LEAST_PIXELS:
                 continue
             x, y = mask.x, mask.y

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import math
 from pathlib import Path
 from typing import Any
+
+from walltopo.cli.options import MOST_SEED, Number
+from walltopo.cli.outputs import add_overwrite, target
 
 __all__ = ["register"]
 
@@ -52,19 +56,23 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     _add_sam(convert)
     show = add("show", "a contact sheet with the labels drawn", _show)
     show.add_argument("-o", "--output", type=Path, required=True, metavar="PNG")
-    show.add_argument("--count", type=int, default=12, help="photos on it (12)")
+    show.add_argument(
+        "--count", type=Number(int, low=1, high=10_000), default=12, help="photos on it (12)"
+    )
     show.add_argument("--photo", action="append", default=[], metavar="NAME", help="this photo")
     divide = add("split", "deal photos to parts, whole gyms to one part", _split)
     divide.add_argument("target", type=Path, metavar="DIR", help="a folder per part goes here")
     divide.add_argument("--parts", default="train=0.8,valid=0.2", help="train=0.8,valid=0.2")
     divide.add_argument("--by-gym", action="store_true", help="the default; said for clarity")
     divide.add_argument("--pattern", default="", help="regular expression: gym in the name")
-    divide.add_argument("--seed", type=int, default=0)
+    divide.add_argument("--seed", type=Number(int, low=0, high=MOST_SEED), default=0)
     divide.add_argument("--to", choices=FORMATS, default="coco", help="format (coco)")
     stats = add("stats", "what is in a set", _stats)
     stats.add_argument("-o", "--output", type=Path, metavar="PNG", help="also a chart")
     check = add("check", "faults: boxes outside, empty, twice; labels turned", _check)
     check.add_argument("--no-pictures", action="store_true", help="look at the labels only")
+    for parser in (convert, show, divide, stats):
+        add_overwrite(parser)
     against = add("compare", "mIoU of a set against a reference", _compare)
     against.add_argument("reference", type=Path, metavar="REFERENCE", help=_SET)
     _register_meshes(kinds)
@@ -83,6 +91,7 @@ def _register_meshes(kinds: argparse._SubParsersAction[argparse.ArgumentParser])
     paint = kinds.add_parser("paint", help="write a scan's result as a painted mesh")
     paint.add_argument("scan", type=Path, metavar="SCAN", help="the scan folder")
     paint.add_argument("-o", "--output", type=Path, required=True, metavar="PLY")
+    add_overwrite(paint)
     paint.set_defaults(run=_paint)
     project = kinds.add_parser("project", help="labels of photos from a painted mesh")
     project.add_argument("mesh", type=Path, metavar="MESH", help="painted PLY, OBJ or GLB")
@@ -91,12 +100,15 @@ def _register_meshes(kinds: argparse._SubParsersAction[argparse.ArgumentParser])
     project.add_argument("--photos", type=Path, metavar="DIR", help="the pictures, if not SCAN's")
     project.add_argument("--legend", type=Path, metavar="JSON", help="what the colours mean")
     project.add_argument("--split-parts", action="store_true", help="each connected part alone")
-    project.add_argument("--min-pixels", type=int, default=20, help="smaller glimpses go (20)")
+    project.add_argument(
+        "--min-pixels", type=Number(int, low=1), default=20, help="smaller glimpses go (20)"
+    )
     project.add_argument(
         "--refine", choices=("grabcut", "sam"), help="better masks from the pictures"
     )
     _add_sam(project)
     project.add_argument("-o", "--output", type=Path, required=True, metavar="DIR")
+    add_overwrite(project)
     project.set_defaults(run=_project)
     read = kinds.add_parser("unpaint", help="a painted mesh back into a scan's instances")
     read.add_argument("mesh", type=Path, metavar="MESH", help="the corrected painted mesh")
@@ -153,10 +165,19 @@ def _sam(model: str) -> Any:
 
 def _convert(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
+    from walltopo.core.outputs import written_folder
     from walltopo_lab.datasets.read import read_dataset, write_dataset
 
-    dataset = _refined(read_dataset(args.source, args.photos), args.refine, args.sam)
-    write_dataset(args.target, dataset, args.to, copy_photos=not args.no_photos)
+    place = target(
+        args,
+        args.target,
+        f"dataset convert --to {args.to}",
+        flag="DIR",
+        inputs=(args.source, args.photos),
+    )
+    with written_folder(place) as made:
+        dataset = _refined(read_dataset(args.source, args.photos), args.refine, args.sam)
+        write_dataset(made, dataset, args.to, copy_photos=not args.no_photos)
     objects = sum(len(photo.annotations) for photo in dataset.photos)
     console.print(f"{len(dataset.photos)} photos, {objects} objects -> {args.target} ({args.to})")
     return 0
@@ -164,18 +185,22 @@ def _convert(args: argparse.Namespace) -> int:
 
 def _show(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
+    from walltopo.core.outputs import written_file
     from walltopo_lab.datasets.read import read_dataset
     from walltopo_lab.datasets.sheet import write_sheet
 
     dataset = read_dataset(args.source, args.photos)
-    drawn = write_sheet(args.output, dataset, args.photo, args.count)
-    console.print(f"{drawn} photos on {args.output}", markup=False)
+    place = target(args, args.output, "dataset show", inputs=(args.source, args.photos))
+    with written_file(place) as made:
+        drawn = write_sheet(made, dataset, args.photo, args.count)
+    console.print(f"{drawn} photos on {args.output}")
     return 0
 
 
 def _split(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.core import SettingsError
+    from walltopo.core.outputs import written_folder
     from walltopo_lab.datasets.read import read_dataset, write_dataset
     from walltopo_lab.datasets.split import group_of_photo, split
 
@@ -184,10 +209,21 @@ def _split(args: argparse.Namespace) -> int:
         shares = {name.strip(): float(share) for name, share in pairs}
     except ValueError as error:
         raise SettingsError(f"--parts {args.parts}: expected name=share,name=share") from error
+    for name, share in shares.items():
+        if name in ("", ".", "..") or "/" in name or not 0 <= share < math.inf:
+            raise SettingsError(
+                f"--parts {args.parts}: {name!r} wants the plain name of a folder and a share of 0 "
+                "or more"
+            )
     dataset = read_dataset(args.source, args.photos)
     parts = split(dataset, shares, args.seed, lambda photo: group_of_photo(photo, args.pattern))
+    place = target(
+        args, args.target, "dataset split", flag="DIR", inputs=(args.source, args.photos)
+    )
+    with written_folder(place) as made:
+        for name, part in parts.items():
+            write_dataset(made / name, part, args.to)
     for name, part in parts.items():
-        write_dataset(args.target / name, part, args.to)
         gyms = len({group_of_photo(photo, args.pattern) for photo in part.photos})
         objects = sum(len(photo.annotations) for photo in part.photos)
         console.print(f"{name}: {len(part.photos)} photos of {gyms} groups, {objects} objects")
@@ -198,6 +234,7 @@ def _stats(args: argparse.Namespace) -> int:
     from rich.table import Table
 
     from walltopo.cli.console import console
+    from walltopo.core.outputs import written_file
     from walltopo_lab.datasets.read import read_dataset
     from walltopo_lab.datasets.stats import dataset_stats, write_stats_plot
 
@@ -213,7 +250,9 @@ def _stats(args: argparse.Namespace) -> int:
         table.add_row(name, *(str(row[k]) for k in ("objects", "photos", "with_shape")), size)
     console.print(table)
     if args.output:
-        write_stats_plot(args.output, dataset)
+        place = target(args, args.output, "dataset stats", inputs=(args.source, args.photos))
+        with written_file(place) as made:
+            write_stats_plot(made, dataset)
     return 0
 
 
@@ -227,7 +266,7 @@ def _check(args: argparse.Namespace) -> int:
         findings = check_dataset(dataset, pictures=not args.no_pictures)
     for finding in findings:
         where = "" if finding.annotation is None else f" object {finding.annotation}"
-        console.print(f"{finding.photo}{where}: {finding.kind}: {finding.text}", markup=False)
+        console.print(f"{finding.photo}{where}: {finding.kind}: {finding.text}")
     console.print(f"{len(dataset.photos)} photos, {len(findings)} findings")
     return 1 if findings else 0
 
@@ -252,6 +291,7 @@ def _compare(args: argparse.Namespace) -> int:
 
 def _paint(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
+    from walltopo.core.outputs import written_file
     from walltopo.meshes.ply import read_mesh
     from walltopo.scans.folder import ScanFolder
     from walltopo_lab.datasets.legend import write_legend
@@ -261,9 +301,10 @@ def _paint(args: argparse.Namespace) -> int:
     scan = ScanFolder(args.scan)
     face_instance, labels, classes = read_scan_labels(scan)
     colours, legend = paint_instances(face_instance, labels, tuple(classes.values()))
-    write_painted(args.output, read_mesh(scan.mesh), colours)
-    write_legend(args.output.with_suffix(".legend.json"), legend)
-    console.print(f"{len(labels)} objects -> {args.output} and its legend", markup=False)
+    with written_file(target(args, args.output, "dataset paint")) as made:
+        write_painted(made, read_mesh(scan.mesh), colours)
+        write_legend(made.with_suffix(".legend.json"), legend)
+    console.print(f"{len(labels)} objects -> {args.output} and its legend")
     return 0
 
 
@@ -277,7 +318,8 @@ def _legend(args: argparse.Namespace) -> Any:
 
 def _project(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
-    from walltopo.core import InputError
+    from walltopo.core import SettingsError
+    from walltopo.core.outputs import written_folder
     from walltopo.scans.folder import ScanFolder
     from walltopo.scans.model import read_views
     from walltopo_lab.datasets.coco import write_coco
@@ -285,7 +327,7 @@ def _project(args: argparse.Namespace) -> int:
     from walltopo_lab.datasets.project import project_labels
 
     if (args.scan is None) == (args.cameras is None):
-        raise InputError("give either --scan or --cameras")
+        raise SettingsError("give either --scan or --cameras")
     scan = ScanFolder(args.scan) if args.scan else None
     cameras = scan.sparse if scan else args.cameras
     photos = args.photos or (scan.photos if scan else None)
@@ -302,14 +344,17 @@ def _project(args: argparse.Namespace) -> int:
             photos,
             args.min_pixels,
         )
-    dataset = _refined(dataset, args.refine, args.sam)
-    write_coco(args.output / "annotations.json", dataset)
-    write_coco(args.output / "rle" / "annotations.json", dataset, rle=True)
+    place = target(
+        args, args.output, "dataset project", inputs=(args.mesh, cameras, photos, args.legend)
+    )
+    with written_folder(place) as made:
+        dataset = _refined(dataset, args.refine, args.sam)
+        write_coco(made / "annotations.json", dataset)
+        write_coco(made / "rle" / "annotations.json", dataset, rle=True)
     objects = sum(len(photo.annotations) for photo in dataset.photos)
     console.print(
         f"{len(painted.labels)} objects, {objects} masks in {len(dataset.photos)} photos -> "
         f"{args.output} (polygons; the same with RLE in rle/)",
-        markup=False,
     )
     return 0
 
@@ -322,5 +367,5 @@ def _unpaint(args: argparse.Namespace) -> int:
 
     painted = read_painted(args.mesh, _legend(args))
     kept = write_scan_labels(ScanFolder(args.scan), painted)
-    console.print(f"{kept} objects written into {args.scan}", markup=False)
+    console.print(f"{kept} objects written into {args.scan}")
     return 0

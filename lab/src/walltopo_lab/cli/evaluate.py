@@ -7,6 +7,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from walltopo.cli.options import Number
+from walltopo.cli.outputs import add_overwrite, target
+
 __all__ = ["register"]
 
 _SCAN_EPILOG = """\
@@ -82,9 +85,13 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         "--align", action="store_true", help="also fit scale and tilt to the true camera centres"
     )
     scan.add_argument(
-        "--distance", type=float, default=0.02, help="carry labels this far, metres (0.02)"
+        "--distance",
+        type=Number(float, low=0, high=10),
+        default=0.02,
+        help="carry labels this far, metres (0.02)",
     )
     scan.add_argument("-o", "--output", type=Path, metavar="DIR", help="default: SCAN/evaluation")
+    add_overwrite(scan)
     scan.set_defaults(run=_scan)
     instances = kinds.add_parser(
         "instances",
@@ -96,6 +103,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     instances.add_argument("instances", type=Path, metavar="NPZ", help="instances.npz")
     instances.add_argument("--truth", type=Path, required=True, metavar="DIR", help="ground truth")
     instances.add_argument("-o", "--output", type=Path, metavar="JSON", help="write the figures")
+    add_overwrite(instances)
     instances.set_defaults(run=_instances)
     detector = kinds.add_parser(
         "detector",
@@ -111,12 +119,14 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     detector.add_argument(
         "-o", "--output", type=Path, metavar="DIR", help="write figures.json and curves (PNG)"
     )
+    add_overwrite(detector)
     detector.set_defaults(run=_detector)
 
 
 def _scan(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.core.files import write_json
+    from walltopo.core.outputs import written_folder
     from walltopo.scans.folder import ScanFolder
     from walltopo_lab.evaluate.errors_mesh import write_errors
     from walltopo_lab.evaluate.scan import evaluate_scan, is_metric
@@ -130,26 +140,32 @@ def _scan(args: argparse.Namespace) -> int:
     fits += [True] if args.align or not metric else []
     folder = args.output or scan.root / "evaluation"
     results = []
-    with console.status("comparing with truth"):
-        for similarity in fits:
-            results.append(evaluate_scan(scan, truth, similarity=similarity, within=args.distance))
-    console.print(scan_table([result.figures for result in results]))
-    write_json(
-        folder / "evaluation.json",
-        {
-            "version": 1,
-            "distance_m": args.distance,
-            "fits": [result.figures for result in results],
-        },
-    )
-    errors = results[-1].errors
+    place = target(args, folder, "evaluate scan", inputs=[args.truth])
+    with written_folder(place) as made:
+        with console.status("comparing with truth"):
+            for similarity in fits:
+                results.append(
+                    evaluate_scan(scan, truth, similarity=similarity, within=args.distance)
+                )
+        console.print(scan_table([result.figures for result in results]))
+        write_json(
+            made / "evaluation.json",
+            {
+                "version": 1,
+                "distance_m": args.distance,
+                "fits": [result.figures for result in results],
+            },
+        )
+        errors = results[-1].errors
+        if errors is not None:
+            write_errors(errors, made)
     if errors is not None:
-        write_errors(errors, folder)
         console.print(
             "errors.glb: [rgb(0,158,115)]hit[/], [rgb(0,114,178)]missed[/], "
-            "[rgb(213,94,0)]false[/], [rgb(240,228,66)]border[/]"
+            "[rgb(213,94,0)]false[/], [rgb(240,228,66)]border[/]",
+            markup=True,
         )
-    console.print(f"wrote {folder}", markup=False)
+    console.print(f"wrote {folder}")
     return 0
 
 
@@ -187,6 +203,7 @@ def _instances(args: argparse.Namespace) -> int:
 
     from walltopo.cli.console import console
     from walltopo.core.files import write_json
+    from walltopo.core.outputs import written_file
     from walltopo_lab.evaluate.instances import evaluate_instances
     from walltopo_lab.evaluate.scan import read_labelled
     from walltopo_lab.evaluate.truth import read_truth
@@ -206,13 +223,16 @@ def _instances(args: argparse.Namespace) -> int:
         table.add_row(name, *cells, str(part.truth), str(part.predicted))
     console.print(table)
     if args.output:
-        write_json(args.output, metrics.as_dict())
+        inputs = (args.instances, args.truth)
+        with written_file(target(args, args.output, "evaluate instances", inputs=inputs)) as made:
+            write_json(made, metrics.as_dict())
     return 0
 
 
 def _detector(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.core.files import write_json
+    from walltopo.core.outputs import written_folder
     from walltopo_lab.datasets.read import read_dataset
     from walltopo_lab.evaluate.detector import evaluate_detections, figures_table
     from walltopo_lab.evaluate.detector_plot import write_curves
@@ -220,7 +240,10 @@ def _detector(args: argparse.Namespace) -> int:
     result = evaluate_detections(read_dataset(args.detections), read_dataset(args.truth))
     console.print(figures_table(result))
     if args.output:
-        write_json(args.output / "figures.json", result.as_dict())
-        for path in write_curves(result, args.output):
-            console.print(f"wrote {path}", markup=False)
+        inputs = (args.detections, args.truth)
+        with written_folder(target(args, args.output, "evaluate detector", inputs=inputs)) as made:
+            write_json(made / "figures.json", result.as_dict())
+            curves = [path.name for path in write_curves(result, made)]
+        for name in curves:
+            console.print(f"wrote {args.output / name}")
     return 0

@@ -7,7 +7,8 @@ import dataclasses
 from pathlib import Path
 from typing import Any
 
-from walltopo.cli.options import option_help
+from walltopo.cli.options import MOST_SEED, Number, option_help
+from walltopo.cli.outputs import add_overwrite, target
 from walltopo.core import InputError, SettingsError, settings_of
 from walltopo_lab.synth.params import PRESETS, GymSettings, PhotoSettings, gym_preset
 
@@ -33,16 +34,18 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("out", type=Path, help="folder to write")
+    add_overwrite(parser)
+    seed = Number(int, low=0, high=MOST_SEED)
     parser.add_argument("--preset", choices=tuple(PRESETS), default=None, help="kind of gym")
-    parser.add_argument("--seed", type=int, default=None, help="decides everything (default 0)")
-    parser.add_argument("--photos", type=int, default=None, help="number of photos")
+    parser.add_argument("--seed", type=seed, default=None, help="decides everything (default 0)")
+    parser.add_argument("--photos", type=Number(int, low=1), default=None, help="number of photos")
     parser.add_argument("--size", default=None, metavar="WxH", help="size of a photo in pixels")
     for key in _GYM_OPTIONS:
         field = settings_of(GymSettings)[key]
         parser.add_argument(
             f"--wall-{key}" if key in ("width", "height") else f"--{key}",
             dest=f"gym_{key}",
-            type=type(field.default),
+            type=Number(type(field.default), field.low, field.high),
             default=None,
             help=option_help(field, field.default),
         )
@@ -51,10 +54,10 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         help="any other setting of the gym or the photos (repeatable); --list names them",
     )  # fmt: skip
     parser.add_argument("--list", action="store_true", help="list the settings and stop")
-    parser.add_argument("--photo-seed", type=int, default=None, help="another walk, same gym")
+    parser.add_argument("--photo-seed", type=seed, default=None, help="another walk, same gym")
     parser.add_argument("--reset-of", type=Path, default=None, metavar="DIR",
                         help="the gym of DIR after a reset of routes")  # fmt: skip
-    parser.add_argument("--reset-seed", type=int, default=None, help="seed of the new routes")
+    parser.add_argument("--reset-seed", type=seed, default=None, help="seed of the new routes")
     parser.add_argument("--reset-part", choices=("all", "left", "middle", "right"), default="all",
                         help="where routes are replaced")  # fmt: skip
     parser.add_argument("--holds", type=Path, default=None, metavar="DIR",
@@ -70,9 +73,11 @@ def run(args: argparse.Namespace) -> int:
     if args.list:
         _list_settings()
         return 0
+    from walltopo.core.outputs import claimed_folder
     from walltopo_lab.synth.recipe import generate
 
     recipe = _recipe(args)
+    claimed_folder(target(args, args.out, "synth", flag="OUT"))
     with TerminalListener(console) as listener:
         result = generate(args.out, recipe, listener)
     console.print(
@@ -86,10 +91,10 @@ def _list_settings() -> None:
     from walltopo.cli.console import console
 
     for title, kind in (("gym", GymSettings), ("photos", PhotoSettings)):
-        console.print(f"[bold]{title}[/bold]")
+        console.print(title, style="bold")
         for field in settings_of(kind).values():
             key = f"photo.{field.name}" if kind is PhotoSettings else field.name
-            unit = f" \\[{field.unit}]" if field.unit else ""
+            unit = f" [{field.unit}]" if field.unit else ""
             console.print(f"  {key} = {field.default!r}{unit}  {field.text}")
 
 

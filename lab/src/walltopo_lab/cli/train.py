@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from walltopo.cli.options import add_option
+from walltopo.cli.outputs import add_overwrite, target
 from walltopo.core import InputError, SettingsError, settings_of
 from walltopo_lab.cli.train_classifier import classifier_parser
 from walltopo_lab.cli.train_shipped import hold_types_parser, paint_parser
@@ -73,6 +74,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         "datasets", type=Path, nargs="+", help="YOLO folders (images/, labels/), COCO .json files"
     )
     parser.add_argument("-o", "--out", type=Path, required=True, help="folder of the run")
+    add_overwrite(parser)
     parser.add_argument(
         "--attribution", action="append", default=[], help="credit of a data set, for the card"
     )
@@ -166,10 +168,12 @@ def run(args: argparse.Namespace) -> int:
     settings = _settings(args, TrainSettings if votes else YoloSettings)
     augment = _augmentation(args)
     need_torch()
+    from walltopo.core.outputs import claimed_folder
     from walltopo_lab.train.detector import Job, train_detector
     from walltopo_lab.train.yolo import train_yolo
 
     words = [Path(w).name if Path(w).is_absolute() else w for w in sys.argv[1:]]
+    claimed_folder(target(args, args.out, "train", inputs=args.datasets))
     job = Job(
         tuple(args.datasets),
         args.out,

@@ -6,6 +6,8 @@ import argparse
 from pathlib import Path
 
 from walltopo.cli.options import add_options, options_given
+from walltopo.cli.outputs import add_overwrite, target
+from walltopo.cli.parser import Parser
 from walltopo_lab.classifier.params import ClassifierSettings
 
 __all__ = ["classifier_parser"]
@@ -23,7 +25,7 @@ then
 
 def classifier_parser(prog: str) -> argparse.ArgumentParser:
     """The parser of `walltopo train classifier`."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog=prog,
         description="Train a classifier of hold cutouts on labelled ones, and export it as ONNX "
         "with its class names. Sources: classified scan folders (their corrections count), gyms "
@@ -33,6 +35,7 @@ def classifier_parser(prog: str) -> argparse.ArgumentParser:
     )
     parser.add_argument("sources", type=Path, nargs="+", help="labelled cutouts")
     parser.add_argument("-o", "--out", type=Path, required=True, help="ONNX file to write")
+    add_overwrite(parser)
     parser.add_argument(
         "--label",
         choices=("type", "colour", "colour+type"),
@@ -65,6 +68,7 @@ def run(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.cli.listener import TerminalListener
     from walltopo.core import SettingsError
+    from walltopo.core.outputs import written_file
     from walltopo.holds.classifier_meaning import read_classes
     from walltopo_lab.classifier.samples import read_cutouts
     from walltopo_lab.extras import need_torch
@@ -73,7 +77,10 @@ def run(args: argparse.Namespace) -> int:
         raise SettingsError("--base is for --family yolo")
     settings = options_given(args, ClassifierSettings)
     need_torch()
-    with TerminalListener(console) as progress:
+    with (
+        written_file(target(args, args.out, "train classifier", inputs=args.sources)) as made,
+        TerminalListener(console) as progress,
+    ):
         progress.step("reading cutouts")
         cutouts = read_cutouts(args.sources, args.label, settings.side)
         if args.classes is not None:
@@ -83,13 +90,13 @@ def run(args: argparse.Namespace) -> int:
         if args.family == "yolo":
             from walltopo_lab.classifier.yolo import BASE, train_yolo
 
-            top = train_yolo(cutouts, settings, args.out, args.base or BASE, progress)
+            top = train_yolo(cutouts, settings, made, args.base or BASE, progress)
             told = f"{top:.3f} of the held-out cutouts right"
         else:
             from walltopo_lab.classifier.training import train, write_onnx
 
             trained = train(cutouts, settings, progress)
-            write_onnx(trained, cutouts, args.out)
+            write_onnx(trained, cutouts, made)
             told = (
                 f"{trained.accuracy:.3f} of {trained.holds[1]} held-out holds right, "
                 f"{trained.per_cutout:.3f} of their cutouts (epoch {trained.epoch}, which they "

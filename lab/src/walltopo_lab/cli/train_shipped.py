@@ -5,6 +5,10 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from walltopo.cli.options import MOST_SEED, Number
+from walltopo.cli.outputs import add_overwrite, target
+from walltopo.cli.parser import Parser
+
 __all__ = ["hold_types_parser", "paint_parser"]
 
 HOLD_TYPES = """\
@@ -26,7 +30,7 @@ their figure on other gyms is printed by
 
 def hold_types_parser(prog: str) -> argparse.ArgumentParser:
     """The parser of `walltopo train hold-types`."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog=prog,
         description="Train the network that names hold types by their relief, on made-up holds "
         "with the faults of a scan; five minutes of one core.",
@@ -34,6 +38,7 @@ def hold_types_parser(prog: str) -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("-o", "--out", type=Path, required=True, help="ONNX file to write")
+    add_overwrite(parser)
     parser.add_argument(
         "--scans",
         type=Path,
@@ -49,7 +54,7 @@ def hold_types_parser(prog: str) -> argparse.ArgumentParser:
 
 def paint_parser(prog: str) -> argparse.ArgumentParser:
     """The parser of `walltopo train paint`."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog=prog,
         description="Fit how likely two holds are of one route by their paint (routes.link = "
         "paint), on photos of generated gyms in dim, mixed light.",
@@ -59,12 +64,13 @@ def paint_parser(prog: str) -> argparse.ArgumentParser:
     parser.add_argument("folder", type=Path, help="of the photos; made where they are not there")
     parser.add_argument(
         "--gyms",
-        type=int,
+        type=Number(int, low=0, high=MOST_SEED),
         nargs=2,
         default=(4000, 18),
         metavar=("FIRST", "COUNT"),
         help="seeds of the gyms (default: 4000 18)",
     )
+    add_overwrite(parser)
     parser.set_defaults(run=run_paint)
     return parser
 
@@ -79,11 +85,15 @@ def run_hold_types(args: argparse.Namespace) -> int:
     if len(args.scans) % 2:
         raise SettingsError("--scans wants a gym and its scan, in turn")
     need_torch()
+    from walltopo.core.outputs import written_file
     from walltopo_lab.train.hold_types.fit import fit_hold_types
 
     scans = list(zip(args.scans[::2], args.scans[1::2], strict=True))
-    with TerminalListener(console) as progress:
-        certain = fit_hold_types(args.out, scans, progress)
+    with (
+        written_file(target(args, args.out, "train hold-types")) as made,
+        TerminalListener(console) as progress,
+    ):
+        certain = fit_hold_types(made, scans, progress)
     console.print(f"{args.out}: named from a probability of {certain}", soft_wrap=True)
     return 0
 
@@ -92,11 +102,13 @@ def run_paint(args: argparse.Namespace) -> int:
     """Render what is not there, fit, print."""
     from walltopo.cli.console import console
     from walltopo.cli.listener import TerminalListener
+    from walltopo.core.outputs import claimed_folder
     from walltopo_lab.train.paint.fit import fit_paint
     from walltopo_lab.train.paint.photos import make_photos, read_photos
 
     with TerminalListener(console) as progress:
         first, count = args.gyms
+        claimed_folder(target(args, args.folder, "train paint", flag="FOLDER"))
         make_photos(args.folder, first, count, progress)
         found = fit_paint(read_photos(args.folder), progress)
     for (sharpen, resolution), (mean, worst) in found.left_out.items():

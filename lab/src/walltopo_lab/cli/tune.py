@@ -6,6 +6,8 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from walltopo.cli.options import MOST_SEED, Number
+from walltopo.cli.outputs import add_overwrite, target
 from walltopo_lab.cli.tune_detector import add_detector
 
 __all__ = ["register"]
@@ -46,15 +48,24 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         )
         parser.add_argument("walls", type=Path, metavar="WALLS.toml", help="labelled walls")
         parser.add_argument("-o", "--output", type=Path, required=True, metavar="DIR")
+        add_overwrite(parser)
         parser.add_argument(
-            "--trials", type=int, default=100, help="in all, resumed ones too (100)"
+            "--trials",
+            type=Number(int, low=1),
+            default=100,
+            help="in all, resumed ones too (100)",
         )
         parser.add_argument("--storage", default="", help="database URL (default: DIR/study.db)")
         parser.add_argument(
             "--study", default="", help="name in the database (default: what it is)"
         )
-        parser.add_argument("--workers", type=int, default=1, help="processes on this machine (1)")
-        parser.add_argument("--seed", type=int, default=0)
+        parser.add_argument(
+            "--workers",
+            type=Number(int, low=1, high=256),
+            default=1,
+            help="processes on this machine (1)",
+        )
+        parser.add_argument("--seed", type=Number(int, low=0, high=MOST_SEED), default=0)
         if what == "lift":
             parser.add_argument("--method", choices=("robust", "literal"), default="robust")
             parser.add_argument("--figure", choices=("ap", "ap50", "ap25", "coco_ap"), default="ap")
@@ -88,6 +99,7 @@ def _run(args: argparse.Namespace) -> int:
 
     from walltopo.cli.console import console
     from walltopo.cli.listener import TerminalListener
+    from walltopo.core.outputs import claimed_folder
     from walltopo_lab.tune.report import merge_settings, write_report, write_slices
     from walltopo_lab.tune.study import open_study, results, search
     from walltopo_lab.tune.walls import contents, read_walls
@@ -95,7 +107,8 @@ def _run(args: argparse.Namespace) -> int:
     walls = read_walls(args.walls)
     train = [wall for wall in walls if wall.use == "train"]
     held_out = [wall for wall in walls if wall.use == "test"]
-    args.output.mkdir(parents=True, exist_ok=True)
+    # One folder for all of `tune`: each search merges its settings into the same walltopo.toml.
+    claimed_folder(target(args, args.output, "tune", inputs=[args.walls]))
     storage = args.storage or f"sqlite:///{args.output / 'study.db'}"
     method, figure = getattr(args, "method", ""), getattr(args, "figure", "")
     name = args.study or "-".join(part for part in (args.what, method, figure) if part)
@@ -133,5 +146,5 @@ def _run(args: argparse.Namespace) -> int:
         console.print("no test walls: this says nothing about other walls", style="yellow")
     for wall, (a, b) in (test or {}).items():
         console.print(f"test {wall}: {a:.3f} -> {b:.3f}")
-    console.print(f"wrote {args.output}/walltopo.toml, report.md, slices.png", markup=False)
+    console.print(f"wrote {args.output}/walltopo.toml, report.md, slices.png")
     return 0

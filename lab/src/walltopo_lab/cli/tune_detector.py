@@ -5,6 +5,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from walltopo.cli.options import MOST_SEED, Number
+from walltopo.cli.outputs import add_overwrite, target
+
 __all__ = ["add_detector"]
 
 _EPILOG = """\
@@ -33,15 +36,21 @@ def add_detector(kinds: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
         "datasets", type=Path, nargs="+", help="labelled sets, as for walltopo train"
     )
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="DIR")
+    add_overwrite(parser)
     parser.add_argument(
         "--family",
         choices=("votes", "yolo11-seg", "yolo11", "rtdetr"),
         default="votes",
         help="votes (default), or Ultralytics' (AGPL-3.0, extra [ultralytics])",
     )
-    parser.add_argument("--trials", type=int, default=30, help="in all, resumed ones too (30)")
     parser.add_argument(
-        "--minutes", type=float, default=30.0, help="of a trial that is never stopped (30)"
+        "--trials", type=Number(int, low=1), default=30, help="in all, resumed ones too (30)"
+    )
+    parser.add_argument(
+        "--minutes",
+        type=Number(float, low=0.01, high=1e6),
+        default=30.0,
+        help="of a trial that is never stopped (30)",
     )
     parser.add_argument(
         "--augment", default="default", metavar="default|none|published|FILE", help="of all trials"
@@ -50,12 +59,19 @@ def add_detector(kinds: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
         "--pretrained", type=Path, metavar="DIR", help="folder of Ultralytics' weights, such as "
         "yolo11s-seg.pt, to start from"
     )  # fmt: skip
-    parser.add_argument("--held-out", type=float, default=0.08, help="share kept to judge (0.08)")
-    parser.add_argument("--threads", type=int, default=1, help="CPU threads (1)")
+    parser.add_argument(
+        "--held-out",
+        type=Number(float, low=0.001, high=0.9),
+        default=0.08,
+        help="share kept to judge (0.08)",
+    )
+    parser.add_argument(
+        "--threads", type=Number(int, low=1, high=256), default=1, help="CPU threads (1)"
+    )
     parser.add_argument("--device", choices=("auto", "cpu", "cuda"), default="auto")
     parser.add_argument("--storage", default="", help="database URL (default: DIR/study.db)")
     parser.add_argument("--study", default="", help="name in the database (default: the family)")
-    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--seed", type=Number(int, low=0, high=MOST_SEED), default=0)
     parser.add_argument("-v", "--verbose", action="store_true", help="a line per trial and minute")
     parser.set_defaults(run=_run)
 
@@ -64,6 +80,7 @@ def _run(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.cli.listener import TerminalListener
     from walltopo.core import InputError
+    from walltopo.core.outputs import claimed_folder
     from walltopo_lab.extras import need_torch
     from walltopo_lab.train.params import read_augment
     from walltopo_lab.tune.detector import DetectorSearch, open_search, run_search, trials_of
@@ -83,7 +100,7 @@ def _run(args: argparse.Namespace) -> int:
         args.device,
         args.pretrained,
     )
-    args.output.mkdir(parents=True, exist_ok=True)
+    claimed_folder(target(args, args.output, "tune", inputs=args.datasets))
     storage = args.storage or f"sqlite:///{args.output / 'study.db'}"
     study = open_search(search, storage, args.study or args.family, args.seed)
     with TerminalListener(console, verbose=args.verbose) as progress:
@@ -91,6 +108,6 @@ def _run(args: argparse.Namespace) -> int:
     trials = trials_of(study)
     write_search(args.output, search, trials)
     best = best_trial(trials)
-    console.print(f"trial {best.number}: AP50 {best.best:.3f} with {best.values}", markup=False)
-    console.print(f"wrote {args.output}/tuned.toml, report.md, search.png", markup=False)
+    console.print(f"trial {best.number}: AP50 {best.best:.3f} with {best.values}")
+    console.print(f"wrote {args.output}/tuned.toml, report.md, search.png")
     return 0

@@ -2,20 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from walltopo.core import InputError, Mask
+from walltopo.core.errors import naming
 from walltopo.core.files import read_json, write_json
-from walltopo.scans.detections import decode_segmentation, encode_mask
-from walltopo_lab.datasets.model import Annotation, Dataset, Photo
+from walltopo.core.inside import join_inside
+from walltopo.core.nesting import deeper_than
+from walltopo.scans.bounds import Label, Side, check_once
+from walltopo.scans.document import parse
+from walltopo.scans.segmentation import (
+    Rle,
+    Segmentation,
+    check_outlines,
+    decode_segmentation,
+    encode_mask,
+)
+from walltopo_lab.datasets.model import Annotation, Dataset, Photo, Polygon
 from walltopo_lab.datasets.shapes import box_of_polygons, polygons_of
 
 __all__ = ["is_coco", "read_coco", "write_coco"]
 
+_DEEPEST = 32  # other keys are written again: JSON is written by recursion
 _KNOWN = {"id", "image_id", "category_id", "bbox", "segmentation", "score", "area", "iscrowd"}
 
 
@@ -24,9 +37,44 @@ def is_coco(data: Any) -> bool:
     return isinstance(data, dict) and {"images", "annotations", "categories"} <= set(data)
 
 
+class _Image(msgspec.Struct, frozen=True):
+    id: int | str
+    file_name: str
+    width: Side
+    height: Side
+    gym: str | int = ""
+
+
+class _Category(msgspec.Struct, frozen=True):
+    id: Label
+    name: str
+
+
+class _Row(msgspec.Struct, frozen=True):
+    image_id: int | str
+    category_id: Label
+    segmentation: Segmentation | None = None
+    bbox: tuple[float, float, float, float] | None = None
+    score: float = 1.0
+    id: int | str = "?"
+
+
+class _File(msgspec.Struct, frozen=True):
+    """A set of labels; other than in `detections.json`, shapes may be lacking."""
+
+    images: tuple[_Image, ...]
+    categories: tuple[_Category, ...]
+    annotations: tuple[_Row, ...]
+
+    def __post_init__(self) -> None:
+        check_once("image id", (image.id for image in self.images))
+        check_once("category id", (category.id for category in self.categories))
+
+
 def find_photo(name: str, folders: Sequence[Path]) -> Path | None:
-    """The first of `folder/name` that exists."""
-    return next((folder / name for folder in folders if (folder / name).is_file()), None)
+    """The first of `folder/name` that exists; InputError where the name leads out of them."""
+    paths = [join_inside(folder, name) for folder in folders]
+    return next((path for path in paths if path.is_file()), None)
 
 
 def read_coco(path: Path, photos: Path | None = None) -> Dataset:
@@ -42,61 +90,61 @@ def read_coco(path: Path, photos: Path | None = None) -> Dataset:
     data = read_json(path)
     if not is_coco(data):
         raise InputError(f"{path}: not a COCO file (images, annotations, categories)")
+    checked = parse(data, _File, str(path))
     places = [photos] if photos else []
     places += [path.parent, path.parent / "images", path.parent / "photos"]
-    classes, label_of = _classes(data["categories"])
-    images = {image["id"]: image for image in data["images"]}
-    rows: dict[Any, list[Annotation]] = {key: [] for key in images}
-    for row in data["annotations"]:
-        try:
-            rows[row["image_id"]].append(_annotation(row, images[row["image_id"]], label_of))
-        except (KeyError, TypeError, ValueError) as error:
-            raise InputError(f"{path}: annotation {row.get('id', '?')}: {error!r}") from error
-        except InputError as error:
-            raise InputError(f"{path}: annotation {row.get('id', '?')}: {error.message}") from error
-    return Dataset(
-        tuple(
-            Photo(
-                str(image["file_name"]),
-                int(image["width"]),
-                int(image["height"]),
-                tuple(rows[key]),
-                find_photo(str(image["file_name"]), places),
-                str(image.get("gym", "")),
-            )
-            for key, image in images.items()
-        ),
-        classes,
-    )
+    free = 1 + max([c.id for c in checked.categories], default=0)
+    label_of = {c.id: c.id or free for c in checked.categories}
+    images = {image.id: image for image in checked.images}
+    rows: dict[int | str, list[Annotation]] = {key: [] for key in images}
+    for row, plain in zip(checked.annotations, data["annotations"], strict=True):
+        with naming(f"{path}: annotation {row.id}"):
+            if row.image_id not in images:
+                raise InputError(f"there is no image {row.image_id}")
+            if row.category_id not in label_of:
+                raise InputError(f"there is no category {row.category_id}")
+            extra = {key: value for key, value in plain.items() if key not in _KNOWN}
+            if deeper_than(_DEEPEST, extra):
+                raise InputError("its other keys are nested too deeply")
+            label = label_of[row.category_id]
+            rows[row.image_id].append(_annotation(row, images[row.image_id], label, extra))
+    with naming(path):
+        found = [(image, find_photo(image.file_name, places)) for image in checked.images]
+        return Dataset(
+            tuple(
+                Photo(
+                    image.file_name,
+                    image.width,
+                    image.height,
+                    tuple(rows[image.id]),
+                    picture,
+                    str(image.gym),
+                )
+                for image, picture in found
+            ),
+            {label_of[c.id]: c.name for c in checked.categories},
+        )
 
 
-def _classes(categories: Sequence[Mapping[str, Any]]) -> tuple[dict[int, str], dict[int, int]]:
-    free = 1 + max([int(c["id"]) for c in categories], default=0)
-    label_of = {int(c["id"]): int(c["id"]) or free for c in categories}
-    return {label_of[int(c["id"])]: str(c["name"]) for c in categories}, label_of
-
-
-def _annotation(
-    row: Mapping[str, Any], image: Mapping[str, Any], label_of: Mapping[int, int]
-) -> Annotation:
-    label, score = label_of[int(row["category_id"])], float(row.get("score", 1.0))
-    segmentation = row.get("segmentation")
-    polygons: tuple[Any, ...] = ()
+def _annotation(row: _Row, image: _Image, label: int, extra: dict[str, Any]) -> Annotation:
+    polygons: tuple[Polygon, ...] = ()
     mask: Mask | None = None
-    if isinstance(segmentation, list):
-        long_enough = [p for p in segmentation if len(p) >= 6]
-        polygons = tuple(np.asarray(p, dtype=np.float64).reshape(-1, 2) for p in long_enough)
-    elif segmentation:
-        size = int(image["width"]), int(image["height"])
-        mask = decode_segmentation(segmentation, *size, label, min(max(score, 1e-6), 1.0))
-    if "bbox" in row:
-        x, y, w, h = (float(v) for v in row["bbox"])
+    if isinstance(row.segmentation, Rle):
+        score = min(max(row.score, 1e-6), 1.0)
+        mask = decode_segmentation(row.segmentation, image.width, image.height, label, score)
+    elif row.segmentation:
+        outlines = check_outlines(row.segmentation, image.width, image.height)
+        polygons = tuple(np.asarray(p, dtype=np.float64).reshape(-1, 2) for p in outlines)
+    if row.bbox is not None:
+        box = row.bbox
     elif mask is not None:
-        x, y, w, h = (float(v) for v in mask.box)
+        x, y, w, h = mask.box
+        box = (float(x), float(y), float(w), float(h))
+    elif polygons:
+        box = box_of_polygons(polygons)
     else:
-        x, y, w, h = box_of_polygons(polygons)
-    extra = {key: value for key, value in row.items() if key not in _KNOWN}
-    return Annotation(label, (x, y, w, h), polygons, mask, score, extra)
+        raise InputError("has neither a shape nor a box")
+    return Annotation(label, box, polygons, mask, row.score, extra)
 
 
 def _segmentation(annotation: Annotation, photo: Photo, rle: bool) -> tuple[Any, float]:

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import base64
 import binascii
-import io
 from collections.abc import Mapping
-from pathlib import Path
-from typing import Any
+from pathlib import Path, PurePosixPath
+from typing import Annotated, Any
 
+import msgspec
 import numpy as np
 
 from walltopo.core import InputError
+from walltopo.core.errors import naming
 from walltopo.core.files import read_json, write_json
+from walltopo.core.inside import join_inside
+from walltopo.scans.document import parse
 from walltopo_lab.datasets.model import Annotation, Dataset, Photo, Polygon
+from walltopo_lab.datasets.picture import opened_picture
 from walltopo_lab.datasets.shapes import box_of_polygons, ellipse, polygons_of, rectangle
 
 __all__ = ["embedded_photo", "is_labelme", "read_labelme", "write_labelme"]
@@ -26,13 +30,31 @@ def is_labelme(data: Any) -> bool:
     return isinstance(data, dict) and {"shapes", "imagePath"} <= set(data)
 
 
-def embedded_photo(data: Mapping[str, Any], path: Path) -> bytes | None:
+class _Shape(msgspec.Struct, frozen=True):
+    label: str
+    points: tuple[tuple[float, float], ...]
+    group_id: int | str | None = None
+    shape_type: str | None = "polygon"
+
+
+class _File(msgspec.Struct, frozen=True):
+    shapes: tuple[_Shape, ...]
+    picture: str = msgspec.field(name="imagePath")
+    data: str | None = msgspec.field(name="imageData", default=None)
+    width: Annotated[int, msgspec.Meta(ge=0)] | None = msgspec.field(
+        name="imageWidth", default=None
+    )
+    height: Annotated[int, msgspec.Meta(ge=0)] | None = msgspec.field(
+        name="imageHeight", default=None
+    )
+
+
+def embedded_photo(data: str | None, path: Path) -> bytes | None:
     """The picture inside a LabelMe file, as the bytes of its own file; None where it is linked."""
-    encoded = data.get("imageData")
-    if not encoded:
+    if not data:
         return None
     try:
-        return base64.b64decode(encoded, validate=True)
+        return base64.b64decode(data, validate=True)
     except (binascii.Error, ValueError) as error:
         raise InputError(f"{path}: imageData is not base64 ({error})") from error
 
@@ -49,63 +71,67 @@ def read_labelme(folder: Path) -> Dataset:
     InputError : a file is broken; names it.
     """
     files = [folder] if folder.is_file() else sorted(folder.rglob("*.json"))
-    documents = [(path, read_json(path)) for path in files]
-    documents = [(path, data) for path, data in documents if is_labelme(data)]
+    found = [(path, read_json(path)) for path in files]
+    documents = [(path, parse(data, _File, str(path))) for path, data in found if is_labelme(data)]
     if not documents:
         raise InputError(f"{folder}: no LabelMe files here")
-    names = sorted({str(shape["label"]) for _, data in documents for shape in data["shapes"]})
+    names = sorted({shape.label for _, file in documents for shape in file.shapes})
     labels = {name: k for k, name in enumerate(names, start=1)}
-    photos = tuple(_photo(path, data, labels) for path, data in documents)
-    return Dataset(photos, {label: name for name, label in labels.items()})
+    photos: list[Photo] = []
+    for path, file in documents:
+        with naming(path):
+            photos.append(_photo(path, file, labels))
+    with naming(folder):
+        return Dataset(tuple(photos), {label: name for name, label in labels.items()})
 
 
-def _photo(path: Path, data: Mapping[str, Any], labels: Mapping[str, int]) -> Photo:
-    # LabelMe writes Windows paths on Windows.
-    linked = path.parent / str(data["imagePath"]).replace("\\", "/")
-    try:
-        width, height = _size(path, data, linked)
-        parts: dict[Any, list[Polygon]] = {}
-        for number, shape in enumerate(data["shapes"]):
+def _photo(path: Path, file: _File, labels: Mapping[str, int]) -> Photo:
+    linked = _linked(path, file.picture)
+    inside = None if linked.is_file() else embedded_photo(file.data, path)
+    parts: dict[tuple[str, int | str], list[Polygon]] = {}
+    for number, shape in enumerate(file.shapes):
+        with naming(f"shape {number}"):
             polygon = _polygon(shape)
-            if polygon is not None:
-                group = shape.get("group_id")
-                key = (shape["label"], number if group is None else f"group {group}")
-                parts.setdefault(key, []).append(polygon)
-    except (KeyError, TypeError, ValueError, IndexError) as error:
-        raise InputError(f"{path}: broken LabelMe file: {error!r}") from error
+        if polygon is not None:
+            key = number if shape.group_id is None else f"group {shape.group_id}"
+            parts.setdefault((shape.label, key), []).append(polygon)
     rows = tuple(
         Annotation(labels[name], box_of_polygons(polygons), tuple(polygons))
         for (name, _), polygons in parts.items()
     )
     found = linked if linked.is_file() else None
-    inside = None if found else embedded_photo(data, path)
-    return Photo(linked.name, width, height, rows, found, embedded=inside)
+    if file.width and file.height:
+        return Photo(linked.name, file.width, file.height, rows, found, embedded=inside)
+    with opened_picture(linked if inside is None else inside, linked.name) as image:
+        return Photo(linked.name, *image.size, rows, found, embedded=inside)
 
 
-def _size(path: Path, data: Mapping[str, Any], linked: Path) -> tuple[int, int]:
-    from PIL import Image
+def _linked(path: Path, picture: str) -> Path:
+    """Where the picture of a file lies, or would lie.
 
-    from walltopo_lab.datasets.yolo import photo_size
+    LabelMe notes the way from the JSON to the picture, which leads up and down again where the
+    two have folders of their own. Only the file's name is taken of such a way, and looked for
+    in the folders where pictures lie beside labels.
+    """
+    way = PurePosixPath(picture.replace("\\", "/"))  # LabelMe writes Windows paths on Windows
+    if not way.is_absolute() and ".." not in way.parts:
+        return join_inside(path.parent, way.as_posix())
+    near = (path.parent, path.parent / "images", path.parent.parent / "images")
+    places = [join_inside(place, way.name) for place in (*near, path.parent.parent / "photos")]
+    return next((place for place in places if place.is_file()), places[0])
 
-    if data.get("imageWidth") and data.get("imageHeight"):
-        return int(data["imageWidth"]), int(data["imageHeight"])
-    inside = embedded_photo(data, path)
-    if inside is None:
-        return photo_size(linked)
-    with Image.open(io.BytesIO(inside)) as image:
-        return image.size
 
-
-def _polygon(shape: Mapping[str, Any]) -> Polygon | None:
-    kind = shape.get("shape_type", "polygon")
-    points = np.asarray(shape["points"], dtype=np.float64).reshape(-1, 2)
-    if kind == "rectangle":
+def _polygon(shape: _Shape) -> Polygon | None:
+    points = np.asarray(shape.points, dtype=np.float64).reshape(-1, 2)
+    if shape.shape_type in ("rectangle", "circle") and len(points) < 2:
+        raise InputError(f"a {shape.shape_type} of {len(points)} points")
+    if shape.shape_type == "rectangle":
         low, high = points.min(axis=0), points.max(axis=0)
         return rectangle(*low, *(high - low))
-    if kind == "circle":  # centre and a point on the rim
+    if shape.shape_type == "circle":  # centre and a point on the rim
         radius = float(np.linalg.norm(points[1] - points[0]))
         return ellipse(points[0, 0], points[0, 1], radius, radius)
-    return points if kind == "polygon" and len(points) >= 3 else None
+    return points if shape.shape_type in ("polygon", None) and len(points) >= 3 else None
 
 
 def write_labelme(root: Path, dataset: Dataset, *, embed: bool = False) -> None:
@@ -142,4 +168,4 @@ def write_labelme(root: Path, dataset: Dataset, *, embed: bool = False) -> None:
         }
         document |= {"imageData": inside}
         document |= {"imageHeight": photo.height, "imageWidth": photo.width}
-        write_json((root / photo.name).with_suffix(".json"), document)
+        write_json(join_inside(root, photo.name).with_suffix(".json"), document)

@@ -6,12 +6,17 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Annotated
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError
+from walltopo.core.errors import naming
 from walltopo.core.files import read_json, write_json
+from walltopo.scans.bounds import Level
+from walltopo.scans.document import parse
 
 __all__ = ["Legend", "Rgb", "object_colours", "read_legend", "write_legend"]
 
@@ -39,9 +44,21 @@ class Legend:
     tolerance: int = 3
 
     def __post_init__(self) -> None:
+        if not self.wall:
+            raise InputError("legend: `wall` needs a colour")
         stray = sorted({self.default, *self.objects.values()} - set(self.classes))
         if stray:
             raise InputError(f"legend: unknown classes {stray}; known: {', '.join(self.classes)}")
+
+
+class _File(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """See `read_legend`."""
+
+    wall: tuple[str, ...] | None = None
+    objects: dict[str, str] = {}
+    default: str | None = None
+    classes: Annotated[tuple[str, ...], msgspec.Meta(min_length=1)] | None = None
+    tolerance: Level = 3
 
 
 def _rgb(text: str, where: Path) -> Rgb:
@@ -58,19 +75,14 @@ def read_legend(path: Path) -> Legend:
     `{"wall": ["#bebebe"], "objects": {"#ff0000": "volume"}, "default": "hold",
     "classes": ["hold", "volume"], "tolerance": 3}`; every key may be left out.
     """
-    data = read_json(path)
-    unknown = set(data) - {"wall", "objects", "default", "classes", "tolerance"}
-    if unknown:
-        raise InputError(f"{path}: unknown keys {', '.join(sorted(unknown))}")
+    data = parse(read_json(path), _File, str(path))
     plain = Legend()
-    classes = tuple(str(name) for name in data.get("classes", plain.classes))
-    return Legend(
-        tuple(_rgb(c, path) for c in data["wall"]) if "wall" in data else plain.wall,
-        {_rgb(c, path): str(name) for c, name in data.get("objects", {}).items()},
-        str(data.get("default", classes[0])),
-        classes,
-        int(data.get("tolerance", plain.tolerance)),
-    )
+    classes = plain.classes if data.classes is None else data.classes
+    default = classes[0] if data.default is None else data.default
+    wall = plain.wall if data.wall is None else tuple(_rgb(c, path) for c in data.wall)
+    objects = {_rgb(colour, path): name for colour, name in data.objects.items()}
+    with naming(path):
+        return Legend(wall, objects, default, classes, data.tolerance)
 
 
 def write_legend(path: Path, legend: Legend) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -11,6 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mask
+from walltopo.core.errors import naming
+from walltopo.core.inside import check_name
+from walltopo.core.picture_size import check_picture_size
+from walltopo.scans.segmentation import check_outlines
+from walltopo_lab.datasets.picture import opened_picture
 
 __all__ = ["Annotation", "Dataset", "Photo", "Polygon"]
 
@@ -40,10 +46,12 @@ class Annotation:
     extra: Mapping[str, Any] = field(default_factory=dict[str, Any])
 
     def __post_init__(self) -> None:
-        if self.label < 1:
+        if not 1 <= self.label < 2**31:
             raise InputError(f"annotation label: expected >= 1, got {self.label}")
         if not np.isfinite(self.box).all():
             raise InputError(f"annotation box: expected finite numbers, got {self.box}")
+        if not np.isfinite(self.score):
+            raise InputError(f"annotation score: expected a finite number, got {self.score}")
 
     @property
     def has_shape(self) -> bool:
@@ -57,7 +65,7 @@ class Photo:
 
     Parameters
     ----------
-    name : file name, relative to the folder of photos.
+    name : file name, relative to the folder of photos; it does not lead out of it.
     width, height : pixels.
     annotations : in the order of the file.
     path : where the picture lies; None where it was not found.
@@ -72,6 +80,26 @@ class Photo:
     path: Path | None = None
     gym: str = ""
     embedded: bytes | None = None
+
+    def __post_init__(self) -> None:
+        check_name(self.name)
+        with naming(self.name):
+            check_picture_size(self.width, self.height)
+            for number, annotation in enumerate(self.annotations):
+                with naming(f"object {number}"):
+                    check_outlines([p.ravel() for p in annotation.polygons], *self.size)
+                    self._check_box(annotation.box)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height in pixels."""
+        return self.width, self.height
+
+    def _check_box(self, box: tuple[float, float, float, float]) -> None:
+        size = np.array(self.size * 2)
+        corners = np.array([box[0], box[1], box[0] + box[2], box[1] + box[3]])
+        if not (np.abs(corners) <= 10 * size).all():  # `check` tells of smaller faults
+            raise InputError(f"box {box} is far outside the picture of {self.width}x{self.height}")
 
     def content(self) -> bytes:
         """The picture file's bytes.
@@ -96,15 +124,8 @@ class Photo:
         ------
         InputError : not found, not a picture, or of another size than the labels say.
         """
-        import io
-
-        from PIL import Image, UnidentifiedImageError
-
-        try:
-            with Image.open(io.BytesIO(self.content())) as image:
-                pixels = np.asarray(image.convert("RGB"))
-        except (OSError, UnidentifiedImageError) as error:
-            raise InputError(f"{self.name}: cannot be read as a picture ({error})") from error
+        with opened_picture(self.content(), self.name) as image:
+            pixels = np.asarray(image.convert("RGB"))
         if pixels.shape[:2] != (self.height, self.width):
             raise InputError(
                 f"{self.name}: the picture is {pixels.shape[1]}x{pixels.shape[0]}, "
@@ -133,7 +154,7 @@ class Dataset:
     def __post_init__(self) -> None:
         names = [photo.name for photo in self.photos]
         if len(set(names)) != len(names):
-            twice = next(name for name in names if names.count(name) > 1)
+            (twice, _), *_ = Counter(names).most_common(1)
             raise InputError(f"photo {twice} occurs twice in the set")
         used = {a.label for photo in self.photos for a in photo.annotations}
         stray = sorted(used - set(self.classes))

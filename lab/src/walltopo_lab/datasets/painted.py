@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh
+from walltopo.core.errors import naming
 from walltopo.core.files import atomic_path
+from walltopo.meshes.foreign import int32_faces, load_foreign
 from walltopo_lab.datasets.legend import Legend, Rgb, object_colours
 
 __all__ = ["Painted", "paint_instances", "read_painted", "write_painted"]
@@ -37,10 +39,8 @@ def _load_colours(path: Path) -> tuple[Mesh, NDArray[np.uint8], list[str] | None
     """Mesh, (F, 3) face colours, and the material name of each face where it has several."""
     import trimesh
 
-    if not path.is_file():
-        raise InputError(f"{path}: no such file")
+    loaded = load_foreign(path)
     try:
-        loaded = trimesh.load(path, process=False, maintain_order=True)
         parts = loaded.dump() if isinstance(loaded, trimesh.Scene) else [loaded]
     except Exception as error:  # trimesh raises many kinds for broken files
         raise InputError(f"{path}: cannot be read as a mesh ({error})") from error
@@ -52,8 +52,10 @@ def _load_colours(path: Path) -> tuple[Mesh, NDArray[np.uint8], list[str] | None
     for part in parts:
         if not isinstance(part, trimesh.Trimesh):
             continue
-        vertices.append(np.asarray(part.vertices, dtype=np.float64))
-        faces.append(np.asarray(part.faces) + offset)
+        with naming(path):
+            whole = Mesh(np.asarray(part.vertices), int32_faces(part.faces))
+        vertices.append(whole.vertices)
+        faces.append(whole.faces.astype(np.int64) + offset)
         offset += len(part.vertices)
         found, material = _part_colours(part, path)
         colours.append(found)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mask, Mesh, Progress, Silent, View
+from walltopo.core.inside import join_inside
 from walltopo_lab.datasets.model import Annotation, Dataset, Photo
 
 __all__ = ["masks_of_view", "project_labels"]
@@ -84,7 +85,7 @@ def project_labels(
             )
             for number, mask in masks_of_view(mesh, face_instance, labels, view, min_pixels)
         )
-        picture = photos / view.name if photos else None
+        picture = join_inside(photos, view.name) if photos else None
         found = picture if picture is not None and picture.is_file() else None
         result.append(Photo(view.name, view.camera.width, view.camera.height, rows, found))
         listener.advance()

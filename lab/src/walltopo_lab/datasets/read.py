@@ -6,6 +6,7 @@ from pathlib import Path
 
 from walltopo.core import InputError
 from walltopo.core.files import atomic_path, read_json
+from walltopo.core.inside import join_inside
 from walltopo_lab.datasets.coco import is_coco, read_coco, write_coco
 from walltopo_lab.datasets.labelme import is_labelme, read_labelme, write_labelme
 from walltopo_lab.datasets.model import Dataset
@@ -106,6 +107,7 @@ def copy_pictures(dataset: Dataset, folder: Path) -> None:
     InputError : a picture was not found.
     """
     for photo in dataset.photos:
-        if not (folder / photo.name).is_file():
-            with atomic_path(folder / photo.name) as temporary:
+        place = join_inside(folder, photo.name)
+        if not place.is_file():
+            with atomic_path(place) as temporary:
                 temporary.write_bytes(photo.content())

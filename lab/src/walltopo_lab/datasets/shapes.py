@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from walltopo.core import Mask
-from walltopo.scans.detections import decode_segmentation
+from walltopo.scans.segmentation import decode_segmentation
 from walltopo_lab.datasets.model import Annotation, Photo, Polygon
 
 __all__ = [
@@ -19,6 +19,9 @@ __all__ = [
     "polygons_of_mask",
     "rectangle",
 ]
+
+
+_MOST_COMPARED = 4000  # points, each with each
 
 
 def rectangle(x: float, y: float, w: float, h: float) -> Polygon:
@@ -48,7 +51,7 @@ def mask_of(annotation: Annotation, photo: Photo) -> Mask:
     if annotation.mask is not None:
         return annotation.mask
     polygons = annotation.polygons or (rectangle(*annotation.box),)
-    flat = [polygon.ravel().tolist() for polygon in polygons]
+    flat = tuple(tuple(polygon.ravel().tolist()) for polygon in polygons)
     score = min(max(annotation.score, 1e-6), 1.0)
     return decode_segmentation(flat, photo.width, photo.height, annotation.label, score)
 
@@ -92,7 +95,14 @@ def _without_straight(points: Polygon) -> Polygon:
 
 
 def joined(polygons: Sequence[Polygon]) -> Polygon:
-    """One outline that draws all parts: each further part hangs on a bridge of no width."""
+    """One outline that draws all parts: each further part hangs on a bridge of no width.
+
+    Bridges are the shortest; with very many points each part hangs on the one before it.
+    """
+    if sum(map(len, polygons)) > _MOST_COMPARED:
+        loops = [np.concatenate([part, part[:1]]) for part in polygons]
+        back = [part[:1] for part in reversed(polygons[:-1])]
+        return np.concatenate([*loops, *back])
     outline = polygons[0]
     for part in polygons[1:]:
         gaps = np.linalg.norm(outline[:, None] - part[None], axis=2)

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from walltopo.core import InputError
+from walltopo.core.errors import naming
 from walltopo.core.files import read_json, write_json
+from walltopo.scans.document import parse
 from walltopo_lab.datasets.coco import find_photo
 from walltopo_lab.datasets.model import Annotation, Dataset, Photo, Polygon
 from walltopo_lab.datasets.shapes import box_of_polygons, ellipse, polygons_of
@@ -20,6 +23,58 @@ __all__ = ["is_via", "read_via", "write_via"]
 # Attribute names that people use for the class, in this order; else the only attribute there is.
 _CLASS_KEYS = ("class", "label", "type", "name", "category")
 _ATTRIBUTE = "class"
+
+
+class _Rect(msgspec.Struct, frozen=True, tag_field="name", tag="rect"):
+    x: float
+    y: float
+    width: float
+    height: float
+
+
+class _Circle(msgspec.Struct, frozen=True, tag_field="name", tag="circle"):
+    cx: float
+    cy: float
+    r: float
+
+
+class _Ellipse(msgspec.Struct, frozen=True, tag_field="name", tag="ellipse"):
+    cx: float
+    cy: float
+    rx: float
+    ry: float
+
+
+class _Outline(msgspec.Struct, frozen=True, tag_field="name", tag="polygon"):
+    all_points_x: tuple[float, ...]
+    all_points_y: tuple[float, ...]
+
+
+class _Line(msgspec.Struct, frozen=True, tag_field="name", tag="polyline"):
+    """Encloses nothing."""
+
+
+class _Point(msgspec.Struct, frozen=True, tag_field="name", tag="point"):
+    """Encloses nothing."""
+
+
+_Shape = _Rect | _Circle | _Ellipse | _Outline | _Line | _Point
+
+
+class _Region(msgspec.Struct, frozen=True):
+    shape: _Shape = msgspec.field(name="shape_attributes")
+    attributes: dict[str, Any] = msgspec.field(name="region_attributes", default={})
+
+
+class _File(msgspec.Struct, frozen=True):
+    filename: str
+    regions: tuple[_Region, ...] | dict[str, _Region]  # a list since VIA 2, a mapping before
+
+    @property
+    def listed(self) -> tuple[_Region, ...]:
+        """The regions, either way."""
+        regions = self.regions
+        return tuple(regions.values()) if isinstance(regions, dict) else regions
 
 
 def _files(data: Any) -> Any:
@@ -46,37 +101,34 @@ def read_via(path: Path, photos: Path | None = None) -> Dataset:
     data = read_json(path)
     if not is_via(data):
         raise InputError(f"{path}: not a VIA file")
-    files = list(_files(data).values())
+    files = list(parse(_files(data), dict[str, _File], str(path)).values())
     places = [photos] if photos else []
     places += [path.parent, path.parent / "images", path.parent / "photos"]
-    regions = [region for file in files for region in _regions(file)]
-    names = sorted({_class_name(region) for region in regions})
+    names = sorted({_class_name(region) for file in files for region in file.listed})
     labels = {name: k for k, name in enumerate(names, start=1)}
-    result: list[Photo] = []
-    for file in files:
-        name = str(file["filename"])
-        picture = find_photo(name, places)
-        if picture is None:
-            raise InputError(
-                f"{path}: {name} is not in {', '.join(str(p) for p in places)}",
-                "VIA does not note sizes; give the folder of photos with --photos.",
-            )
-        try:
-            found = [_annotation(region, labels) for region in _regions(file)]
-        except (KeyError, TypeError, ValueError) as error:
-            raise InputError(f"{path}: {name}: broken region: {error!r}") from error
-        rows = tuple(row for row in found if row is not None)
-        result.append(Photo(name, *photo_size(picture), rows, picture))
-    return Dataset(tuple(result), {label: name for name, label in labels.items()})
+    with naming(path):
+        found = [_photo(file, labels, places) for file in files]
+        return Dataset(tuple(found), {label: name for name, label in labels.items()})
 
 
-def _regions(file: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    regions = file["regions"]  # a list since VIA 2, a mapping before
-    return list(regions.values()) if isinstance(regions, dict) else list(regions)
+def _photo(file: _File, labels: Mapping[str, int], places: Sequence[Path]) -> Photo:
+    picture = find_photo(file.filename, places)
+    if picture is None:
+        raise InputError(
+            f"{file.filename} is not in {', '.join(str(p) for p in places)}",
+            "VIA does not note sizes; give the folder of photos with --photos.",
+        )
+    rows: list[Annotation] = []
+    for number, region in enumerate(file.listed):
+        with naming(f"{file.filename}: region {number}"):
+            row = _annotation(region.shape, labels[_class_name(region)])
+        if row is not None:
+            rows.append(row)
+    return Photo(file.filename, *photo_size(picture), tuple(rows), picture)
 
 
-def _class_name(region: Mapping[str, Any]) -> str:
-    attributes = region.get("region_attributes", {})
+def _class_name(region: _Region) -> str:
+    attributes = region.attributes
     key = next((k for k in _CLASS_KEYS if k in attributes), next(iter(attributes), None))
     if key is None:
         return "hold"
@@ -85,28 +137,26 @@ def _class_name(region: Mapping[str, Any]) -> str:
     return next(iter(value), "hold") if isinstance(value, dict) else str(value)
 
 
-def _annotation(region: Mapping[str, Any], labels: Mapping[str, int]) -> Annotation | None:
-    shape = region["shape_attributes"]
-    label = labels[_class_name(region)]
-    if shape["name"] == "rect":
-        box = tuple(float(shape[key]) for key in ("x", "y", "width", "height"))
-        return Annotation(label, (box[0], box[1], box[2], box[3]))
+def _annotation(shape: _Shape, label: int) -> Annotation | None:
+    if isinstance(shape, _Rect):
+        return Annotation(label, (shape.x, shape.y, shape.width, shape.height))
     polygon = _polygon(shape)
     if polygon is None:
         return None
     return Annotation(label, box_of_polygons([polygon]), (polygon,))
 
 
-def _polygon(shape: Mapping[str, Any]) -> Polygon | None:
-    kind = shape["name"]
-    if kind in ("polygon", "polyline"):
-        points = np.stack([shape["all_points_x"], shape["all_points_y"]], axis=1).astype(float)
-        return points if len(points) >= 3 and kind == "polygon" else None
-    if kind == "circle":
-        return ellipse(shape["cx"], shape["cy"], shape["r"], shape["r"])
-    if kind == "ellipse":
-        return ellipse(shape["cx"], shape["cy"], shape["rx"], shape["ry"])
-    return None  # points
+def _polygon(shape: _Shape) -> Polygon | None:
+    if isinstance(shape, _Outline):
+        if len(shape.all_points_x) != len(shape.all_points_y):
+            raise InputError("all_points_x and all_points_y are of different lengths")
+        points = np.array([shape.all_points_x, shape.all_points_y], dtype=np.float64).T
+        return points if len(points) >= 3 else None
+    if isinstance(shape, _Circle):
+        return ellipse(shape.cx, shape.cy, shape.r, shape.r)
+    if isinstance(shape, _Ellipse):
+        return ellipse(shape.cx, shape.cy, shape.rx, shape.ry)
+    return None
 
 
 def write_via(path: Path, dataset: Dataset) -> None:

@@ -9,8 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from walltopo.core import InputError
+from walltopo.core.errors import naming
 from walltopo.core.files import atomic_path
+from walltopo.core.inside import join_inside
 from walltopo_lab.datasets.model import Annotation, Dataset, Photo
+from walltopo_lab.datasets.picture import opened_picture
 from walltopo_lab.datasets.shapes import box_of_polygons, joined, polygons_of
 
 __all__ = ["PHOTO_SUFFIXES", "photo_size", "read_names", "read_yolo", "write_yolo"]
@@ -26,13 +29,8 @@ def photo_size(path: Path) -> tuple[int, int]:
     ------
     InputError : not a picture.
     """
-    from PIL import Image, UnidentifiedImageError
-
-    try:
-        with Image.open(path) as image:
-            return image.size
-    except (OSError, UnidentifiedImageError) as error:
-        raise InputError(f"{path}: cannot be read as a picture ({error})") from error
+    with opened_picture(path, path) as image:
+        return image.size
 
 
 def read_names(path: Path) -> dict[int, str]:
@@ -40,17 +38,26 @@ def read_names(path: Path) -> dict[int, str]:
 
     Only this one key is read, so that YAML needs no library.
     """
-    text = path.read_text(encoding="utf-8")
+    text = _text(path)
     match = re.search(r"^names:[ \t]*(.*(?:\n[ \t-].*)*)", text, re.MULTILINE)
     if match is None:
         raise InputError(f"{path}: has no `names`")
     body = match.group(1)
     pairs = re.findall(r"(\d+)\s*:\s*(\"[^\"]*\"|'[^']*'|[^,}\n]+)", body)
     if pairs:
+        if any(len(k) > 6 for k, _ in pairs):
+            raise InputError(f"{path}: `names` has a class beyond a million")
         return {int(k): v.strip().strip("'\"") for k, v in pairs}
     inline = re.match(r"\s*\[(.*)\]", body, re.DOTALL)
     items = inline.group(1).split(",") if inline else re.findall(r"-\s*(.+)", body)
     return {k: item.strip().strip("'\"") for k, item in enumerate(items) if item.strip()}
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: not a text in UTF-8 ({error})") from error
 
 
 def _folders(root: Path) -> tuple[Path, Path]:
@@ -84,7 +91,8 @@ def read_yolo(root: Path) -> Dataset:
             continue
         width, height = photo_size(path)
         rows = _read_lines(text, width, height)
-        result.append(Photo(path.relative_to(photos).as_posix(), width, height, rows, path))
+        with naming(text):
+            result.append(Photo(path.relative_to(photos).as_posix(), width, height, rows, path))
     used = {a.label for photo in result for a in photo.annotations}
     classes = names | {label: f"class {label}" for label in sorted(used - set(names))}
     return Dataset(tuple(result), classes)
@@ -92,14 +100,14 @@ def read_yolo(root: Path) -> Dataset:
 
 def _read_lines(path: Path, width: int, height: int) -> tuple[Annotation, ...]:
     rows: list[Annotation] = []
-    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1):
+    for number, line in enumerate(_text(path).splitlines(), start=1):
         if not line.strip():
             continue
         try:
             first, *values = line.split()
             label, shares = int(float(first)) + 1, np.array([float(v) for v in values])
             rows.append(_annotation(label, shares, width, height))
-        except (ValueError, InputError) as error:
+        except (ValueError, OverflowError, InputError) as error:
             raise InputError(f"{path}:{number}: neither box nor outline ({error})") from error
     return tuple(rows)
 
@@ -125,12 +133,14 @@ def write_yolo(root: Path, dataset: Dataset, *, segments: bool) -> None:
     Parameters
     ----------
     segments : outlines instead of boxes. A box-only object becomes its box's four corners; parts
-        of one object are joined by bridges of no width, because a line holds one outline.
+        of one object are joined by bridges of no width, because a line holds one outline; a mask
+        without a pixel has none and is left out.
     """
     index = {label: k for k, label in enumerate(sorted(dataset.classes))}
     for photo in dataset.photos:
-        lines = [_line(a, photo, index, segments) for a in photo.annotations]
-        with atomic_path((root / "labels" / photo.name).with_suffix(".txt")) as temporary:
+        shown = [a for a in photo.annotations if not segments or polygons_of(a, photo)]
+        lines = [_line(a, photo, index, segments) for a in shown]
+        with atomic_path(join_inside(root / "labels", photo.name).with_suffix(".txt")) as temporary:
             temporary.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
     names = "".join(f"  {k}: {dataset.classes[label]}\n" for label, k in index.items())
     with atomic_path(root / "data.yaml") as temporary:

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from walltopo.core import Camera, InputError, Mask, Progress, SettingsError, Silent
 from walltopo.core.files import atomic_path, hash_path, read_json, write_json
-from walltopo.scans.detections import decode_segmentation, encode_mask
+from walltopo.scans.document import parse
+from walltopo.scans.segmentation import Rle, decode_segmentation, encode_mask
 from walltopo_lab.synth.params import GymSettings, PhotoSettings
 
 __all__ = ["Recipe", "generate", "render_gym"]
@@ -205,7 +206,8 @@ def _take(
 
 
 def _read_kept(kept: Path, camera: Camera) -> list[tuple[int, Mask]]:
+    rows = parse(read_json(kept), tuple[tuple[int, int, Rle], ...], str(kept))
     return [
         (number, decode_segmentation(rle, camera.width, camera.height, label, 1.0))
-        for number, label, rle in read_json(kept)
+        for number, label, rle in rows
     ]

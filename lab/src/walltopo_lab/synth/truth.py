@@ -154,7 +154,7 @@ def write_cameras(
     path: Path, camera: Camera, poses: Sequence[NDArray[np.float64]], names: Sequence[str]
 ) -> None:
     """A COLMAP model in binary: one SIMPLE_RADIAL camera, every photo's true pose, no points."""
-    import pycolmap
+    from walltopo.colmap import pycolmap
 
     model = pycolmap.Reconstruction()
     model.add_camera_with_trivial_rig(

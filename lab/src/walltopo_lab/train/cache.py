@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mask, Progress, Silent
+from walltopo.imaging.photo_file import read_rgb
 from walltopo.scans.detections import read_coco_masks
 from walltopo_lab.train.pseudomask import HULL_POINTS, hull_of, paint_instances
 
@@ -72,9 +73,7 @@ def read_yolo_boxes(
 
 
 def _read_photo(path: Path) -> tuple[NDArray[np.uint8], float]:
-    image = cv2.imread(str(path), cv2.IMREAD_COLOR)
-    if image is None:
-        raise InputError(f"{path}: cannot be read as a photo")
+    image = cv2.cvtColor(read_rgb(path), cv2.COLOR_RGB2BGR)  # as it is cached
     scale = min(1.0, _LONGEST / max(image.shape[:2]))
     if scale < 1.0:
         image = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import difflib
 import re
-import tomllib
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from walltopo.core import InputError, SettingsError, about, check_settings
+from walltopo.core.toml import read_toml
 
 __all__ = [
     "AUGMENTS",
@@ -98,8 +98,8 @@ def read_augment(name: str) -> AugmentSettings:
 
     Raises
     ------
-    InputError : no such file.
-    SettingsError : no TOML, an unknown key (the nearest known one is named), a wrong value.
+    InputError : no such file, or no TOML.
+    SettingsError : an unknown key (the nearest known one is named), a wrong value.
     """
     if name in AUGMENTS:
         return AUGMENTS[name]
@@ -116,15 +116,10 @@ def read_values(path: Path, kind: type[Any]) -> dict[str, Any]:
 
     Raises
     ------
-    InputError : no such file.
-    SettingsError : no TOML, an unknown key (the nearest known one is named), a wrong type.
+    InputError : no such file, or no TOML.
+    SettingsError : an unknown key (the nearest known one is named), a wrong type.
     """
-    if not path.is_file():
-        raise InputError(f"{path}: no such file of settings")
-    try:
-        values = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise SettingsError(f"{path}: not valid TOML ({error})") from error
+    values = read_toml(path)
     known: dict[str, Any] = {field.name: type(field.default) for field in fields(kind)}
     for key, value in values.items():
         if key not in known:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from walltopo.core import SettingsError
 from walltopo.core.files import atomic_path
+from walltopo.core.toml import read_toml
 from walltopo_lab.plots import panels, save
 from walltopo_lab.tune.problem import Problem
 from walltopo_lab.tune.study import Found
@@ -32,14 +31,11 @@ def merge_settings(path: Path, section: str, values: Mapping[str, Any]) -> None:
 
     Raises
     ------
-    SettingsError : the file is there and is not TOML.
+    InputError : the file is there and is not TOML.
     """
     data: dict[str, dict[str, Any]] = {}
     if path.is_file():
-        try:
-            data = tomllib.loads(path.read_text(encoding="utf-8"))
-        except tomllib.TOMLDecodeError as error:
-            raise SettingsError(f"{path}: not valid TOML ({error})") from error
+        data = read_toml(path)
     data.setdefault(section, {}).update(values)
     lines: list[str] = []
     for name, content in data.items():

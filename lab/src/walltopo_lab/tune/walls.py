@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any
 
 from walltopo.core import InputError
 from walltopo.core.files import hash_path
+from walltopo.core.toml import read_toml
 
 __all__ = ["Wall", "contents", "read_walls", "scan_names"]
 
@@ -50,13 +50,7 @@ def read_walls(path: Path) -> list[Wall]:
     InputError : broken; or a wall is both tuned and reported on, which would report what was
         learned by heart.
     """
-    try:
-        data = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except FileNotFoundError as error:
-        raise InputError(f"{path}: no such file") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: not valid TOML ({error})") from error
-    rows = data.get("wall", [])
+    rows = read_toml(path).get("wall", [])
     if not isinstance(rows, list) or not rows:
         raise InputError(f"{path}: no [[wall]] tables in it")
     walls = [_wall(row, Path(path)) for row in rows]

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Progress, View
-from walltopo.core.files import atomic_path, write_json
+from walltopo.core.files import write_json
+from walltopo.core.inside import join_inside
 from walltopo.export.wall import Wall
 from walltopo.scans.folder import ScanFolder
 
@@ -71,6 +72,8 @@ def _document(view: View, wall: Wall, image: str) -> dict[str, Any]:
 def write_labelme(folder: Path, scan: ScanFolder, wall: Wall, progress: Progress) -> int:
     """One `<photo>.json` a registered photo, beside a copy of the photo; gives their number.
 
+    Other files of the folder stay.
+
     Raises
     ------
     InputError : the scan has no camera positions, or a photo is missing.
@@ -81,14 +84,13 @@ def write_labelme(folder: Path, scan: ScanFolder, wall: Wall, progress: Progress
 
     views = read_views(scan.sparse)
     progress.step("hold outlines", len(views))
-    with atomic_path(folder) as temporary:
-        temporary.mkdir()
-        for view in views:
-            photo = scan.photos / view.name
-            if not photo.is_file():
-                raise InputError(f"{photo}: the photo is missing")
-            name = Path(view.name).name
-            shutil.copyfile(photo, temporary / name)
-            write_json((temporary / name).with_suffix(".json"), _document(view, wall, name))
-            progress.advance()
+    folder.mkdir(parents=True, exist_ok=True)
+    for view in views:
+        photo = join_inside(scan.photos, view.name)
+        if not photo.is_file():
+            raise InputError(f"{photo}: the photo is missing")
+        name = Path(view.name).name
+        shutil.copyfile(photo, folder / name)
+        write_json((folder / name).with_suffix(".json"), _document(view, wall, name))
+        progress.advance()
     return len(views)

@@ -7,6 +7,9 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+from walltopo.core import InputError
+from walltopo.imaging.opening import open_picture
+
 __all__ = ["data_url", "thumbnail"]
 
 
@@ -19,11 +22,9 @@ def data_url(picture: Any, quality: int) -> str:
 
 def thumbnail(path: Path, longest: int) -> str | None:
     """A small copy of a picture as a `data:` address; None where it cannot be read."""
-    from PIL import Image, UnidentifiedImageError
-
     try:
-        with Image.open(path) as opened:
+        with open_picture(path) as opened:
             opened.thumbnail((longest, longest))
             return data_url(opened.convert("RGBA" if opened.mode == "RGBA" else "RGB"), 72)
-    except (OSError, UnidentifiedImageError):
+    except InputError:
         return None

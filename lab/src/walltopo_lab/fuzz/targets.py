@@ -1,0 +1,418 @@
+"""The readers that are given damaged files, and whole files to damage."""
+
+from __future__ import annotations
+
+import io
+import json
+import shutil
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+__all__ = ["TARGETS", "Files", "Target", "seeds", "warm"]
+
+Files = dict[str, bytes]
+
+
+@dataclass(frozen=True)
+class Target:
+    """One reader.
+
+    Parameters
+    ----------
+    make : writes whole files into a folder, several ways; gives the folders.
+    read : reads a folder and uses what it read as the product does.
+    """
+
+    make: Callable[[Path], None]
+    read: Callable[[Path], object]
+
+
+def _of(folder: Path) -> Files:
+    return {
+        item.relative_to(folder).as_posix(): item.read_bytes()
+        for item in sorted(folder.rglob("*"))
+        if item.is_file()
+    }
+
+
+@cache
+def seeds(target: str) -> list[Files]:
+    """Whole files for a target: each a folder that `make` filled."""
+    with tempfile.TemporaryDirectory() as name:
+        root = Path(name)
+        TARGETS[target].make(root)
+        return [_of(folder) for folder in sorted(root.iterdir())]
+
+
+def warm() -> None:
+    """Load what the readers need, so that their memory and time are their own."""
+    with tempfile.TemporaryDirectory() as name:
+        for number, target in enumerate(TARGETS.values()):
+            root = Path(name) / str(number)
+            root.mkdir()
+            target.make(root)
+            for folder in sorted(root.iterdir()):
+                target.read(folder)
+
+
+# --- labels of photos ---
+
+
+def _coco(folder: Path, name: str) -> None:
+    from walltopo.core import Mask
+    from walltopo.scans.detections import Detections
+
+    bitmap = np.random.default_rng(0).random((6, 8)) > 0.5
+    mask = Mask.from_full(np.pad(bitmap, 6), 1, 0.75)
+    sizes = {"a.png": (20, 18), "b.png": (20, 18)}
+    Detections({"a.png": (mask, mask)}, sizes, {1: "hold", 2: "volume"}).save(folder / name)
+    data = json.loads((folder / name).read_text())
+    rows = data["annotations"]
+    rows.append(rows[0] | {"id": 3, "segmentation": [[2, 2, 9, 2, 9, 9], [4, 9, 9, 12, 5, 12]]})
+    plain = {"size": [18, 20], "counts": [30, 5, 325]}
+    rows.append(rows[0] | {"id": 4, "image_id": 2, "segmentation": plain, "route_id": 3})
+    (folder / name).write_text(json.dumps(data))
+
+
+def _pictures(folder: Path, *names: str) -> None:
+    from PIL import Image
+
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in names:
+        Image.new("RGB", (20, 18), (90, 120, 60)).save(folder / name)
+
+
+def _make_detections(root: Path) -> None:
+    (root / "0").mkdir()
+    _coco(root / "0", "d.json")
+
+
+def _read_detections(folder: Path) -> object:
+    from walltopo.scans.detections import Detections
+
+    return Detections.load(folder / "d.json")
+
+
+def _make_sets(root: Path) -> None:
+    from walltopo_lab.datasets.read import read_dataset, write_dataset
+
+    first = root / "coco"
+    _pictures(first, "a.png", "b.png")
+    _coco(first, "labels.json")
+    for kind in ("labelme", "labelme-embedded", "via", "yolo", "yolo-seg"):
+        write_dataset(root / kind, read_dataset(first), kind)
+
+
+def _read_set(folder: Path) -> object:
+    """As `walltopo dataset convert`, twice."""
+    from walltopo_lab.datasets.read import read_dataset, write_dataset
+
+    dataset = read_dataset(folder)
+    for kind in ("coco-rle", "yolo-seg"):
+        write_dataset(folder / "out" / kind, dataset, kind)
+    return dataset
+
+
+# --- cameras ---
+
+
+def _make_models(root: Path) -> None:
+    from walltopo.colmap import pycolmap
+
+    pycolmap.set_random_seed(0)
+    options = pycolmap.SyntheticDatasetOptions(
+        num_rigs=1, num_cameras_per_rig=2, num_frames_per_rig=2, num_points3D=4
+    )
+    model = pycolmap.synthesize_dataset(options)
+    for name in ("binary", "text"):
+        (root / name).mkdir()
+    model.write_binary(root / "binary")
+    model.write_text(root / "text")
+
+
+def _read_model(folder: Path) -> object:
+    from walltopo.scans.model import open_model, read_views
+
+    model = open_model(folder)
+    points = np.array([point.xyz for point in model.points3D.values()])
+    seen = [len(point.track.elements) for point in model.points3D.values()]
+    marks = [mark.xy for image in model.images.values() for mark in image.points2D]
+    model.compute_mean_reprojection_error()
+    return points, seen, marks, [view.centre for view in read_views(folder)]
+
+
+def _make_transforms(root: Path) -> None:
+    (root / "0").mkdir()
+    matrix = [[1, 0, 0, 0.5], [0, 1, 0, 2.0], [0, 0, 1, -1.0], [0, 0, 0, 1]]
+    frames = [
+        {"file_path": f"images/{k}.jpg", "transform_matrix": matrix, "k1": 0.01} for k in "ab"
+    ]
+    data = {"w": 96, "h": 72, "fl_x": 80.0, "cx": 48.0, "cy": 36.0, "frames": frames}
+    (root / "0" / "transforms.json").write_text(json.dumps(data))
+
+
+def _read_transforms(folder: Path) -> object:
+    from walltopo.lifting.inputs import read_cameras
+
+    return [view.project(np.zeros(3)) for view in read_cameras(folder / "transforms.json")]
+
+
+# --- meshes ---
+
+
+def _make_meshes(root: Path) -> None:
+    import trimesh
+
+    from walltopo.core import Mesh
+    from walltopo.meshes.ply import write_ply
+
+    box = trimesh.creation.box()
+    mesh = Mesh(np.asarray(box.vertices), np.asarray(box.faces, dtype=np.int32))
+    red = Mesh(mesh.vertices, mesh.faces, np.full((len(mesh.vertices), 3), 200, dtype=np.uint8))
+    for name in ("plain", "red", "ascii", "obj", "glb", "gltf", "stl", "off"):
+        (root / name).mkdir()
+    write_ply(root / "plain" / "m.ply", mesh)
+    write_ply(root / "red" / "m.ply", red, np.arange(len(mesh.faces), dtype=np.int32))
+    (root / "ascii" / "m.ply").write_bytes(box.export(file_type="ply", encoding="ascii"))
+    for kind in ("obj", "glb", "stl", "off"):
+        box.export(root / kind / f"m.{kind}")
+    (root / "obj" / "m.mtl").write_text("newmtl hold\nKd 1 0 0\nmap_Kd ../../../etc/passwd\n")
+    with (root / "obj" / "m.obj").open("r+") as stream:
+        text = stream.read()
+        stream.seek(0)
+        stream.write(f"mtllib m.mtl\nusemtl hold\n{text}")
+    for name, data in box.export(file_type="gltf").items():
+        (root / "gltf" / name.replace("model", "m")).write_bytes(data)
+
+
+def _mesh_in(folder: Path) -> Path:
+    paths = [path for path in sorted(folder.iterdir()) if path.suffix in _MESHES]
+    return paths[0] if paths else folder / "m.ply"
+
+
+def _read_meshes(folder: Path) -> object:
+    from walltopo.meshes.ply import read_mesh
+
+    return read_mesh(_mesh_in(folder)).areas
+
+
+def _make_painted(root: Path) -> None:
+    _make_meshes(root)
+    for folder in root.iterdir():
+        if folder.name not in ("red", "obj"):
+            shutil.rmtree(folder)
+    colours = {"wall": ["#bebebe"], "objects": {"#c8c8c8": "volume"}, "tolerance": 2}
+    for name in ("red", "obj"):
+        (root / name / "m.legend.json").write_text(json.dumps(colours))
+
+
+def _read_painted(folder: Path) -> object:
+    from walltopo_lab.datasets.legend import read_legend
+    from walltopo_lab.datasets.painted import read_painted
+
+    return read_painted(_mesh_in(folder), read_legend(folder / "m.legend.json"), split=True)
+
+
+_MESHES = {".ply", ".obj", ".glb", ".gltf", ".stl", ".off"}
+
+# --- files of the scan folder ---
+
+
+def _make_arrays(root: Path) -> None:
+    from walltopo.scans.instances import InstanceTable
+    from walltopo.scans.texture import TextureUv
+
+    for name in ("labels", "uv", "stored"):
+        (root / name).mkdir()
+    labels = np.arange(40, dtype=np.int32)
+    InstanceTable(labels, np.ones(40, dtype=np.float32)).save(root / "labels" / "labels.npz")
+    TextureUv(np.zeros((5, 3, 2), dtype=np.float32)).save(root / "uv" / "uv.npz")
+    stream = io.BytesIO()
+    np.savez(stream, face_instance=labels, face_score=np.ones(40, dtype=np.float32))
+    (root / "stored" / "labels.npz").write_bytes(stream.getvalue())
+
+
+def _read_arrays(folder: Path) -> object:
+    from walltopo.scans.instances import InstanceTable
+    from walltopo.scans.texture import TextureUv
+
+    if (folder / "uv.npz").is_file():
+        return TextureUv.load(folder / "uv.npz")
+    return InstanceTable.load(folder / "labels.npz")
+
+
+def _documents() -> dict[str, Any]:
+    """A whole value of each document of a scan."""
+    from walltopo.scans.attributes import Attributes, Hold, LeftOut, PaletteColour
+    from walltopo.scans.cutouts import Cutout, CutoutIndex
+    from walltopo.scans.edits import HoldEdit, HoldEdits, Stroke
+    from walltopo.scans.holds import Holds, hold_rows
+    from walltopo.scans.instances import InstanceRecord, InstanceRecords
+    from walltopo.scans.photo_list import Photo, PhotoList, SkippedFile
+    from walltopo.scans.routes import Ambiguous, Route, Routes
+    from walltopo.scans.scale import Plate, Scale
+
+    at = (0.0, 1.0, 2.0)
+    hold = Hold(1, "hold", photos=("a.jpg",))
+    route = Route(
+        1,
+        "Owl",
+        "red",
+        (1,),
+        steepness_profile=((0.0, 5.0),),
+        ambiguous=(Ambiguous(1, {"2": 0.5}),),
+    )
+    plate = Plate((0, 1, 2, 3), "board 0-3", True, "markers", 1.0, 0.1, 0.2, ("a.jpg",), "", (at,))
+    return {
+        "attributes.json": Attributes(
+            palette=(PaletteColour("red", (200, 0, 0)),), instances=(hold,),
+            left_out=(LeftOut(2, "hold", at, 0.1, ("a.jpg",), 0.3, "small"),),
+        ),
+        "routes.json": Routes(routes=(route,), unrouted=(2,), volumes=(3,)),
+        "holds.json": Holds(metric=True, holds=hold_rows((hold,), {1: 0.5}, (route,))),
+        "instances.json": InstanceRecords(
+            classes={"1": "hold"},
+            instances=(InstanceRecord(1, 1, "hold", 0.5, {"1": 1.0}, (("a.jpg", 0),), 9),),
+        ),
+        "photos.json": PhotoList(
+            photos=(Photo("a.jpg", 20, 18, 30.0, "/b/a.heic", 12.5),),
+            skipped=(SkippedFile("b.jpg", "blurred"),),
+        ),
+        "scale.json": Scale(
+            method="measure", scale=1.0, metric=True, up_known=True, floor_known=True,
+            plates=(plate,),
+        ),
+        "cutouts/index.json": CutoutIndex(cutouts=(Cutout(1, "1_0.png", "a.jpg", 30, 2.0, False),)),
+        "holds.edits.json": HoldEdits(
+            holds=(HoldEdit(id=1, at=at, colour="red"),),
+            strokes=(Stroke(hold=1, at=at, radius_m=0.1),)
+        ),
+    }  # fmt: skip
+
+
+def _make_documents(root: Path) -> None:
+    for number, (name, value) in enumerate(_documents().items()):
+        path = root / str(number) / name
+        path.parent.mkdir(parents=True)
+        value.save(path)
+
+
+def _read_documents(folder: Path) -> object:
+    from walltopo.scans.schemas import SCHEMAS
+
+    names = [name for name in SCHEMAS if (folder / name).is_file()]
+    documents = [SCHEMAS[name].load(folder / name) for name in names]  # type: ignore[attr-defined]
+    for number, document in enumerate(documents):
+        document.save(folder / "again" / str(number))
+    return documents
+
+
+def _make_edits(root: Path) -> None:
+    from walltopo.export.server.edits import EditDocument
+    from walltopo.scans.edits import Assign, Merge, Recolour, Rename, RouteEdits, Split
+
+    at = (0.0, 1.0, 2.0)
+    routes = RouteEdits(
+        merge=(Merge(routes=(1, 2), at=(at, at)),),
+        split=(Split(route=1, holds=(1,), at=(at,)),),
+        assign=(Assign(hold=1, at=at, route=2, route_at=at),),
+        rename=(Rename(route=1, at=at, name="Owl"),),
+        colour=(Recolour(route=1, at=at, colour="red"),),
+    )
+    for name in ("toml", "both"):
+        (root / name).mkdir()
+    routes.save(root / "toml" / "routes.edits.toml")
+    document = EditDocument(_documents()["holds.edits.json"], routes)
+    (root / "both" / "posted.json").write_bytes(msgspec.json.encode(document))
+
+
+def _read_edits(folder: Path) -> object:
+    """What a setter wrote by hand, and what the viewer posts."""
+    from walltopo.core.files import read_json
+    from walltopo.export.server.edits import edits_version, read_edits, save_edits
+    from walltopo.scans.edits import RouteEdits
+    from walltopo.scans.folder import ScanFolder
+
+    if (folder / "posted.json").is_file():
+        scan = ScanFolder(folder)
+        save_edits(scan, read_json(folder / "posted.json"), edits_version(scan))
+        return read_edits(scan)
+    return RouteEdits.load(folder / "routes.edits.toml")
+
+
+def _make_tables(root: Path) -> None:
+    from walltopo.measure.plates import BUILT_IN
+
+    files = {
+        "palette.toml": '[[colour]]\nname = "red"\nrgb = [200, 30, 40]\nrole = "hold"\n',
+        "plates.toml": BUILT_IN,
+        "classes.toml": '[[class]]\nname = "red jug"\ntype = "jug"\nrole = "hold"\n',
+        "points.toml": '[left]\n"a.jpg" = [6.667, 9.0]\n"b.jpg" = [13.333, 9.0]\n',
+    }
+    for number, (name, text) in enumerate(files.items()):
+        (root / str(number)).mkdir()
+        (root / str(number) / name).write_text(text)
+
+
+def _read_tables(folder: Path) -> object:
+    from walltopo.core import Camera, View
+    from walltopo.holds.classifier_meaning import read_classes
+    from walltopo.holds.palette import read_palette
+    from walltopo.measure.known_distance import named_points
+    from walltopo.measure.plates import read_plates
+
+    if (folder / "palette.toml").is_file():
+        return read_palette(folder / "palette.toml", 0.7)
+    if (folder / "plates.toml").is_file():
+        return [plate.corners(plate.ids[0]) for plate in read_plates(folder / "plates.toml")]
+    if (folder / "classes.toml").is_file():
+        return read_classes(folder / "classes.toml")
+    camera = Camera("PINHOLE", 20, 18, (20.0, 20.0, 10.0, 9.0))
+    poses = [np.column_stack([np.eye(3), [x, 0.0, 3.0]]) for x in (-0.5, 0.5)]
+    views = [View(name, camera, pose) for name, pose in zip(("a.jpg", "b.jpg"), poses, strict=True)]
+    return named_points(folder / "points.toml", views)
+
+
+# --- pictures ---
+
+
+def _make_photos(root: Path) -> None:
+    from PIL import Image
+
+    pixels = np.random.default_rng(0).integers(0, 255, (24, 32, 3), dtype=np.uint8)
+    image = Image.fromarray(pixels)
+    exif = Image.Exif()
+    exif[0x0112] = 6
+    for kind in ("jpg", "png", "webp", "tif", "bmp"):
+        (root / kind).mkdir()
+        image.save(root / kind / f"p.{kind}", exif=exif if kind == "jpg" else Image.Exif())
+
+
+def _read_photo(folder: Path) -> object:
+    from walltopo.imaging.photo_file import read_rgb
+    from walltopo_lab.datasets.yolo import photo_size
+
+    path = next(iter(sorted(folder.iterdir())), folder / "p.jpg")
+    return photo_size(path), read_rgb(path)
+
+
+TARGETS: dict[str, Target] = {
+    "coco": Target(_make_detections, _read_detections),
+    "sets": Target(_make_sets, _read_set),
+    "colmap": Target(_make_models, _read_model),
+    "transforms": Target(_make_transforms, _read_transforms),
+    "meshes": Target(_make_meshes, _read_meshes),
+    "painted": Target(_make_painted, _read_painted),
+    "arrays": Target(_make_arrays, _read_arrays),
+    "documents": Target(_make_documents, _read_documents),
+    "edits": Target(_make_edits, _read_edits),
+    "tables": Target(_make_tables, _read_tables),
+    "pictures": Target(_make_photos, _read_photo),
+}

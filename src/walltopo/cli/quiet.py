@@ -1,0 +1,45 @@
+"""Warnings of libraries are for those who write programs; `-v` shows them."""
+
+from __future__ import annotations
+
+import logging
+import sys
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+__all__ = ["quiet_libraries"]
+
+
+@contextmanager
+def quiet_libraries(verbose: bool) -> Iterator[None]:
+    """Keep Python warnings and log lines of libraries from the terminal in the block.
+
+    With `verbose` they are shown; Python's own `-W` and `PYTHONWARNINGS` stay in force.
+    """
+    root, handler = logging.getLogger(), logging.NullHandler()
+    with warnings.catch_warnings():
+        if verbose:
+            warnings.showwarning = _show
+        else:
+            if not sys.warnoptions:
+                warnings.simplefilter("ignore")
+            root.addHandler(handler)  # without any handler, logging writes to stderr
+        try:
+            yield
+        finally:
+            root.removeHandler(handler)
+
+
+def _show(
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: object = None,
+    line: str | None = None,
+) -> None:
+    from walltopo.cli.console import error_console
+
+    where = f"{filename}:{lineno}"
+    error_console.print(f"{where}: {category.__name__}: {message}", style="dim", soft_wrap=True)

@@ -1,0 +1,60 @@
+"""`walltopo view`: a scan in the browser."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from walltopo.cli.options import Number
+from walltopo.core import InputError
+
+__all__ = ["register"]
+
+Commands = argparse._SubParsersAction  # argparse has no public name for it
+
+
+def register(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add this group's commands."""
+    view = commands.add_parser("view", help="show a scan in the browser (serves it on localhost)")
+    view.add_argument("scan", type=Path, metavar="SCAN", help="the scan folder")
+    view.add_argument(
+        "--port", type=Number(int, low=0, high=65535), default=8000, help="port (0: any free one)"
+    )
+    view.add_argument("--edit", action="store_true", help="with the editor; saves edit files")
+    view.add_argument(
+        "--host",
+        default="127.0.0.1",
+        metavar="NAME",
+        help="name or address of this machine in the network, for viewers elsewhere in it",
+    )
+    view.add_argument(
+        "--embed",
+        action="append",
+        default=[],
+        metavar="ORIGIN",
+        help="let pages of this origin show the wall in a frame, e.g. https://gym.example",
+    )
+    view.set_defaults(run=_view)
+
+
+def _view(args: argparse.Namespace) -> int:
+    from walltopo.cli.console import console, error_console
+    from walltopo.export.server.run import Server
+    from walltopo.scans.folder import ScanFolder
+
+    if not ScanFolder(args.scan).page.is_file():
+        raise InputError(
+            f"{args.scan}: no page to show", f"Run `walltopo scan -o {args.scan}` to its end first."
+        )
+
+    def tell(text: str) -> None:
+        error_console.print(text, soft_wrap=True)
+
+    server = Server(args.scan, args.port, args.edit, args.host, args.embed, tell)
+    console.print(server.url, style="bold", soft_wrap=True)
+    for line in server.notes():
+        console.print(line, soft_wrap=True)
+    console.print("Ctrl-C stops.")
+    server.run()
+    console.print("stopped")
+    return 0

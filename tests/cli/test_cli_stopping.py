@@ -1,0 +1,101 @@
+"""Ctrl-C and SIGTERM end a command, whatever the libraries in it do."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+SWALLOWS = """
+    try:
+        ready()
+        time.sleep(600)
+    except BaseException:  # as some libraries do around an import
+        pass
+    time.sleep(600)
+"""
+IN_NATIVE_CODE = """
+    import hashlib
+    ready()
+    hashlib.pbkdf2_hmac("sha256", b"wall", b"topo", 2**31 - 1)
+"""
+RAISES_ANOTHER = """
+    try:
+        ready()
+        time.sleep(600)
+    except BaseException:
+        raise ImportError("could not import the other library")
+"""
+AFTER_COLMAP = """
+    from walltopo.colmap import pycolmap
+    ready()
+    time.sleep(600)
+"""
+# A command of another distribution, as an entry point would add it.
+PROGRAM = """
+import sys, time
+import walltopo.cli as cli
+
+def ready():
+    print("ready", flush=True)
+
+def work(args):
+    {body}
+
+def register(commands):
+    commands.add_parser("work").set_defaults(run=work)
+
+cli._add_plugins = register
+sys.exit(cli.main(["work"]))
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("body", [SWALLOWS, IN_NATIVE_CODE, RAISES_ANOTHER, AFTER_COLMAP])
+def test_a_signal_ends_a_command(body: str, number: signal.Signals) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-c", PROGRAM.format(body=body.strip())],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+        process.send_signal(number)
+        told = process.communicate(timeout=120)[1]
+    finally:
+        process.kill()
+    assert process.returncode == 128 + number
+    assert told.strip() == "stopped; run the same command again to go on"
+
+
+def _state(out: Path, stage: str) -> str:
+    try:
+        manifest = json.loads((out / "scan.json").read_text())
+    except FileNotFoundError:
+        return "not run"
+    return str(manifest["stages"].get(stage, {}).get("state", "not run"))
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_stopped_scan_says_so(tiny_photos: Path, tmp_path: Path, number: signal.Signals) -> None:
+    out = tmp_path / "scan"
+    command = [sys.executable, "-m", "walltopo", "scan", str(tiny_photos), "-o", str(out)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        while process.poll() is None and _state(out, "sparse") != "running":
+            time.sleep(0.01)
+        process.send_signal(number)
+        told = process.communicate(timeout=120)[1]
+    finally:
+        process.kill()
+    assert process.returncode == 128 + number
+    assert told.strip() == "stopped; run the same command again to go on"
+    # On a busy machine it may have been ended before it had noted that.
+    assert _state(out, "sparse") in ("interrupted", "running")

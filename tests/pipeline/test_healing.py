@@ -1,0 +1,181 @@
+"""Outputs that are not as their stage left them are made again, and nothing of others is lost."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+
+from walltopo.cli import main
+from walltopo.core import InputError
+from walltopo.pipeline.health import stages_health
+from walltopo.pipeline.ledger import Ledger
+from walltopo.pipeline.runner import scan
+from walltopo.pipeline.settings import load_settings
+from walltopo.pipeline.stages import STAGES
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.manifest import Manifest
+
+SETTINGS = load_settings(None, ["sparse.threads=1", "texture.size=512"])
+
+
+@pytest.fixture(scope="module")
+def calm(tiny_photos: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A finished scan; tests work on copies."""
+    out = tmp_path_factory.mktemp("calm") / "scan"
+    scan(tiny_photos, out, SETTINGS)
+    return out
+
+
+@pytest.fixture
+def wall(calm: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(calm, tmp_path / "scan"))
+
+
+def outputs(folder: Path) -> list[tuple[str, str]]:
+    """(stage, path below the scan) of every file that a stage wrote."""
+    scan_folder = ScanFolder(folder)
+    found = []
+    for stage in STAGES:
+        for name in stage.writes:
+            path: Path = getattr(scan_folder, name)
+            files = sorted(path.rglob("*")) if path.is_dir() else [path] if path.exists() else []
+            found += [(stage.name, str(f.relative_to(folder))) for f in files if f.is_file()]
+    return found
+
+
+def content(folder: Path) -> dict[str, bytes]:
+    """Every output but the report, which tells times."""
+    names = [name for _, name in outputs(folder) if name != "report.html"]
+    return {name: (folder / name).read_bytes() for name in names}
+
+
+def halve(file: Path) -> None:
+    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+
+
+def test_each_damaged_file_is_found(wall: Path) -> None:
+    scan([], wall, SETTINGS)
+    for stage, name in outputs(wall):
+        whole = (wall / name).read_bytes()
+        halve(wall / name)
+        states = {found.stage: found.state for found in stages_health(ScanFolder(wall))}
+        if whole:  # a model of one rig has an empty table or two
+            assert states[stage] == "damaged", name
+        (wall / name).write_bytes(whole)
+
+
+@pytest.mark.slow
+def test_all_that_is_damaged_is_made_again(calm: Path, wall: Path) -> None:
+    for _, name in outputs(wall):
+        halve(wall / name)
+    assert scan([], wall, SETTINGS).ran == tuple(stage.name for stage in STAGES)
+    assert content(wall) == content(calm)
+    assert scan([], wall, SETTINGS).ran == ()
+
+
+def test_nothing_is_made_again_for_what_a_desktop_leaves_behind(wall: Path) -> None:
+    for place in (wall / "photos", wall / "page"):
+        (place / ".DS_Store").write_bytes(b"\0" * 8)
+        (place / "Thumbs.db").write_bytes(b"\0" * 8)
+    assert scan([], wall, SETTINGS).ran == ()
+
+
+def test_a_copy_is_read_once_and_kept(wall: Path) -> None:
+    assert scan([], wall, SETTINGS, verify=True).ran == ()
+
+
+def test_damage_that_left_size_and_times_is_found_by_verify(wall: Path) -> None:
+    scan([], wall, SETTINGS)
+    table, ledger = wall / "routes.json", wall / "work" / "hashes.json"
+    data = bytearray(table.read_bytes())
+    data[len(data) // 2] ^= 1
+    table.write_bytes(data)
+    # A disk that fails changes no time: what is now there looks to the ledger as what was.
+    entries = json.loads(ledger.read_text())
+    damaged = Ledger(tmp_ledger := wall / "work" / "other.json")
+    damaged.hash(table)
+    damaged.save()
+    entries[str(table)][0] = json.loads(tmp_ledger.read_text())[str(table)][0]
+    ledger.write_text(json.dumps(entries))
+    assert scan([], wall, SETTINGS).ran == ()
+    assert scan([], wall, SETTINGS, verify=True).ran == ("routes",)
+
+
+def test_what_a_user_put_there_is_kept_aside(wall: Path, calm: Path) -> None:
+    mine = wall / "routes.json"
+    mine.write_text('{"routes": "mine"}')
+    assert scan([], wall, SETTINGS).ran == ("routes",)
+    assert (wall / "set-aside" / "routes.json").read_text() == '{"routes": "mine"}'
+    mine.write_text("mine again")
+    scan([], wall, SETTINGS)
+    assert (wall / "set-aside" / "routes2.json").read_text() == "mine again"
+    assert content(wall) == content(calm)
+
+
+def test_what_a_user_put_there_can_be_accepted(wall: Path) -> None:
+    holds = wall / "routes.json"
+    table = json.loads(holds.read_text())
+    table["routes"][0]["name"] = "Sloper Troopers"
+    holds.write_text(json.dumps(table))
+    assert scan([], wall, SETTINGS, accept_changes=True).ran == ("export",)
+    assert not (wall / "set-aside").exists()
+    assert scan([], wall, SETTINGS).ran == ()
+    assert b"Sloper Troopers" in (wall / "wall.glb").read_bytes()
+
+
+def test_photos_that_cannot_be_made_again_are_told(wall: Path, tmp_path: Path) -> None:
+    manifest = Manifest.load(wall / "scan.json")
+    manifest.sources = [str(tmp_path / "moved-away")]
+    manifest.save(wall / "scan.json")
+    photo = next((wall / "photos").iterdir())
+    photo.write_bytes(photo.read_bytes()[:-100])
+    with pytest.raises(InputError, match=r"photos changed since ingest, and .*moved-away is gone"):
+        scan([], wall, SETTINGS)
+    assert photo.exists()
+
+
+def test_the_ledger_is_a_cache(wall: Path) -> None:
+    for text in ("", "[]", '{"a": 1}'):
+        (wall / "work" / "hashes.json").write_text(text)
+        assert scan([], wall, SETTINGS).ran == ()
+
+
+def test_a_scan_of_an_older_walltopo_is_adopted(wall: Path) -> None:
+    data = json.loads((wall / "scan.json").read_text())
+    for record in data["stages"].values():
+        del record["outputs"]
+    (wall / "scan.json").write_text(json.dumps(data))
+    assert scan([], wall, SETTINGS).ran == ()
+    (wall / "routes.json").unlink()
+    assert scan([], wall, SETTINGS).ran == ("routes",)
+
+
+def test_status_tells_how_the_stages_stand(
+    wall: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
+    scan([], wall, SETTINGS)
+    assert main(["status", str(wall)]) == 0
+    (wall / "wall.glb").write_bytes(b"glTF")
+    (wall / "routes.edits.toml").write_text('[[rename]]\nroute = 1\nname = "new"\n')
+    manifest = Manifest.load(wall / "scan.json")
+    manifest.stages["lift"].state = "running"
+    manifest.save(wall / "scan.json")
+    states = {found.stage: found.state for found in stages_health(ScanFolder(wall))}
+    assert states["dense"] == "done"
+    assert states["lift"] == "killed"
+    assert states["routes"] == "stale"
+    assert states["export"] == "damaged"
+    assert main(["status", str(wall)]) == 1
+    assert "wall.glb" in capsys.readouterr().out
+
+
+def test_times_alone_make_nothing_again(wall: Path) -> None:
+    scan([], wall, SETTINGS)
+    for path in wall.rglob("*"):
+        os.utime(path, (0, 0))
+    assert scan([], wall, SETTINGS).ran == ()
