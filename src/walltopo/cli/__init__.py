@@ -22,6 +22,7 @@ __all__ = ["build_parser", "main"]
 
 GROUPS = (
     "scan",
+    "status",
     "view",
     "doctor",
     "lift",
