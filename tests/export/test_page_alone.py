@@ -83,9 +83,7 @@ def test_nothing_in_the_script_ends_it(tmp_path: Path, monkeypatch: pytest.Monke
     write_single_page(tmp_path / "p.html", "<b>Owl</b>", b"1", b"2")
     text = (tmp_path / "p.html").read_text()
     code = text.split("<script>")[1].split("</script>")[0]
-    assert code == (
-        'const a = "\\x3c/script>\\x3c!--\\x3cSCRIPT>", b = /<\\/script/, c = 1 < 2;'
-    )
+    assert code == ('const a = "\\x3c/script>\\x3c!--\\x3cSCRIPT>", b = /<\\/script/, c = 1 < 2;')
     assert "<b>" not in text
 
 

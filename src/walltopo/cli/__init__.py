@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from importlib.metadata import entry_points
 
 from walltopo import __version__
+from walltopo.cli.needs import check_needs
 from walltopo.cli.parser import Parser
 from walltopo.cli.quiet import quiet_libraries
 from walltopo.cli.stopping import STOPPED, Stop, stoppable
@@ -108,6 +109,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             if not hasattr(args, "run"):
                 parser.print_help()
                 return 2
+            check_needs(args)
             with quiet_libraries(getattr(args, "verbose", False)):
                 return int(args.run(args))
         except KeyboardInterrupt:

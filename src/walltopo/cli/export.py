@@ -45,9 +45,9 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     export = commands.add_parser(
         "export",
         help="write a finished scan in another format",
-        description="Write the segmented wall of a scan as glTF, USDZ, OBJ, PLY, as tables of holds "
-        "and routes (CSV; GeoJSON), as LabelMe outlines in its photos, or as the page: one HTML file "
-        "to send and open from disk (page), or a folder to put on any web host (site).",
+        description="Write the segmented wall of a scan as glTF, USDZ, OBJ, PLY, as tables of "
+        "holds and routes (CSV; GeoJSON), as LabelMe outlines in its photos, or as the page: one "
+        "HTML file to send and open from disk (page), a folder to put on any web host (site).",
         epilog=EXPORT_EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -103,8 +103,8 @@ def _section(text: str) -> tuple[float, float]:
 
 def _export(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
-    from walltopo.core.outputs import written_file, written_folder
     from walltopo.cli.listener import TerminalListener
+    from walltopo.core.outputs import written_file, written_folder
     from walltopo.export.convert import FOLDERS, FORMATS, convert
     from walltopo.export.crop import crop_route, crop_section
     from walltopo.export.files.listings import routes_beside

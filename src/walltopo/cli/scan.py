@@ -77,7 +77,7 @@ def _register_scan(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def _scan(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
-    from walltopo.cli.listener import TerminalListener
+    from walltopo.cli.scan_progress import ScanListener
     from walltopo.pipeline.runner import scan
     from walltopo.pipeline.settings import load_settings
 
@@ -85,7 +85,7 @@ def _scan(args: argparse.Namespace) -> int:
     config = args.config or (found if found.is_file() else None)
     given = [*_shortcuts(args), *args.set]
     settings = load_settings(config, given, programs=args.config is not None)
-    with TerminalListener(console, verbose=args.verbose, quiet=args.quiet) as listener:
+    with ScanListener(console, verbose=args.verbose, quiet=args.quiet) as listener:
         result = scan(
             args.photos,
             args.out,
