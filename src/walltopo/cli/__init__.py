@@ -33,6 +33,7 @@ GROUPS = (
     "export",
     "palette",
     "inventory",
+    "completion",
 )
 
 # Commands of other distributions come by entry points of this group: name -> `register`.
@@ -49,7 +50,7 @@ ELSEWHERE = {
 EXIT_CODES = """\
 exit codes:
   0  done
-  1  another error of walltopo
+  1  looked at, and not all well: `status` (stages would run), `mesh check`, `dataset check`
   2  wrong usage, or an unknown or impossible setting
   3  the input cannot be used (missing, damaged, too few photos)
   4  a stage found no result in usable input

@@ -51,6 +51,9 @@ class _ByFirstWord(argparse.ArgumentParser):
     ) -> None:
         super().__init__(add_help=False)
         self._detector, self._others = detector, others
+        # What looks at a parser to tell of its options (shells' completion) sees the detector's.
+        self._actions = detector._actions
+        self._option_string_actions = detector._option_string_actions
 
     def parse_known_args(  # type: ignore[override]
         self, args: Sequence[str] | None = None, namespace: Any = None
