@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 
 __all__ = ["register"]
@@ -46,7 +47,7 @@ def _completion(args: argparse.Namespace) -> int:
     return 0
 
 
-def _complete_files(parser: argparse.ArgumentParser, how: dict[str, str]) -> None:
+def _complete_files(parser: argparse.ArgumentParser, how: Mapping[str, object]) -> None:
     """Let every argument that is a path be completed by files and folders."""
     for action in parser._actions:
         if action.type is Path:

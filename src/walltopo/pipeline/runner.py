@@ -174,7 +174,8 @@ class _Runner:
         names = [stage.name for stage in stages]
         before = dict(self.manifest.stages)
         photos = photos_of(before)
-        if STAGES[0].name in names:
+        # Where the photos were moved away, `run` says what that means.
+        if STAGES[0].name in names and any(path.exists() for path in self.sources):
             files = find_sources(self.sources, self.folder.root).files
             photos = None if any(map(is_video, files)) else len(files)
         return Forecast(names, photos, before)
