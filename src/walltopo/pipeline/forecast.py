@@ -98,7 +98,7 @@ class Forecast:
         return max(now, 0.0) + sum(map(self.seconds, rest))
 
     def share(self, stage: str, elapsed: float) -> float:
-        """How much of the whole is done, 0 to 1; 1 at the end alone."""
+        """How much of the whole is done, 0 to 1; 1 early where the last stage takes too long."""
         if stage not in self.stages or stage in self._ended:
             elapsed = 0.0
         done = sum(self._ended.values()) + elapsed
