@@ -13,9 +13,10 @@ from walltopo.cli.listener import describe_metrics
 from walltopo.cli.scan import _show_result
 from walltopo.pipeline.stages import stage_names
 from walltopo.scans.folder import ScanFolder
-from walltopo.scans.holds import HoldCounts, HoldRow, Holds, count_holds
+from walltopo.scans.holds import HoldRow, Holds
 from walltopo.scans.manifest import Manifest, StageRecord
-from walltopo.scans.routes import Route, Routes, route_name
+from walltopo.scans.route_name import route_name
+from walltopo.scans.routes import Route, Routes
 
 UP = (0.0, 0.0, 1.0)
 
@@ -47,13 +48,6 @@ def terminal(monkeypatch: pytest.MonkeyPatch) -> io.StringIO:
     return stream
 
 
-def test_a_volume_is_no_hold() -> None:
-    counts = count_holds([_row(1), _row(2), _row(3, "volume")])
-    assert counts == HoldCounts(2, 1)
-    assert counts.told(1) == "2 holds, 1 volume, 1 route"
-    assert HoldCounts(1, 0).told(0) == "1 hold, 0 routes"
-
-
 def test_routes_are_called_as_on_the_page() -> None:
     assert route_name(Route(id=3, colour="red")) == "Red 3"
     assert route_name(Route(id=3, colour="red", name="Owl")) == "Owl"
@@ -68,7 +62,7 @@ def test_the_result_names_routes(tmp_path: Path, terminal: io.StringIO) -> None:
     Holds(metric=True, holds=rows).save(folder.holds)
     _show_result(tmp_path)
     told = terminal.getvalue()
-    for word in ("2 holds, 1 volume, 2 routes", "The Owl", "Blue 2"):
+    for word in ("2 routes, 2 holds, 1 volume", "The Owl", "Blue 2"):
         assert word in told
 
 

@@ -190,7 +190,7 @@ def test_a_stopped_export_writes_nothing(make_scan: MakeScan, tmp_path: Path) ->
 
 
 @pytest.mark.parametrize(
-    ("kind", "said"), [("csv", "4 holds, 2 routes"), ("glb", "triangles, 4 holds, 2 routes")]
+    ("kind", "said"), [("csv", "2 routes, 4 holds"), ("glb", "triangles, 2 routes, 4 holds")]
 )
 def test_export_says_what_it_wrote(
     scan: ScanFolder, kind: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]

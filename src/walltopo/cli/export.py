@@ -110,7 +110,7 @@ def _export(args: argparse.Namespace) -> int:
     from walltopo.export.files.listings import routes_beside
     from walltopo.export.wall import read_wall
     from walltopo.scans.folder import ScanFolder
-    from walltopo.scans.holds import count_holds
+    from walltopo.scans.in_words import count_words
 
     scan = ScanFolder(args.scan)
     name, section = args.scan.resolve().name, None
@@ -133,7 +133,7 @@ def _export(args: argparse.Namespace) -> int:
         progress.step(f"writing {args.format}")
         convert(wall, args.format, made, scan=scan, progress=progress)
         size = _size(made)
-    what = count_holds(wall.holds).told(len(wall.routes))
+    what = count_words(len(wall.routes), wall.holds)
     if args.format in WHOLE_MESH:
         what = f"{len(wall.mesh.faces):,} triangles, {what}"
     console.print(f"{path}: {size} ({what})", soft_wrap=True)
@@ -181,7 +181,7 @@ def _merge(args: argparse.Namespace) -> int:
     from walltopo.export.wall import read_wall
     from walltopo.scans.artifacts import store_artifact
     from walltopo.scans.folder import ScanFolder
-    from walltopo.scans.holds import count_holds
+    from walltopo.scans.in_words import count_words
     from walltopo.scans.routes import Routes
 
     scans = [ScanFolder(path) for path in args.scans]
@@ -200,7 +200,7 @@ def _merge(args: argparse.Namespace) -> int:
         store_artifact(out, "routes", Routes(routes=tuple(wall.routes)))
     page = ScanFolder(args.output).page
     console.print(
-        f"{page}: {count_holds(wall.holds).told(len(wall.routes))}, "
+        f"{page}: {count_words(len(wall.routes), wall.holds)}, "
         f"{made.metrics['glb_triangles']:,} triangles; look at it with "
         f"walltopo view {args.output}",
         soft_wrap=True,

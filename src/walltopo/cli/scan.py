@@ -125,15 +125,16 @@ def _show_result(root: Path) -> None:
 
     from walltopo.cli.console import console
     from walltopo.scans.folder import ScanFolder
-    from walltopo.scans.holds import Holds, count_holds
-    from walltopo.scans.routes import Routes, route_name
+    from walltopo.scans.holds import Holds
+    from walltopo.scans.in_words import count_words, steepness_words
+    from walltopo.scans.route_name import route_name
+    from walltopo.scans.routes import Routes
 
     folder = ScanFolder(root)
     routes, holds = Routes.load(folder.routes).routes, Holds.load(folder.holds)
     metric = holds.metric
     unit = "m" if metric else "units"
-    told = count_holds(holds.holds).told(len(routes))
-    table = Table(title=told, title_justify="left")
+    table = Table(title=count_words(len(routes), holds.holds), title_justify="left")
     table.add_column("id", justify="right")
     table.add_column("route", overflow="fold")
     table.add_column("colour")
@@ -146,7 +147,7 @@ def _show_result(root: Path) -> None:
             route.colour,
             str(len(route.holds)),
             f"{route.length:.2f}",
-            f"{route.steepness_deg:.0f}°",
+            steepness_words(route.steepness_deg),
         )
     console.print(table)
     if not metric:

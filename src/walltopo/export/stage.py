@@ -14,7 +14,7 @@ from walltopo.export.tiers import TierBuilder
 from walltopo.export.wall import Wall, wall_of
 from walltopo.export.webpage import write_page, write_tier
 from walltopo.scans.context import Context
-from walltopo.scans.holds import Holds, count_holds
+from walltopo.scans.holds import Holds
 from walltopo.scans.made import Made
 from walltopo.scans.manifest import Metrics
 
@@ -94,10 +94,10 @@ def run(reads: Reads, settings: ExportSettings, context: Context) -> Writes:
     text = report_html(wall, facts, made.first, size, made.page.path.name)
     report.write_text(text, encoding="utf-8")
     progress.advance()
-    counts = count_holds(wall.holds)
+    volumes = sum(hold.kind == "volume" for hold in wall.holds)
     metrics = made.metrics | {
-        "holds": counts.holds,
-        "volumes": counts.volumes,
+        "holds": len(wall.holds) - volumes,
+        "volumes": volumes,
         "routes": len(wall.routes),
     }
     return Writes(made.holds, made.glb, made.page_assets, made.page, Made(report), metrics)

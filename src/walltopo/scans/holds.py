@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import NamedTuple
-
 import msgspec
 
 from walltopo.scans.attributes import Hold, Point, Rgb, Role
@@ -12,7 +9,7 @@ from walltopo.scans.bounds import Coordinate, Label, Share
 from walltopo.scans.document import Document
 from walltopo.scans.routes import Route
 
-__all__ = ["HoldCounts", "HoldRow", "Holds", "count_holds", "hold_rows"]
+__all__ = ["HoldRow", "Holds", "hold_rows"]
 
 
 class HoldRow(msgspec.Struct, frozen=True):
@@ -46,26 +43,6 @@ class Holds(Document, frozen=True, kw_only=True):
 
     metric: bool
     holds: tuple[HoldRow, ...]
-
-
-class HoldCounts(NamedTuple):
-    """How many holds and volumes a wall has, by one rule for page, report and terminal."""
-
-    holds: int
-    volumes: int
-
-    def told(self, routes: int) -> str:
-        """Such as "31 holds, 2 volumes, 4 routes"; volumes only where there are any."""
-        counted = [(self.holds, "hold"), (self.volumes, "volume"), (routes, "route")]
-        shown = [(n, word) for n, word in counted if n or word != "volume"]
-        return ", ".join(f"{n:,} {word}{'' if n == 1 else 's'}" for n, word in shown)
-
-
-def count_holds(rows: Iterable[HoldRow]) -> HoldCounts:
-    """A volume is no hold: it is part of the wall, and of every route."""
-    kinds = [row.kind for row in rows]
-    volumes = kinds.count("volume")
-    return HoldCounts(len(kinds) - volumes, volumes)
 
 
 def hold_rows(

@@ -7,7 +7,7 @@ import msgspec
 from walltopo.scans.bounds import Coordinate, Count, Label, Share
 from walltopo.scans.document import Document
 
-__all__ = ["Ambiguous", "Route", "Routes", "route_name"]
+__all__ = ["Ambiguous", "Route", "Routes"]
 
 
 class Ambiguous(msgspec.Struct, frozen=True):
@@ -51,11 +51,6 @@ class Route(msgspec.Struct, frozen=True):
     top: tuple[Label, ...] = ()
     footholds: tuple[Label, ...] = ()
     ambiguous: tuple[Ambiguous, ...] = ()
-
-
-def route_name(route: Route) -> str:
-    """What people call a route: its setter's name, else as the page says, such as "Red 3"."""
-    return route.name or f"{(route.colour or 'route').capitalize()} {route.id}"
 
 
 class Routes(Document, frozen=True, kw_only=True):

@@ -13,7 +13,7 @@ import numpy as np
 from walltopo.core.files import atomic_path, write_json
 from walltopo.export.parallel import front_direction
 from walltopo.export.wall import Wall
-from walltopo.scans.routes import route_name
+from walltopo.scans.route_name import route_name
 
 __all__ = ["routes_beside", "write_csv", "write_geojson"]
 
