@@ -34,7 +34,7 @@ class Finding:
 
 _CORE = ("numpy", "scipy", "numba", "pycolmap", "cv2", "PIL", "pillow_heif", "av")
 _CORE_MORE = ("networkit", "trimesh", "embreex", "potpourri3d", "fast_simplification")
-_RUNTIME = ("faster_coco_eval", "jinja2", "msgspec", "onnxruntime", "rich")
+_RUNTIME = ("faster_coco_eval", "jinja2", "msgspec", "onnxruntime", "rich", "segno", "shtab")
 # Other distributions report on themselves by entry points of this group.
 _ENTRY_POINTS = "walltopo.doctor"
 _LAB = "not installed (optional): adds synth, dataset, train, evaluate, tune"

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import os
 import shutil
+import subprocess
+import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -164,3 +167,43 @@ def test_sections_are_two_numbers(scan: ScanFolder, section: str, tmp_path: Path
     out = tmp_path / "x.glb"
     assert _run("export", scan.root, "--section", section, "-o", out) == 2
     assert not out.exists()
+
+
+def test_a_stopped_export_writes_nothing(make_scan: MakeScan, tmp_path: Path) -> None:
+    scan = make_scan("large", holds=12, cells=500)
+    out = tmp_path / "out"
+    out.mkdir()
+    command = [sys.executable, "-m", "walltopo", "export", str(scan.root), "--format", "page"]
+    process = subprocess.Popen(
+        [*command, "-o", str(out / "wall.html")], stderr=subprocess.PIPE, text=True
+    )
+    try:
+        while process.poll() is None and not list(out.glob(".partial-*")):
+            time.sleep(0.01)
+        process.terminate()
+        told = process.communicate(timeout=120)[1]
+    finally:
+        process.kill()
+    assert process.returncode == 143
+    assert told.strip() == "stopped; run the same command again to go on"
+    assert not (out / "wall.html").exists()
+
+
+@pytest.mark.parametrize(
+    ("kind", "said"), [("csv", "2 routes, 4 holds"), ("glb", "triangles, 2 routes, 4 holds")]
+)
+def test_export_says_what_it_wrote(
+    scan: ScanFolder, kind: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert _run("export", scan.root, "--format", kind, "-o", tmp_path / f"w.{kind}") == 0
+    told = capsys.readouterr().out
+    assert said in told
+    assert ("triangles" in told) == (kind == "glb")
+    assert ("w.routes.csv" in told) == (kind == "csv")
+
+
+def test_the_routes_beside_a_csv_are_not_replaced(scan: ScanFolder, tmp_path: Path) -> None:
+    (tmp_path / "w.routes.csv").write_text("mine")
+    assert _run("export", scan.root, "--format", "csv", "-o", tmp_path / "w.csv") == 3
+    assert not (tmp_path / "w.csv").exists()
+    assert (tmp_path / "w.routes.csv").read_text() == "mine"

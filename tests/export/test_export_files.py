@@ -88,6 +88,13 @@ def test_csv_and_geojson(wall: Wall, tmp_path: Path) -> None:
     rows = list(csv.DictReader((tmp_path / "wall.csv").open(encoding="utf-8")))
     assert [int(row["id"]) for row in rows] == list(range(1, 13))
     assert rows[0]["type"] == "'=1+1", "a spreadsheet would run it"
+    routes = list(csv.DictReader((tmp_path / "wall.routes.csv").open(encoding="utf-8")))
+    assert [int(row["id"]) for row in routes] == [route.id for route in wall.routes]
+    for row, route in zip(routes, wall.routes, strict=True):
+        assert row["holds"] == " ".join(map(str, route.holds))
+        assert float(row["length_m"]) == route.length
+    own = {row["id"]: row["route_name"] for row in rows}
+    assert own[routes[0]["holds"].split()[0]] == routes[0]["name"]
     convert(wall, "geojson", tmp_path / "wall.geojson")
     features = json.loads((tmp_path / "wall.geojson").read_text())["features"]
     points = {f["id"]: f["geometry"]["coordinates"] for f in features}

@@ -6,20 +6,15 @@ import importlib.util
 from collections.abc import Iterator
 
 from walltopo.doctor import Finding
+from walltopo_lab.extras import EXTRAS
 
 __all__ = ["examine"]
-
-_EXTRAS = {
-    "train": ("torch", "onnx", "onnxscript"),
-    "tune": ("optuna", "torch"),
-    "ultralytics": ("ultralytics",),
-}
 
 
 def examine() -> Iterator[Finding]:
     """A line for the distribution and one per extra."""
     yield Finding("walltopo-lab", "ok", "installed")
-    for extra, names in _EXTRAS.items():
+    for extra, names in EXTRAS.items():
         absent = [name for name in names if importlib.util.find_spec(name) is None]
         detail = f"pip install 'walltopo-lab[{extra}]'" if absent else "installed"
         yield Finding(f"lab, extra {extra}", "missing" if absent else "ok", detail)

@@ -1,4 +1,4 @@
-"""Libraries that come with an optional extra."""
+"""Libraries that come with an optional extra, and those of the lab itself."""
 
 from __future__ import annotations
 
@@ -7,7 +7,23 @@ from typing import Any
 
 from walltopo.core import EnvironmentLacksError
 
-__all__ = ["need", "need_optuna", "need_torch", "need_ultralytics"]
+__all__ = ["EXTRAS", "LEARN", "PLOTS", "SHAPES", "need", "need_optuna", "need_ultralytics", "of"]
+
+# What an extra brings: its name to the modules.
+EXTRAS = {
+    "train": ("torch", "onnx", "onnxscript"),
+    "tune": ("optuna", "torch"),
+    "ultralytics": ("ultralytics",),
+}
+# What comes with the lab; missing where it was installed without its dependencies.
+PLOTS = {"matplotlib": "walltopo-lab"}
+SHAPES = {"skimage": "walltopo-lab"}
+LEARN = {"sklearn": "walltopo-lab"}
+
+
+def of(*extras: str) -> dict[str, str]:
+    """What the commands need of these extras, for `walltopo.cli.needs`."""
+    return {module: f"walltopo-lab[{extra}]" for extra in extras for module in EXTRAS[extra]}
 
 
 def need(module: str, extra: str, what: str, instead: str = "") -> Any:
@@ -30,11 +46,6 @@ def need(module: str, extra: str, what: str, instead: str = "") -> Any:
             f"{what} needs {module}, which is not here ({error})",
             f"{hint}, or {instead}" if instead else hint,
         ) from error
-
-
-def need_torch() -> Any:
-    """PyTorch."""
-    return need("torch", "train", "training")
 
 
 def need_optuna() -> Any:

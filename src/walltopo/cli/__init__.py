@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from importlib.metadata import entry_points
 
 from walltopo import __version__
+from walltopo.cli.needs import check_needs
 from walltopo.cli.parser import Parser
 from walltopo.cli.quiet import quiet_libraries
 from walltopo.cli.stopping import STOPPED, Stop, stoppable
@@ -22,6 +23,7 @@ __all__ = ["build_parser", "main"]
 
 GROUPS = (
     "scan",
+    "status",
     "view",
     "doctor",
     "lift",
@@ -31,6 +33,7 @@ GROUPS = (
     "export",
     "palette",
     "inventory",
+    "completion",
 )
 
 # Commands of other distributions come by entry points of this group: name -> `register`.
@@ -47,7 +50,7 @@ ELSEWHERE = {
 EXIT_CODES = """\
 exit codes:
   0  done
-  1  another error of walltopo
+  1  looked at, and not all well: `status` (stages would run), `mesh check`, `dataset check`
   2  wrong usage, or an unknown or impossible setting
   3  the input cannot be used (missing, damaged, too few photos)
   4  a stage found no result in usable input
@@ -107,6 +110,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             if not hasattr(args, "run"):
                 parser.print_help()
                 return 2
+            check_needs(args)
             with quiet_libraries(getattr(args, "verbose", False)):
                 return int(args.run(args))
         except KeyboardInterrupt:

@@ -23,6 +23,9 @@ examples:
   walltopo export gym/ --format glb-web          # small, for the web: meshopt, WebP
   walltopo export gym/ --format obj --route 7    # one boulder alone
   walltopo export gym/ --format usdz --route 7   # the same, to place in a room with an iPhone
+  walltopo export gym/ --format csv -o gym.csv   # holds; gym.routes.csv beside it: routes
+  walltopo export gym/ --format page             # gym.html, everything in one file
+  walltopo export gym/ --format site -o site/    # for a web host; docs/viewer.md says how
   walltopo export gym/ --format labelme -o labels/
 """
 MERGE_EXAMPLES = """\
@@ -32,7 +35,9 @@ examples:
   walltopo merge s1 s2 -o gym
 """
 # As in walltopo.export.convert.FORMATS, which would import NumPy here.
-KINDS = ("glb", "glb-web", "usdz", "obj", "ply", "painted-ply", "geojson", "csv", "labelme")
+KINDS = ("glb", "glb-web", "usdz", "obj", "ply", "painted-ply", "geojson", "csv", "labelme", "page",
+         "site")  # fmt: skip
+WHOLE_MESH = ("glb", "obj", "ply", "painted-ply")  # the others have fewer triangles, or none
 
 
 def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -40,14 +45,15 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     export = commands.add_parser(
         "export",
         help="write a finished scan in another format",
-        description="Write the segmented wall of a scan as glTF, USDZ, OBJ, PLY, CSV, GeoJSON or "
-        "as LabelMe outlines in its photos.",
+        description="Write the segmented wall of a scan as glTF, USDZ, OBJ, PLY, as tables of "
+        "holds and routes (CSV; GeoJSON), as LabelMe outlines in its photos, or as the page: one "
+        "HTML file to send and open from disk (page), a folder to put on any web host (site).",
         epilog=EXPORT_EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     export.add_argument("scan", type=Path, metavar="SCAN", help="the scan folder")
     export.add_argument("--format", choices=KINDS, default="glb", help="default: %(default)s")
-    export.add_argument("-o", "--output", type=Path, help="file (labelme: folder) to write")
+    export.add_argument("-o", "--output", type=Path, help="file (labelme, site: folder) to write")
     add_overwrite(export)
     part = export.add_mutually_exclusive_group()
     part.add_argument(
@@ -97,11 +103,14 @@ def _section(text: str) -> tuple[float, float]:
 
 def _export(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
+    from walltopo.cli.listener import TerminalListener
     from walltopo.core.outputs import written_file, written_folder
-    from walltopo.export.convert import FORMATS, convert
+    from walltopo.export.convert import FOLDERS, FORMATS, convert
     from walltopo.export.crop import crop_route, crop_section
+    from walltopo.export.files.listings import routes_beside
     from walltopo.export.wall import read_wall
     from walltopo.scans.folder import ScanFolder
+    from walltopo.scans.in_words import count_words
 
     scan = ScanFolder(args.scan)
     name, section = args.scan.resolve().name, None
@@ -112,18 +121,33 @@ def _export(args: argparse.Namespace) -> int:
         name = f"{name}-{section[0]:g}-{section[1]:g}"
     path = args.output or Path(name + (FORMATS[args.format] or f"-{args.format}"))
     place = target(args, path, f"export {args.format}")
-    with written_folder(place) if args.format == "labelme" else written_file(place) as made:
+    with (
+        written_folder(place) if args.format in FOLDERS else written_file(place) as made,
+        TerminalListener(console) as progress,
+    ):
         wall = read_wall(scan)
         if args.route is not None:
             wall = crop_route(wall, args.route)
         if section is not None:
             wall = crop_section(wall, *section)
-        convert(wall, args.format, made, scan=scan)
-        files = sum(1 for _ in made.iterdir()) if made.is_dir() else 0
-        size = f"{files} files" if files else f"{made.stat().st_size / 1e6:.2f} MB"
-    what = f"{len(wall.mesh.faces):,} triangles, {len(wall.holds)} holds, {len(wall.routes)} routes"
+        progress.step(f"writing {args.format}")
+        convert(wall, args.format, made, scan=scan, progress=progress)
+        size = _size(made)
+    what = count_words(len(wall.routes), wall.holds)
+    if args.format in WHOLE_MESH:
+        what = f"{len(wall.mesh.faces):,} triangles, {what}"
     console.print(f"{path}: {size} ({what})", soft_wrap=True)
+    if args.format == "csv":
+        console.print(f"{routes_beside(path)}: the routes", soft_wrap=True)
     return 0
+
+
+def _size(made: Path) -> str:
+    """Of what lies at a place: a file's bytes, a folder's files."""
+    files = [path for path in made.rglob("*") if path.is_file()] if made.is_dir() else [made]
+    count = sum(path.stat().st_size for path in files)
+    total = f"{count / 1e6:.2f} MB" if count >= 100_000 else f"{count / 1e3:.1f} kB"
+    return f"{len(files)} files, {total}" if made.is_dir() else total
 
 
 def _check_frames(scans: Sequence[ScanFolder]) -> None:
@@ -157,6 +181,7 @@ def _merge(args: argparse.Namespace) -> int:
     from walltopo.export.wall import read_wall
     from walltopo.scans.artifacts import store_artifact
     from walltopo.scans.folder import ScanFolder
+    from walltopo.scans.in_words import count_words
     from walltopo.scans.routes import Routes
 
     scans = [ScanFolder(path) for path in args.scans]
@@ -175,7 +200,7 @@ def _merge(args: argparse.Namespace) -> int:
         store_artifact(out, "routes", Routes(routes=tuple(wall.routes)))
     page = ScanFolder(args.output).page
     console.print(
-        f"{page}: {len(wall.holds)} holds, {len(wall.routes)} routes, "
+        f"{page}: {count_words(len(wall.routes), wall.holds)}, "
         f"{made.metrics['glb_triangles']:,} triangles; look at it with "
         f"walltopo view {args.output}",
         soft_wrap=True,

@@ -104,12 +104,19 @@ class TerminalListener:
         self._console.print(line, soft_wrap=True)
 
 
-def describe_metrics(metrics: dict[str, Any]) -> str:
-    """The one-line summary of a stage: its `summary`, else its plain figures."""
+def describe_metrics(metrics: dict[str, Any], width: int | None = None) -> str:
+    """The one-line summary of a stage: its `summary`, else its plain figures.
+
+    Parameters
+    ----------
+    width : give only the first figures, as many as are whole in so many columns; one at least.
+    """
     if isinstance(metrics.get("summary"), str):
         return str(metrics["summary"])
     parts = [f"{key.replace('_', ' ')} {_figure(value)}" for key, value in metrics.items()]
     plain = [part for part, value in zip(parts, metrics.values(), strict=True) if _is_plain(value)]
+    while width is not None and len(plain) > 1 and len(", ".join(plain)) > width:
+        plain.pop()
     return ", ".join(plain)
 
 

@@ -1,12 +1,10 @@
-"""`walltopo scan`, `status`, `settings`: the pipeline and its folder."""
+"""`walltopo scan`, `settings`: the pipeline and what can be set in it."""
 
 from __future__ import annotations
 
 import argparse
 import json
 from pathlib import Path
-
-from walltopo.core import InputError
 
 __all__ = ["register"]
 
@@ -31,10 +29,6 @@ Run the same command again after a failure or Ctrl-C: what is done is kept.
 def register(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add this group's commands."""
     _register_scan(commands)
-    status = commands.add_parser("status", help="what a scan holds and how its stages went")
-    status.add_argument("scan", type=Path, metavar="SCAN", help="the scan folder")
-    status.add_argument("--verify", action="store_true", help="read every file to find damage")
-    status.set_defaults(run=_status)
     settings = commands.add_parser("settings", help="every setting with its default, as TOML")
     settings.add_argument("section", nargs="?", default="", help="only this section, e.g. lift")
     settings.add_argument("--all", action="store_true", help="also those that experts vary")
@@ -83,7 +77,7 @@ def _register_scan(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def _scan(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
-    from walltopo.cli.listener import TerminalListener
+    from walltopo.cli.scan_progress import ScanListener
     from walltopo.pipeline.runner import scan
     from walltopo.pipeline.settings import load_settings
 
@@ -91,7 +85,7 @@ def _scan(args: argparse.Namespace) -> int:
     config = args.config or (found if found.is_file() else None)
     given = [*_shortcuts(args), *args.set]
     settings = load_settings(config, given, programs=args.config is not None)
-    with TerminalListener(console, verbose=args.verbose, quiet=args.quiet) as listener:
+    with ScanListener(console, verbose=args.verbose, quiet=args.quiet) as listener:
         result = scan(
             args.photos,
             args.out,
@@ -132,55 +126,34 @@ def _show_result(root: Path) -> None:
     from walltopo.cli.console import console
     from walltopo.scans.folder import ScanFolder
     from walltopo.scans.holds import Holds
+    from walltopo.scans.in_words import count_words, steepness_words
+    from walltopo.scans.route_name import route_name
     from walltopo.scans.routes import Routes
 
     folder = ScanFolder(root)
     routes, holds = Routes.load(folder.routes).routes, Holds.load(folder.holds)
     metric = holds.metric
     unit = "m" if metric else "units"
-    table = Table(title=f"{len(holds.holds)} holds, {len(routes)} routes", title_justify="left")
-    for column in ("route", "colour", "holds", f"length [{unit}]", "steepness"):
-        table.add_column(column, justify="left" if column == "colour" else "right")
+    table = Table(title=count_words(len(routes), holds.holds), title_justify="left")
+    table.add_column("id", justify="right")
+    table.add_column("route", overflow="fold")
+    table.add_column("colour")
+    for column in ("holds", f"length [{unit}]", "steepness"):
+        table.add_column(column, justify="right")
     for route in routes:
         table.add_row(
             str(route.id),
+            route_name(route),
             route.colour,
             str(len(route.holds)),
             f"{route.length:.2f}",
-            f"{route.steepness_deg:.0f}°",
+            steepness_words(route.steepness_deg),
         )
     console.print(table)
     if not metric:
         console.print("no measure was found: lengths are in arbitrary units", style="yellow")
     console.print(f"open {folder.page.absolute()}", soft_wrap=True)
     console.print(f"or   walltopo view {root}", soft_wrap=True)
-
-
-def _status(args: argparse.Namespace) -> int:
-    from rich.table import Table
-
-    from walltopo.cli.console import console
-    from walltopo.cli.listener import describe_metrics, duration
-    from walltopo.pipeline.health import stages_health
-    from walltopo.scans.folder import ScanFolder
-
-    folder = ScanFolder(args.scan)
-    if not folder.manifest.is_file():
-        raise InputError(f"{args.scan}: not a scan folder (it has no scan.json)")
-    table = Table()
-    for column in ("stage", "state", "time", "memory", "figures"):
-        table.add_column(column, justify="right" if column in ("time", "memory") else "left")
-    stages = stages_health(folder, verify=args.verify)
-    for found in stages:
-        record = found.record
-        if record is None:
-            table.add_row(found.stage, found.state, "", "", "")
-            continue
-        facts = found.why or describe_metrics(record.metrics)
-        memory = f"{record.peak_mb:,.0f} MB"
-        table.add_row(found.stage, found.state, duration(record.seconds), memory, facts)
-    console.print(table)
-    return 0 if all(found.state == "done" for found in stages) else 1
 
 
 def _settings(args: argparse.Namespace) -> int:

@@ -10,12 +10,25 @@ from walltopo.core import InputError
 
 __all__ = ["register"]
 
+_EXAMPLES = """\
+examples:
+  walltopo view wall
+  walltopo view wall --host 192.168.1.20           on a phone: scan the code that is shown
+  walltopo view wall --host 192.168.1.20 --edit    the code has the token: it lets a phone edit
+"""
+
 Commands = argparse._SubParsersAction  # argparse has no public name for it
 
 
 def register(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add this group's commands."""
-    view = commands.add_parser("view", help="show a scan in the browser (serves it on localhost)")
+    view = commands.add_parser(
+        "view",
+        help="show a scan in the browser (serves it on localhost)",
+        description="Show a scan in the browser, until Ctrl-C.",
+        epilog=_EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     view.add_argument("scan", type=Path, metavar="SCAN", help="the scan folder")
     view.add_argument(
         "--port", type=Number(int, low=0, high=65535), default=8000, help="port (0: any free one)"
@@ -25,7 +38,8 @@ def register(commands: Commands[argparse.ArgumentParser]) -> None:
         "--host",
         default="127.0.0.1",
         metavar="NAME",
-        help="name or address of this machine in the network, for viewers elsewhere in it",
+        help="name or address of this machine in the network, for viewers elsewhere in it; shows "
+        "a QR code for a phone",
     )
     view.add_argument(
         "--embed",
@@ -39,6 +53,7 @@ def register(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def _view(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console, error_console
+    from walltopo.cli.qr import show_qr
     from walltopo.export.server.run import Server
     from walltopo.scans.folder import ScanFolder
 
@@ -54,6 +69,11 @@ def _view(args: argparse.Namespace) -> int:
     console.print(server.url, style="bold", soft_wrap=True)
     for line in server.notes():
         console.print(line, soft_wrap=True)
+    if not server.address.local and show_qr(console, server.url):
+        console.print(
+            "Scan it with a phone in the same network"
+            + ("; the code has the token: who scans it can save edits." if args.edit else ".")
+        )
     console.print("Ctrl-C stops.")
     server.run()
     console.print("stopped")

@@ -11,7 +11,7 @@ from walltopo.dense.remesh import finish
 from walltopo.meshes.ply import read_mesh
 from walltopo.openmvs.workspace import undistorted_workspace
 
-__all__ = ["colmap_mesh", "cuda_devices", "has_cuda"]
+__all__ = ["colmap_mesh", "cuda_devices", "has_cuda", "need_cuda"]
 
 
 def has_cuda() -> bool:
@@ -39,6 +39,16 @@ def cuda_devices() -> int:
     return count.value
 
 
+def need_cuda() -> None:
+    """Raises EnvironmentLacksError where PatchMatch cannot run."""
+    if not has_cuda():
+        raise EnvironmentLacksError(
+            "dense.backend = colmap needs a pycolmap with CUDA and a device for it",
+            "Install pycolmap-cuda12 in its place on a machine with an NVIDIA GPU, or use "
+            "dense.backend = sgm.",
+        )
+
+
 def colmap_mesh(
     sparse: Path,
     photos: Path,
@@ -61,12 +71,7 @@ def colmap_mesh(
     EnvironmentLacksError : no CUDA in pycolmap, or no device.
     StageError : the fusion found no points.
     """
-    if not has_cuda():
-        raise EnvironmentLacksError(
-            "dense.backend = colmap needs a pycolmap with CUDA and a device for it",
-            "Install pycolmap-cuda12 in its place on a machine with an NVIDIA GPU, or use "
-            "dense.backend = sgm.",
-        )
+    need_cuda()
     from walltopo.colmap import pycolmap
 
     undistorted_workspace(sparse, photos, work, settings.max_size, progress)

@@ -11,7 +11,7 @@ from walltopo.scans.model import SparseModel
 from walltopo.scans.photo_set import PhotoSet
 from walltopo.scans.scale import Scale
 
-__all__ = ["DenseSettings", "Reads", "Writes"]
+__all__ = ["DenseSettings", "Reads", "Writes", "check"]
 
 
 @dataclass(frozen=True)
@@ -100,3 +100,15 @@ class Writes:
 
     mesh: Mesh
     metrics: Metrics
+
+
+def check(settings: DenseSettings) -> None:
+    """Raise what these settings want and this machine lacks, before the first stage begins."""
+    if settings.backend == "colmap":
+        from walltopo.dense.colmap import need_cuda
+
+        need_cuda()
+    elif settings.backend == "openmvs":
+        from walltopo.openmvs.programs import find_programs
+
+        find_programs(settings.openmvs_bin)

@@ -11,7 +11,7 @@ from walltopo.scans.manifest import Metrics
 from walltopo.scans.photo_list import PhotoList
 from walltopo.scans.photo_set import PhotoSet
 
-__all__ = ["DetectSettings", "Reads", "Writes"]
+__all__ = ["DetectSettings", "Reads", "Writes", "check"]
 
 
 @dataclass(frozen=True)
@@ -105,3 +105,11 @@ class Writes:
 
     detections: Detections
     metrics: Metrics
+
+
+def check(settings: DetectSettings) -> None:
+    """Raise what these settings want and this machine lacks, before the first stage begins."""
+    if settings.model != DetectSettings().model:
+        from walltopo.detect.detector import open_detector
+
+        open_detector(settings)

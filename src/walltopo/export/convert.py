@@ -11,7 +11,7 @@ from walltopo.export.tiers import TierBuilder
 from walltopo.export.wall import Wall
 from walltopo.scans.folder import ScanFolder
 
-__all__ = ["FORMATS", "convert"]
+__all__ = ["FOLDERS", "FORMATS", "convert"]
 
 FORMATS = {
     "glb": ".glb",
@@ -23,7 +23,11 @@ FORMATS = {
     "geojson": ".geojson",
     "csv": ".csv",
     "labelme": "",
+    "page": ".html",
+    "site": "",
 }
+# Those without a suffix are folders.
+FOLDERS = frozenset(kind for kind, suffix in FORMATS.items() if not suffix)
 
 
 def _glb(path: Path, wall: Wall, settings: ExportSettings, web: bool) -> None:
@@ -42,6 +46,23 @@ def _usdz(path: Path, wall: Wall, settings: ExportSettings) -> None:
     write_usdz(path, look.surface, picture)
 
 
+def _page(path: Path, wall: Wall, settings: ExportSettings) -> None:
+    from walltopo.export.webpage import write_single_page
+
+    builder = TierBuilder(wall, settings)
+    write_single_page(path, wall.title, detail=builder.glb("detail"), first=builder.glb("first"))
+
+
+def _site(folder: Path, wall: Wall, settings: ExportSettings) -> None:
+    from walltopo.export.webpage import write_page, write_tier
+
+    builder, assets = TierBuilder(wall, settings), folder / "page"
+    assets.mkdir(parents=True, exist_ok=True)
+    for name in ("detail", "first"):
+        write_tier(assets, name, builder.glb(name))
+    write_page(folder / "index.html", assets, wall.title)
+
+
 def convert(
     wall: Wall,
     kind: str,
@@ -51,7 +72,7 @@ def convert(
     settings: ExportSettings | None = None,
     progress: Progress | None = None,
 ) -> None:
-    """Write `wall` to `path` (for `labelme`, a folder).
+    """Write `wall` to `path` (for `labelme` and `site`, a folder).
 
     Parameters
     ----------
@@ -67,6 +88,8 @@ def convert(
         _glb(path, wall, settings, web=kind == "glb-web")
     elif kind == "usdz":
         _usdz(path, wall, settings)
+    elif kind in ("page", "site"):
+        (_page if kind == "page" else _site)(path, wall, settings)
     elif kind == "labelme":
         if scan is None:
             raise InputError("labelme needs a scan folder with its photos")

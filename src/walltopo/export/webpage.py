@@ -2,12 +2,14 @@
 
 A page opened from disk may neither fetch files nor load module scripts. So the viewer is one
 classic script, and each tier lies there twice: as GLB for servers, and as a script that hands
-over the same bytes in base64 for `file://`.
+over the same bytes in base64 for `file://`. The page that is one file has the viewer and both
+tiers in itself.
 """
 
 from __future__ import annotations
 
 import base64
+import re
 import shutil
 from importlib import resources
 from pathlib import Path
@@ -15,7 +17,7 @@ from pathlib import Path
 from walltopo.core import EnvironmentLacksError
 from walltopo.export.templating import render
 
-__all__ = ["write_page", "write_tier"]
+__all__ = ["write_page", "write_single_page", "write_tier"]
 
 
 def viewer_script() -> Path:
@@ -53,5 +55,48 @@ def write_page(index: Path, folder: Path, title: str) -> None:
     script = viewer_script()
     shutil.copyfile(script, folder / "viewer.js")
     shutil.copyfile(script.with_name("start.js"), folder / "start.js")
-    text = render("page", "index.html.jinja", title=title, assets=folder.name)
+    names = ("start.js", "first.glb", "detail.glb", "viewer.js")
+    start, first, detail, viewer = (f"{folder.name}/{name}" for name in names)
+    text = render(
+        "page",
+        "index.html.jinja",
+        title=title,
+        start=start,
+        first=first,
+        detail=detail,
+        viewer=viewer,
+    )
     index.write_text(text, encoding="utf-8")
+
+
+def write_single_page(path: Path, title: str, first: bytes, detail: bytes) -> None:
+    """Write the page as one HTML file, which needs nothing beside it.
+
+    Parameters
+    ----------
+    first, detail : the tiers, as GLB.
+    """
+    text = render(
+        "page",
+        "index.html.jinja",
+        title=title,
+        start="",
+        first=_data_url(first),
+        detail=_data_url(detail),
+        viewer="",
+        code=_inlined(viewer_script().read_text(encoding="utf-8")),
+    )
+    path.write_text(text, encoding="utf-8")
+
+
+def _data_url(data: bytes) -> str:
+    return "data:model/gltf-binary;base64," + base64.b64encode(data).decode("ascii")
+
+
+def _inlined(script: str) -> str:
+    """A script as it may stand between the tags of an HTML page: with nothing that ends it there.
+
+    What is escaped means the same in strings and regular expressions, the places where a script
+    can have it.
+    """
+    return re.sub(r"<(?=/script|!--|script)", r"\\x3c", script, flags=re.IGNORECASE)

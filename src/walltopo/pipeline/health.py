@@ -94,4 +94,4 @@ def _state(
         fresh = input_hash(folder, stage, settings, sources, ledger) == record.input_hash
     except InputError as error:  # of the photos' folder
         return "stale", error.message.splitlines()[0]
-    return ("done", "") if fresh else ("stale", "what it was made from has changed since")
+    return ("done", "") if fresh else ("stale", "what it was made from has changed")

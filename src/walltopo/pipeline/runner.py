@@ -24,6 +24,8 @@ from walltopo.core import (
     WalltopoError,
 )
 from walltopo.core.files import as_text, told_when_full
+from walltopo.photos.sources import find_sources, is_video
+from walltopo.pipeline.forecast import Forecast, photos_of
 from walltopo.pipeline.freshness import changed_outputs, input_hash, outputs_of
 from walltopo.pipeline.ledger import Ledger
 from walltopo.pipeline.memory import peak_mb, reset_peak
@@ -39,14 +41,16 @@ __all__ = ["Listener", "ScanResult", "run_stage", "scan"]
 
 
 class Listener(Progress, Protocol):
-    """A `Progress` that is also told when stages begin and end."""
+    """A `Progress` that is also told how long it may take, and when stages begin and end."""
 
+    def scan_begins(self, forecast: Forecast) -> None: ...
     def stage_begins(self, stage: str) -> None: ...
     def stage_ends(self, stage: str, record: StageRecord) -> None: ...
     def stage_kept(self, stage: str, record: StageRecord) -> None: ...
 
 
 class _Quiet(Silent):
+    def scan_begins(self, forecast: Forecast) -> None: ...
     def stage_begins(self, stage: str) -> None: ...
     def stage_ends(self, stage: str, record: StageRecord) -> None: ...
     def stage_kept(self, stage: str, record: StageRecord) -> None: ...
@@ -112,12 +116,15 @@ def scan(
             raise InputError(f"{folder.root}: no photos given, and none were ingested before")
         ledger = Ledger(folder.work / "hashes.json", trust=not verify)
         runner = _Runner(folder, manifest, settings, sources, listener, ledger, accept_changes)
+        first = 0 if force else len(STAGES) if from_stage is None else stage_index(from_stage)
+        forced = [stage for stage in chosen if stage_index(stage.name) >= first]
+        due = runner.due(chosen, forced)
+        for stage in due:
+            stage.check(getattr(settings, stage.name))
+        listener.scan_begins(runner.forecast(due))
         try:
             for stage in chosen:
-                forced = force or (
-                    from_stage is not None and stage_index(stage.name) >= stage_index(from_stage)
-                )
-                runner.run(stage, forced)
+                runner.run(stage, stage in forced)
         finally:
             with suppress(WalltopoError):  # a cache: without it the next run reads more
                 ledger.save()
@@ -142,6 +149,36 @@ class _Runner:
         self.sources, self.listener, self.ledger = sources, listener, ledger
         self.accept_changes = accept_changes
         self.ran: list[str] = []
+
+    def due(self, stages: Sequence[Stage], forced: Sequence[Stage]) -> list[Stage]:
+        """The stages that will probably run; one that makes what it made before stops the rest."""
+        found: list[Stage] = []
+        changed: set[str] = set()
+        for stage in stages:
+            record = self.manifest.stages.get(stage.name)
+            if not (
+                stage in forced
+                or record is None
+                or record.state != "done"
+                or changed.intersection(stage.reads)
+                or record.input_hash != self._inputs(stage)
+                or changed_outputs(self.folder, stage, record, self.ledger)
+            ):
+                continue
+            found.append(stage)
+            changed.update(stage.writes)
+        return found
+
+    def forecast(self, stages: Sequence[Stage]) -> Forecast:
+        """How long these will take."""
+        names = [stage.name for stage in stages]
+        before = dict(self.manifest.stages)
+        photos = photos_of(before)
+        # Where the photos were moved away, `run` says what that means.
+        if STAGES[0].name in names and any(path.exists() for path in self.sources):
+            files = find_sources(self.sources, self.folder.root).files
+            photos = None if any(map(is_video, files)) else len(files)
+        return Forecast(names, photos, before)
 
     def run(self, stage: Stage, forced: bool) -> None:
         """Run one stage if it must be run, and record how it went."""

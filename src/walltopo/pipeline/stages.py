@@ -5,6 +5,8 @@ and, by the names of `walltopo.scans.artifacts`, what it reads and writes; its `
 
     run(reads: Reads, settings: ..., context: Context) -> Writes
 
+and may have `check(settings)`, called before the first stage begins.
+
 What is not declared cannot be read: a stage never sees the scan folder.
 """
 
@@ -54,6 +56,19 @@ class Stage:
         """Names of the artifacts that it makes."""
         fields = dataclasses.fields(self.contract.Writes)
         return tuple(f.name for f in fields if f.name != "metrics")
+
+    def check(self, settings: Any) -> None:
+        """Ask the stage whether it could run with these settings, before the others begin.
+
+        A stage that wants more than the core (a program, a GPU, a model) has a function `check`.
+
+        Raises
+        ------
+        EnvironmentLacksError : this machine lacks something; InputError : a model is unusable.
+        """
+        check = getattr(importlib.import_module(f"{self.room}.contract"), "check", None)
+        if check is not None:
+            check(settings)
 
     def run(self, reads: Any, settings: Any, context: Any) -> Any:
         """Call the stage: its `Reads` in, its `Writes` out."""

@@ -11,7 +11,7 @@ from walltopo.scans.model import SparseModel
 from walltopo.scans.photo_set import PhotoSet
 from walltopo.scans.texture import TextureImage, TextureUv
 
-__all__ = ["Reads", "TextureSettings", "Writes"]
+__all__ = ["Reads", "TextureSettings", "Writes", "check"]
 
 
 @dataclass(frozen=True)
@@ -55,3 +55,11 @@ class Writes:
     texture: TextureImage
     texture_uv: TextureUv
     metrics: Metrics
+
+
+def check(settings: TextureSettings) -> None:
+    """Raise what these settings want and this machine lacks, before the first stage begins."""
+    if settings.backend == "openmvs":
+        from walltopo.openmvs.programs import find_programs
+
+        find_programs(settings.openmvs_bin)

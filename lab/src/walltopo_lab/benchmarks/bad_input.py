@@ -661,13 +661,49 @@ READER_CASES = (
 CASES += READER_CASES
 
 
+# What is asked of a command that this machine, or this scan, has not got.
+
+
+def _late(*setting: str) -> Callable[[Path], list[str]]:
+    """A scan that is to run to its end, with good photos."""
+    return lambda root: _scan(_photos(root / "in"), "--set", *setting, to="export")
+
+
+def _page_there(root: Path) -> list[str]:
+    (root / "wall.html").write_text("mine")
+    return [str(_finished(root)), "--format", "page", "-o", str(root / "wall.html")]
+
+
+def _site_there(root: Path) -> list[str]:
+    (root / "web").mkdir()
+    (root / "web" / "index.html").write_text("mine")
+    return [str(_finished(root)), "--format", "site", "-o", str(root / "web")]
+
+
+COMMAND_CASES = (
+    Case(
+        "OpenMVS asked for, and not here",
+        _late("dense.openmvs_bin=/nowhere", "--set", "dense.backend=openmvs"),
+        5,
+        "not found in /nowhere",
+    ),
+    Case("a detector that is not there", _late("detect.model=nowhere.onnx"), 3, "nowhere.onnx"),
+    Case("a detector of no name", _late("detect.model=yolo99"), 3, "no known detector"),
+    Case("`export --format page` onto a file", _page_there, 3, "is there already", "export"),
+    Case("`export --format site` into a web site", _site_there, 3, "is not empty", "export"),
+    Case("a shell without completion", lambda _: ["csh"], 2, "invalid choice", "completion"),
+)
+CASES += COMMAND_CASES
+
+
 def told(output: str, root: Path) -> str:
     """The lines that matter, without this machine's folders."""
     text = output.replace(str(root), "").replace("/in/", "in/")
     lines = [line.strip() for line in text.splitlines() if line.strip()]
     if lines and lines[0].startswith("usage:"):
         lines = lines[-1:]
-    lines = [re.sub(r"\s+[\d.]+ s$", "", line) for line in lines if not line.startswith("✗")]
+    lines = [line for line in lines if not line.startswith("✗") and "by estimate" not in line]
+    lines = [re.sub(r"\s+[\d.]+ s$", "", line) for line in lines]
     return " / ".join(lines[:3]).replace("|", "\\|")
 
 

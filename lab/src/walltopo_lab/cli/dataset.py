@@ -7,8 +7,10 @@ import math
 from pathlib import Path
 from typing import Any
 
+from walltopo.cli.needs import add_needs
 from walltopo.cli.options import MOST_SEED, Number
 from walltopo.cli.outputs import add_overwrite, target
+from walltopo_lab.extras import PLOTS, of
 
 __all__ = ["register"]
 
@@ -69,6 +71,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     divide.add_argument("--to", choices=FORMATS, default="coco", help="format (coco)")
     stats = add("stats", "what is in a set", _stats)
     stats.add_argument("-o", "--output", type=Path, metavar="PNG", help="also a chart")
+    add_needs(stats, lambda args: PLOTS if args.output else {})
     check = add("check", "faults: boxes outside, empty, twice; labels turned", _check)
     check.add_argument("--no-pictures", action="store_true", help="look at the labels only")
     for parser in (convert, show, divide, stats):
@@ -85,6 +88,7 @@ def _add_sam(parser: argparse.ArgumentParser) -> None:
         default="mobile-sam",
         help="which Segment Anything --refine sam asks (mobile-sam)",
     )
+    add_needs(parser, lambda args: of("ultralytics") if args.refine == "sam" else {})
 
 
 def _register_meshes(kinds: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

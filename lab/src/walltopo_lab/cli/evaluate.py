@@ -7,8 +7,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from walltopo.cli.needs import add_needs
 from walltopo.cli.options import Number
 from walltopo.cli.outputs import add_overwrite, target
+from walltopo_lab.extras import LEARN, PLOTS
 
 __all__ = ["register"]
 
@@ -93,6 +95,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     scan.add_argument("-o", "--output", type=Path, metavar="DIR", help="default: SCAN/evaluation")
     add_overwrite(scan)
     scan.set_defaults(run=_scan)
+    add_needs(scan, LEARN)
     instances = kinds.add_parser(
         "instances",
         help="3D instances against truth on the same mesh",
@@ -121,6 +124,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     )
     add_overwrite(detector)
     detector.set_defaults(run=_detector)
+    add_needs(detector, lambda args: PLOTS if args.output else {})
 
 
 def _scan(args: argparse.Namespace) -> int:

@@ -7,9 +7,11 @@ import dataclasses
 from pathlib import Path
 from typing import Any
 
+from walltopo.cli.needs import add_needs
 from walltopo.cli.options import MOST_SEED, Number, option_help
 from walltopo.cli.outputs import add_overwrite, target
 from walltopo.core import InputError, SettingsError, settings_of
+from walltopo_lab.extras import SHAPES
 from walltopo_lab.synth.params import PRESETS, GymSettings, PhotoSettings, gym_preset
 
 __all__ = ["register"]
@@ -63,6 +65,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     parser.add_argument("--holds", type=Path, default=None, metavar="DIR",
                         help="use the scanned holds (OBJ, GLB, PLY, STL) of DIR")  # fmt: skip
     parser.set_defaults(run=run)
+    add_needs(parser, lambda args: {} if args.list else SHAPES)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -10,12 +10,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from walltopo.cli.needs import add_needs
 from walltopo.cli.options import add_option
 from walltopo.cli.outputs import add_overwrite, target
 from walltopo.core import InputError, SettingsError, settings_of
 from walltopo_lab.cli.train_classifier import classifier_parser
 from walltopo_lab.cli.train_shipped import hold_types_parser, paint_parser
-from walltopo_lab.extras import need_torch
+from walltopo_lab.extras import PLOTS, of
 from walltopo_lab.train.params import (
     AugmentSettings,
     TrainSettings,
@@ -50,6 +51,9 @@ class _ByFirstWord(argparse.ArgumentParser):
     ) -> None:
         super().__init__(add_help=False)
         self._detector, self._others = detector, others
+        # What looks at a parser to tell of its options (shells' completion) sees the detector's.
+        self._actions = detector._actions
+        self._option_string_actions = detector._option_string_actions
 
     def parse_known_args(  # type: ignore[override]
         self, args: Sequence[str] | None = None, namespace: Any = None
@@ -110,6 +114,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     )
     _add_settings(group, AugmentSettings)
     parser.set_defaults(run=run)
+    add_needs(parser, _needs)
     others = {
         word: build(f"{parser.prog} {word}")
         for word, build in (
@@ -119,6 +124,11 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         )
     }
     commands.choices["train"] = _ByFirstWord(parser, others)
+
+
+def _needs(args: argparse.Namespace) -> dict[str, str]:
+    extras = ["train", "ultralytics"] if is_yolo(args.model) else ["train"]
+    return {**of(*extras), **PLOTS}
 
 
 def _add_settings(group: argparse._ArgumentGroup, *kinds: type[Any]) -> None:
@@ -167,7 +177,6 @@ def run(args: argparse.Namespace) -> int:
         )
     settings = _settings(args, TrainSettings if votes else YoloSettings)
     augment = _augmentation(args)
-    need_torch()
     from walltopo.core.outputs import claimed_folder
     from walltopo_lab.train.detector import Job, train_detector
     from walltopo_lab.train.yolo import train_yolo

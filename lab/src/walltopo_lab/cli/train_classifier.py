@@ -5,10 +5,12 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from walltopo.cli.needs import add_needs
 from walltopo.cli.options import add_options, options_given
 from walltopo.cli.outputs import add_overwrite, target
 from walltopo.cli.parser import Parser
 from walltopo_lab.classifier.params import ClassifierSettings
+from walltopo_lab.extras import of
 
 __all__ = ["classifier_parser"]
 
@@ -60,7 +62,12 @@ def classifier_parser(prog: str) -> argparse.ArgumentParser:
     )
     add_options(parser, ClassifierSettings)
     parser.set_defaults(run=run)
+    add_needs(parser, _needs)
     return parser
+
+
+def _needs(args: argparse.Namespace) -> dict[str, str]:
+    return of("train", "ultralytics") if args.family == "yolo" else of("train")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -71,12 +78,10 @@ def run(args: argparse.Namespace) -> int:
     from walltopo.core.outputs import written_file
     from walltopo.holds.classifier_meaning import read_classes
     from walltopo_lab.classifier.samples import read_cutouts
-    from walltopo_lab.extras import need_torch
 
     if args.base and args.family != "yolo":
         raise SettingsError("--base is for --family yolo")
     settings = options_given(args, ClassifierSettings)
-    need_torch()
     with (
         written_file(target(args, args.out, "train classifier", inputs=args.sources)) as made,
         TerminalListener(console) as progress,

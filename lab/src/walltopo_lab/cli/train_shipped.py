@@ -5,9 +5,11 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from walltopo.cli.needs import add_needs
 from walltopo.cli.options import MOST_SEED, Number
 from walltopo.cli.outputs import add_overwrite, target
 from walltopo.cli.parser import Parser
+from walltopo_lab.extras import LEARN, SHAPES, of
 
 __all__ = ["hold_types_parser", "paint_parser"]
 
@@ -49,6 +51,7 @@ def hold_types_parser(prog: str) -> argparse.ArgumentParser:
         "be is chosen on these rather than on made-up holds",
     )
     parser.set_defaults(run=run_hold_types)
+    add_needs(parser, {**of("train"), **SHAPES})
     return parser
 
 
@@ -72,6 +75,7 @@ def paint_parser(prog: str) -> argparse.ArgumentParser:
     )
     add_overwrite(parser)
     parser.set_defaults(run=run_paint)
+    add_needs(parser, {**LEARN, **SHAPES})
     return parser
 
 
@@ -80,11 +84,9 @@ def run_hold_types(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.cli.listener import TerminalListener
     from walltopo.core import SettingsError
-    from walltopo_lab.extras import need_torch
 
     if len(args.scans) % 2:
         raise SettingsError("--scans wants a gym and its scan, in turn")
-    need_torch()
     from walltopo.core.outputs import written_file
     from walltopo_lab.train.hold_types.fit import fit_hold_types
 

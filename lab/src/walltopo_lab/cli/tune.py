@@ -6,9 +6,11 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from walltopo.cli.needs import add_needs
 from walltopo.cli.options import MOST_SEED, Number
 from walltopo.cli.outputs import add_overwrite, target
 from walltopo_lab.cli.tune_detector import add_detector
+from walltopo_lab.extras import LEARN, PLOTS, of
 
 __all__ = ["register"]
 
@@ -70,6 +72,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
             parser.add_argument("--method", choices=("robust", "literal"), default="robust")
             parser.add_argument("--figure", choices=("ap", "ap50", "ap25", "coco_ap"), default="ap")
         parser.set_defaults(run=_run)
+        add_needs(parser, _needs)
     add_detector(kinds)
 
 
@@ -92,6 +95,10 @@ def _work(args: argparse.Namespace, storage: str, name: str, seed: int) -> None:
     method, figure = getattr(args, "method", ""), getattr(args, "figure", "")
     problem = _problem(args.what, train, method, figure)
     search(open_study(problem, storage, name, seed, contents(train)), problem, args.trials)
+
+
+def _needs(args: argparse.Namespace) -> dict[str, str]:
+    return {**of("tune"), **PLOTS, **(LEARN if args.what == "routes" else {})}
 
 
 def _run(args: argparse.Namespace) -> int:

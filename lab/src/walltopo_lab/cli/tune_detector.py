@@ -5,8 +5,10 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from walltopo.cli.needs import add_needs
 from walltopo.cli.options import MOST_SEED, Number
 from walltopo.cli.outputs import add_overwrite, target
+from walltopo_lab.extras import PLOTS, of
 
 __all__ = ["add_detector"]
 
@@ -74,6 +76,12 @@ def add_detector(kinds: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
     parser.add_argument("--seed", type=Number(int, low=0, high=MOST_SEED), default=0)
     parser.add_argument("-v", "--verbose", action="store_true", help="a line per trial and minute")
     parser.set_defaults(run=_run)
+    add_needs(parser, _needs)
+
+
+def _needs(args: argparse.Namespace) -> dict[str, str]:
+    extras = ["tune", "train"] if args.family == "votes" else ["tune", "train", "ultralytics"]
+    return {**of(*extras), **PLOTS}
 
 
 def _run(args: argparse.Namespace) -> int:
@@ -81,14 +89,12 @@ def _run(args: argparse.Namespace) -> int:
     from walltopo.cli.listener import TerminalListener
     from walltopo.core import InputError
     from walltopo.core.outputs import claimed_folder
-    from walltopo_lab.extras import need_torch
     from walltopo_lab.train.params import read_augment
     from walltopo_lab.tune.detector import DetectorSearch, open_search, run_search, trials_of
     from walltopo_lab.tune.detector_report import best_trial, write_search
 
     if args.family == "votes" and args.pretrained:
         raise InputError("--pretrained is for Ultralytics' families")
-    need_torch()
     search = DetectorSearch(
         args.family,
         tuple(args.datasets),

@@ -13,21 +13,50 @@ import numpy as np
 from walltopo.core.files import atomic_path, write_json
 from walltopo.export.parallel import front_direction
 from walltopo.export.wall import Wall
+from walltopo.scans.route_name import route_name
 
-__all__ = ["write_csv", "write_geojson"]
+__all__ = ["routes_beside", "write_csv", "write_geojson"]
 
 COLUMNS = ("id", "class", "type", "colour", "route", "score", "size_m", "area_m2", "steepness_deg")
+ROUTE_FIGURES = ("length_m", "largest_move_m", "steepness_deg")
+ROUTE_HOLDS = ("start", "top", "footholds", "holds")
+
+
+def routes_beside(path: Path) -> Path:
+    """Where `write_csv` puts the routes: `wall.routes.csv` beside `wall.csv`."""
+    return path.with_name(f"{path.stem}.routes{path.suffix}")
 
 
 def write_csv(path: Path, wall: Wall) -> None:
-    """One line a hold; position as x, y, z, metres."""
+    """One line a hold, position as x, y, z in metres; and beside it one line a route."""
+    names = {route.id: route_name(route) for route in wall.routes}
+    rows = []
+    for hold in wall.holds:
+        plain = msgspec.to_builtins(hold)
+        route = names.get(hold.route, "") if hold.route is not None else ""
+        row = [plain[key] for key in COLUMNS]
+        rows.append([*row, *hold.position, len(hold.photos), route, hold.role, hold.review])
+    head = [*COLUMNS, "x", "y", "z", "photos", "route_name", "role", "review"]
+    _write_rows(path, head, rows)
+    _write_rows(routes_beside(path), *_route_table(wall))
+
+
+def _route_table(wall: Wall) -> tuple[list[str], list[list[Any]]]:
+    """Head and lines; lists of holds are their ids, from bottom to top, with spaces between."""
+    rows = []
+    for route in wall.routes:
+        plain = msgspec.to_builtins(route)
+        lists = [" ".join(map(str, plain[key])) for key in ROUTE_HOLDS]
+        figures = [plain[key] for key in ROUTE_FIGURES]
+        rows.append([route.id, route_name(route), route.colour, len(route.holds), *figures, *lists])
+    return ["id", "name", "colour", "hold_count", *ROUTE_FIGURES, *ROUTE_HOLDS], rows
+
+
+def _write_rows(path: Path, head: list[str], rows: list[list[Any]]) -> None:
     with atomic_path(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as out:
         writer = csv.writer(out)
-        writer.writerow([*COLUMNS, "x", "y", "z", "photos"])
-        for hold in wall.holds:
-            plain = msgspec.to_builtins(hold)
-            row = [_cell(plain[key]) for key in COLUMNS]
-            writer.writerow([*row, *hold.position, len(hold.photos)])
+        writer.writerow(head)
+        writer.writerows([_cell(value) for value in row] for row in rows)
 
 
 def _cell(value: Any) -> Any:
