@@ -13,7 +13,7 @@ export function fine(log) {
 }
 
 /** Of each hold: its route, and how far from grey it is drawn, 0 to 255. */
-async function colourfulness(page) {
+export async function colourfulness(page) {
   const rows = await ask(page, async (wall) => {
     const picture = await createImageBitmap(await wall.screenshot());
     const canvas = Object.assign(document.createElement("canvas"), { width: picture.width, height: picture.height });

@@ -102,6 +102,7 @@ def _export(args: argparse.Namespace) -> int:
     from walltopo.export.crop import crop_route, crop_section
     from walltopo.export.wall import read_wall
     from walltopo.scans.folder import ScanFolder
+    from walltopo.scans.in_words import count_words
 
     scan = ScanFolder(args.scan)
     name, section = args.scan.resolve().name, None
@@ -121,7 +122,7 @@ def _export(args: argparse.Namespace) -> int:
         convert(wall, args.format, made, scan=scan)
         files = sum(1 for _ in made.iterdir()) if made.is_dir() else 0
         size = f"{files} files" if files else f"{made.stat().st_size / 1e6:.2f} MB"
-    what = f"{len(wall.mesh.faces):,} triangles, {len(wall.holds)} holds, {len(wall.routes)} routes"
+    what = f"{len(wall.mesh.faces):,} triangles, {count_words(len(wall.routes), wall.holds)}"
     console.print(f"{path}: {size} ({what})", soft_wrap=True)
     return 0
 
@@ -157,6 +158,7 @@ def _merge(args: argparse.Namespace) -> int:
     from walltopo.export.wall import read_wall
     from walltopo.scans.artifacts import store_artifact
     from walltopo.scans.folder import ScanFolder
+    from walltopo.scans.in_words import count_words
     from walltopo.scans.routes import Routes
 
     scans = [ScanFolder(path) for path in args.scans]
@@ -175,7 +177,7 @@ def _merge(args: argparse.Namespace) -> int:
         store_artifact(out, "routes", Routes(routes=tuple(wall.routes)))
     page = ScanFolder(args.output).page
     console.print(
-        f"{page}: {len(wall.holds)} holds, {len(wall.routes)} routes, "
+        f"{page}: {count_words(len(wall.routes), wall.holds)}, "
         f"{made.metrics['glb_triangles']:,} triangles; look at it with "
         f"walltopo view {args.output}",
         soft_wrap=True,

@@ -132,13 +132,14 @@ def _show_result(root: Path) -> None:
     from walltopo.cli.console import console
     from walltopo.scans.folder import ScanFolder
     from walltopo.scans.holds import Holds
+    from walltopo.scans.in_words import count_words, steepness_words
     from walltopo.scans.routes import Routes
 
     folder = ScanFolder(root)
     routes, holds = Routes.load(folder.routes).routes, Holds.load(folder.holds)
     metric = holds.metric
     unit = "m" if metric else "units"
-    table = Table(title=f"{len(holds.holds)} holds, {len(routes)} routes", title_justify="left")
+    table = Table(title=count_words(len(routes), holds.holds), title_justify="left")
     for column in ("route", "colour", "holds", f"length [{unit}]", "steepness"):
         table.add_column(column, justify="left" if column == "colour" else "right")
     for route in routes:
@@ -147,7 +148,7 @@ def _show_result(root: Path) -> None:
             route.colour,
             str(len(route.holds)),
             f"{route.length:.2f}",
-            f"{route.steepness_deg:.0f}°",
+            steepness_words(route.steepness_deg),
         )
     console.print(table)
     if not metric:
