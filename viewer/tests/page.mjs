@@ -228,7 +228,7 @@ export const page = {
     assert.deepEqual(await camera(), first, "one finger turned the wall");
     await page.evaluate(() => scrollTo(0, 0));
     await arrive(page);
-    const points = (by) => [{ x: 300 + by, y: 300 - by, id: 0 }, { x: 420 + by, y: 300 - by, id: 1 }];
+    const points = (by) => [{ x: 420 + by, y: 300 - by, id: 0 }, { x: 560 + by, y: 300 - by, id: 1 }];
     await send("touchStart", points(0));
     for (let k = 1; k <= 6; k++) {
       await send("touchMove", points(15 * k));
