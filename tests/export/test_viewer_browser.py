@@ -24,11 +24,22 @@ from walltopo.export.contract import ExportSettings
 from walltopo.export.wall import read_wall
 from walltopo.scans.edits import HoldEdits, RouteEdits
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.holds import HoldRow
+from walltopo.scans.in_words import count_words, steepness_words
 
 VIEWER = Path(__file__).resolve().parents[2] / "viewer"
 SMALL = ExportSettings(first_triangles=6000, title="Test wall")
 FILES = [
-    VIEWER / "tests" / f"{name}.mjs" for name in ("checks", "hands", "frames", "editing", "foreign")
+    VIEWER / "tests" / f"{name}.mjs"
+    for name in (
+        "checks",
+        "hands",
+        "frames",
+        "editing",
+        "foreign",
+        "page",
+        "borders",
+    )
 ]
 NAMES = [
     name for file in FILES for name in re.findall(r'^  async "(.+?)"\(', file.read_text(), re.M)
@@ -45,11 +56,43 @@ SABOTAGE = {
 }
 
 EMBED = """<!doctype html><html lang="en"><meta charset="utf-8"><title>Embedded</title>
+<meta name="viewport" content="width=device-width">
 <style>wall-topo{display:block;width:800px;height:500px}</style>
 <script>window.heard=[];
 for(const type of ["wall-load","hold-select","route-select"])
  addEventListener(type,e=>heard.push({type,detail:e.detail}))</script>
 <main><wall-topo src="page/first.glb"></wall-topo></main><script src="page/viewer.js"></script>"""
+
+
+LAZY = """<!doctype html><html lang="en"><meta charset="utf-8"><title>Lazy</title>
+<style>wall-topo{display:block;width:800px;height:500px}
+wall-topo::part(card){background:rgb(1 2 3)}</style>
+<div style="height:4000px"></div>
+<main><wall-topo src="page/first.glb" loading="lazy" poster="cutouts/1.png" heading="Lazy">
+<button slot="tools" id="mine">Mine</button><p slot="card" id="below">Below the card</p>
+</wall-topo></main><script src="page/viewer.js"></script>"""
+
+
+def said() -> dict[str, list[list[object]]]:
+    """What the terminal and the report say, for the page to say too."""
+    degrees = (-20.4, -6, -5.4, -3, 0, 3.4, 4.6, 5.4, 5.6, 6.9, 10, 16.7, 34.6, 60)
+    counts = ((0, 0, 0), (1, 1, 0), (4, 31, 2), (2, 5, 1))
+    kind = {"hold": made_row(1, "hold"), "volume": made_row(2, "volume")}
+    return {
+        "steepness": [[value, steepness_words(value)] for value in degrees],
+        "counts": [
+            [r, h, v, count_words(r, [kind["hold"]] * h + [kind["volume"]] * v)]
+            for r, h, v in counts
+        ],
+    }
+
+
+def made_row(number: int, kind: str) -> HoldRow:
+    """A row of `holds.json`."""
+    place, normal = (0.0, 0.0, 1.0), (0.0, -1.0, 0.0)
+    return HoldRow(
+        number, kind, "jug", "red", (200, 40, 40), place, normal, 0.1, 0.01, 0, (), 1, None
+    )
 
 
 def missing() -> str:
@@ -110,7 +153,7 @@ def strange(scan: ScanFolder, folder: Path) -> Path:
     tables = document["scenes"][0]["extras"]["walltopo"]
     good = tables["holds"][0]
     tables["holds"] = [None, 7, {"id": "x"}, {"id": 3}, {"id": 4, "position": [0, None, 1]}, good]
-    tables["holds"].append({"id": 2, "position": [1, -0.1, 2], "colour_rgb": "red"})
+    tables["holds"].append({"id": 2, "position": [1, -0.1, 2], "colour_rgb": "red", "type": "foot"})
     tables["routes"] = [{"id": 9}, {"id": 8, "holds": [1, 2, 99], "colour": None}, "none"]
     text = json.dumps(document).encode()
     text += b" " * (-len(text) % 4)
@@ -209,6 +252,7 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Sca
     room = tmp_path_factory.mktemp("viewer")
     scan = exported(room / "scan")
     (scan.root / "embed.html").write_text(EMBED)
+    (scan.root / "lazy.html").write_text(LAZY)
     Image.new("RGB", (8, 8)).save(scan.cutouts / "1.png")
     shutil.copyfile(VIEWER.parent / "examples" / "embed.html", scan.root / "example.html")
     good = (scan.root / "page" / "first.glb").read_bytes()
@@ -230,6 +274,8 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Sca
         "disk": scan.page.as_uri(),
         "report": scan.report.as_uri(),
         "embed": (scan.root / "embed.html").as_uri(),
+        "lazy": (scan.root / "lazy.html").as_uri(),
+        "words": said(),
         "example": (scan.root / "example.html").as_uri(),
         "broken": [page.as_uri() for page in pages],
         "large": model_alone(room / "large", large_model()).as_uri(),

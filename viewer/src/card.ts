@@ -1,8 +1,20 @@
 /** The card of the chosen route or hold. */
 
 import { h, icon } from "./dom";
+import { say } from "./languages";
 import type { Hold, Route, Tables } from "./types";
-import { capital, holdName, holdSwatch, metres, routeFacts, routeName, steepness, swatch } from "./words";
+import {
+  capital,
+  colourName,
+  holdName,
+  holdSwatch,
+  metres,
+  routeFacts,
+  routeName,
+  steepness,
+  swatch,
+  typeName,
+} from "./words";
 
 export interface CardActions {
   previous(): void;
@@ -32,40 +44,41 @@ function top(colour: string, name: string, text: string, close: HTMLElement): HT
 }
 
 function actions(act: CardActions): HTMLElement {
-  const label = "View as a climber";
+  const label = say().words.climber;
   return h(
     "div",
     { class: "actions" },
-    button("Previous route", "previous", () => act.previous()),
+    button(say().words.previous, "previous", () => act.previous()),
     h("button", { class: "pill main", onClick: () => act.climber() }, icon("climber"), label),
-    button("Next route", "next", () => act.next()),
+    button(say().words.next, "next", () => act.next()),
   );
 }
 
 export function routeCard(route: Route, tables: Tables, act: CardActions): HTMLElement[] {
-  const close = button("Show all routes", "close", () => act.close());
+  const close = button(say().words.showAll, "close", () => act.close());
   const text = routeFacts(route, tables.metric);
   return [top(swatch(route, tables), routeName(route), text, close), actions(act)];
 }
 
 export function holdCard(hold: Hold, tables: Tables, act: CardActions): HTMLElement[] {
   const route = hold.route === null ? undefined : tables.routes.get(hold.route);
-  const kind = hold.class === "volume" ? "Volume" : capital(hold.type ?? "–");
+  const { words, holdLine } = say();
+  const kind = hold.class === "volume" ? words.volume : capital(typeName(hold.type));
   const where = route
     ? routeName(route)
     : hold.class === "volume"
-      ? "part of every route"
+      ? words.everyRoute
       : hold.role === "downclimb"
-        ? "for climbing down"
-        : "on no route";
-  const close = button(route ? "Back to the route" : "Close", "close", () => act.close());
+        ? words.climbDown
+        : words.noRoute;
+  const close = button(route ? words.backToRoute : words.close, "close", () => act.close());
   const parts = [
-    top(holdSwatch(hold), holdName(hold), `Hold ${hold.id} · ${where}`, close),
+    top(holdSwatch(hold), holdName(hold), holdLine(hold.id, where), close),
     facts([
-      ["Colour", capital(hold.colour ?? "–")],
-      ["Type", kind],
-      ["Size", metres(hold.size_m, tables.metric)],
-      ["Steepness", capital(steepness(hold.steepness_deg))],
+      [words.colour, capital(colourName(hold.colour))],
+      [words.type, kind],
+      [words.size, metres(hold.size_m, tables.metric)],
+      [words.steepness, capital(steepness(hold.steepness_deg))],
     ]),
   ];
   if (route) parts.push(actions(act));

@@ -25,7 +25,7 @@ export interface EditorHost {
 
 type Mode = "choose" | "mark" | "paint" | "erase";
 
-const TYPES = ["jug", "crimp", "sloper", "pinch", "pocket", "foot", "volume"];
+const TYPES = ["jug", "crimp", "sloper", "pinch", "pocket", "foothold", "volume"];
 
 export class Editor {
   /** Holds that are marked to become a route. */

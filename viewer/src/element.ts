@@ -5,12 +5,17 @@ import { holdCard, routeCard } from "./card";
 import type { CardActions } from "./card";
 import { h, icon } from "./dom";
 import type { Shape } from "./dom";
+import { Grab, grabMode } from "./grab";
+import { say, speak } from "./languages";
 import { readPlace, writePlace } from "./link";
 import { fetchBytes, parseWall, reasonOf } from "./load";
 import { Editor } from "./editor";
 import { Saver } from "./saver";
+import { Message } from "./message";
 import { Overlay } from "./overlay";
 import { Panel } from "./panel";
+import { compose } from "./picture";
+import type { Caption } from "./picture";
 import { Stage } from "./stage";
 import type { Insets } from "./stage";
 import { Outline } from "./state";
@@ -18,7 +23,7 @@ import style from "./style.css?inline";
 import { listenForTaps } from "./tap";
 import type { Hold, Route, Tables } from "./types";
 import { Views } from "./views";
-import { holdName, routeName } from "./words";
+import { holdName, routeFacts, routeName, swatch, wallFacts } from "./words";
 
 const LOW = 470; // CSS pixels: a phone on its side
 const NARROW = 760; // CSS pixels: no room for a list beside the wall
@@ -27,21 +32,22 @@ const FLAG = 34; // CSS pixels that the words "Start" and "Top" take
 const EMPTY: Tables = { title: "", metric: true, holds: new Map(), routes: new Map() };
 
 export class WallTopo extends HTMLElement {
-  static readonly observedAttributes = ["src", "theme"];
+  static readonly observedAttributes = ["src", "theme", "grab"];
 
   private stage: Stage | null = null;
   private views: Views | null = null;
   private tables: Tables = EMPTY;
   private panel = new Panel();
-  private overlay!: Overlay;
+  private overlay: Overlay | null = null;
+  private grab: Grab | null = null;
   private readonly shell = h("div", { class: "shell" });
-  private readonly view = h("div", { class: "view" });
-  private readonly bar = h("div", { class: "tools", role: "toolbar", "aria-label": "View" });
+  private readonly view = h("div", { class: "view", part: "view" });
+  private readonly bar = h("div", { class: "tools", part: "tools", role: "toolbar" });
   private readonly root: ShadowRoot;
   private canvas = h("canvas");
-  private readonly card = h("section", { class: "card", hidden: true, "aria-label": "Chosen" });
-  private readonly toast = h("div", { class: "toast", role: "status" });
-  private readonly message = h("div", { class: "message" });
+  private readonly card = h("section", { class: "card", part: "card", hidden: true });
+  private readonly toast = h("div", { class: "toast", part: "toast", role: "status" });
+  private readonly message = new Message();
   private readonly thread = h("div", { class: "thread", hidden: true }, h("i"));
   private readonly tools = new Map<string, HTMLButtonElement>();
   private route: number | null = null;
@@ -66,18 +72,37 @@ export class WallTopo extends HTMLElement {
 
   connectedCallback(): void {
     this.gone = new AbortController();
+    const { code, words } = speak([this.lang, ...navigator.languages]);
+    this.shell.lang = code;
     // A canvas whose context was given back cannot draw again: each life has its own.
-    this.canvas = h("canvas", {
-      tabindex: 0,
-      role: "img",
-      "aria-label":
-        "The wall in 3D. Arrow keys turn, plus and minus zoom, brackets step through the routes.",
-    });
+    this.canvas = h("canvas", { tabindex: 0, role: "img", part: "canvas", "aria-label": words.picture });
+    if (this.getAttribute("loading") === "lazy") this.whenNear(() => this.begin());
+    else this.begin();
+  }
+
+  /** Once the element is within a screen of what is seen; until then it only shows its poster. */
+  private whenNear(begin: () => void): void {
+    this.shell.replaceChildren(this.message.root);
+    this.root.append(this.shell);
+    this.message.idle(this.getAttribute("heading"), this.getAttribute("poster"));
+    const watcher = new IntersectionObserver(
+      (seen) => {
+        if (!seen.some(({ isIntersecting }) => isIntersecting)) return;
+        watcher.disconnect();
+        begin();
+      },
+      { rootMargin: "100%" },
+    );
+    watcher.observe(this);
+    this.gone.signal.addEventListener("abort", () => watcher.disconnect());
+  }
+
+  private begin(): void {
     try {
       this.stage = new Stage(this.canvas);
     } catch {
       this.build(null);
-      this.fail("This browser cannot draw in 3D (WebGL 2 is missing or switched off).");
+      this.fail(say().words.noWebGl);
       return;
     }
     this.build(this.stage);
@@ -101,6 +126,7 @@ export class WallTopo extends HTMLElement {
     if (!this.stage || before === after) return;
     if (name === "src") void this.load();
     if (name === "theme") this.applyTheme();
+    if (name === "grab") this.chooseGrab();
   }
 
   // The JS API -----------------------------------------------------------------------------
@@ -148,9 +174,24 @@ export class WallTopo extends HTMLElement {
     this.views?.climber(this.tables.routes.get(this.route ?? -1), this.tables);
   }
 
-  /** The picture as a PNG blob. */
+  /** What is drawn as a PNG blob, without words. */
   screenshot(): Promise<Blob | null> {
     return this.stage ? this.stage.screenshot() : Promise.resolve(null);
+  }
+
+  /** A PNG blob to pass on: what is drawn, with start, top, and what it shows. */
+  async picture(): Promise<Blob | null> {
+    const drawn = await this.screenshot();
+    if (!drawn || !this.overlay) return null;
+    return compose(drawn, this.canvas.clientWidth, this.overlay.flagged, this.caption());
+  }
+
+  private caption(): Caption {
+    const { title, metric } = this.tables;
+    const route = this.tables.routes.get(this.route ?? -1);
+    if (!route) return { name: title, facts: wallFacts(this.tables), swatch: null };
+    const facts = [routeFacts(route, metric), title].filter(Boolean).join(" · ");
+    return { name: routeName(route), facts, swatch: swatch(route, this.tables) };
   }
 
   /** The address of this page with route, hold and camera in it. */
@@ -185,49 +226,32 @@ export class WallTopo extends HTMLElement {
 
   private async load(): Promise<void> {
     const source = this.getAttribute("src");
-    if (!source) return this.fail("No model was given: set the src attribute.");
+    if (!source) return this.fail(say().words.noSource);
     this.loading?.abort();
     const { signal } = (this.loading = new AbortController());
     this.removeAttribute("data-ready");
-    const progress = this.waiting();
+    const progress = this.message.waiting(this.getAttribute("heading"), this.getAttribute("poster"));
     try {
       const bytes = await fetchBytes(source, progress, signal);
       progress(1);
-      const wall = await parseWall(bytes, this.getAttribute("heading") ?? "Wall");
+      const wall = await parseWall(bytes, this.getAttribute("heading") ?? say().words.wall);
       if (signal.aborted || !this.stage) return;
       this.tables = wall.tables;
       if (this.hasAttribute("heading")) this.tables.title = this.getAttribute("heading")!;
       this.stage.show(wall, false);
       this.loaded(this.stage);
     } catch (error) {
-      if (!signal.aborted) this.fail(`The wall could not be loaded: ${reasonOf(error)}.`);
+      if (!signal.aborted) this.fail(say().failed(reasonOf(error)));
       return;
     }
     await this.refine(signal);
-  }
-
-  /** What is shown until the wall stands; gives what moves its bar. */
-  private waiting(): (share: number) => void {
-    const bar = h("i");
-    const text = h("p", {}, "Loading the wall …");
-    const box = h("div", { class: "bar", role: "progressbar", "aria-label": "Loading" }, bar);
-    const title = this.getAttribute("heading");
-    this.message.replaceChildren(...(title ? [h("strong", {}, title)] : []), box, text);
-    this.message.hidden = false;
-    return (share) => {
-      const percent = Math.round(share * 100);
-      bar.style.width = `${percent}%`;
-      bar.style.animation = "none";
-      box.setAttribute("aria-valuenow", String(percent));
-      text.textContent = share < 1 ? `Loading the wall … ${percent} %` : "Setting it up …";
-    };
   }
 
   private loaded(stage: Stage): void {
     this.panel.fill(this.tables);
     const room = this.tables.routes.size > 0 && this.clientHeight >= LOW;
     this.panel.sheet.set(room ? "half" : "low");
-    this.message.hidden = true;
+    this.message.hide();
     this.layout();
     this.choose(null, null);
     this.views!.wall(false);
@@ -282,17 +306,14 @@ export class WallTopo extends HTMLElement {
       this.stage.drawNow();
       this.setAttribute("data-ready", "detail");
     } catch (error) {
-      if (!signal.aborted) this.say(`The finer model did not load: ${reasonOf(error)}`);
+      if (!signal.aborted) this.say(say().finerFailed(reasonOf(error)));
     } finally {
       if (!signal.aborted) this.thread.hidden = true;
     }
   }
 
   private fail(text: string): void {
-    const again = h("button", { class: "pill", onClick: () => location.reload() }, "Try again");
-    const retry = this.stage ? [again] : [];
-    this.message.replaceChildren(h("strong", {}, "Sorry"), h("p", { role: "alert" }, text), ...retry);
-    this.message.hidden = false;
+    this.message.failed(text, this.stage ? () => location.reload() : null);
     this.setAttribute("data-ready", "error");
     this.emit("wall-error", { message: text });
   }
@@ -313,7 +334,7 @@ export class WallTopo extends HTMLElement {
     this.emit("route-select", { route: route === null ? null : this.tables.routes.get(route) });
     const name = route === null ? "" : routeName(this.tables.routes.get(route)!);
     const what = hold === null ? "" : holdName(this.tables.holds.get(hold)!);
-    this.announce([what, name].filter(Boolean).join(", ") || "All routes");
+    this.announce([what, name].filter(Boolean).join(", ") || say().words.allRoutes);
   }
 
   /** While nobody has moved the camera it shows what is chosen; beside the list there is room for all. */
@@ -331,9 +352,10 @@ export class WallTopo extends HTMLElement {
     for (const id of route?.holds ?? []) outlines.set(id, Outline.route);
     if (this.hold !== null) outlines.set(this.hold, Outline.chosen);
     for (const id of this.editor?.marked ?? []) outlines.set(id, Outline.marked);
-    const lit = route ? new Set([...route.holds, ...(this.hold === null ? [] : [this.hold])]) : null;
+    const alone = this.hold === null ? [] : [this.hold];
+    const lit = route ? new Set([...route.holds, ...alone]) : this.panel.lit;
     this.stage?.paint(lit, outlines);
-    this.overlay.flags(route ?? null, this.tables);
+    this.overlay?.flags(route ?? null, this.tables);
   }
 
   private showCard(): void {
@@ -353,6 +375,7 @@ export class WallTopo extends HTMLElement {
         : [];
     if (this.editor) parts.push(...this.editor.controls(route ?? null, hold ?? null));
     const before = this.card.hidden;
+    if (parts.length > 0) parts.push(h("slot", { name: "card" }));
     this.card.replaceChildren(...parts);
     this.card.hidden = parts.length === 0;
     this.shell.style.setProperty("--card", `${this.card.offsetHeight}px`);
@@ -375,28 +398,34 @@ export class WallTopo extends HTMLElement {
   // Page ------------------------------------------------------------------------------------
 
   private build(stage: Stage | null): void {
+    const { words } = say();
     this.bar.replaceChildren();
+    this.bar.setAttribute("aria-label", words.view);
+    this.card.setAttribute("aria-label", words.chosen);
     const add = (key: string, label: string, shape: Shape, act: () => void): void => {
-      const button = h("button", { class: "tool", "aria-label": label, title: label }, icon(shape));
+      const named = { part: "tool", "aria-label": label, title: label };
+      const button = h("button", { class: "tool", ...named }, icon(shape));
       button.addEventListener("click", act);
       this.tools.set(key, button);
       this.bar.append(button);
     };
-    add("home", "Whole wall (H)", "home", () => this.home());
-    add("climber", "View as a climber (C)", "climber", () => this.climberView());
-    add("measure", "Measure (M)", "measure", () => this.toggleMeasure());
-    add("share", "Copy a link to this view", "share", () => void this.share());
-    add("picture", "Save a picture", "camera", () => void this.savePicture());
+    add("home", `${words.home} (H)`, "home", () => this.home());
+    add("climber", `${words.climber} (C)`, "climber", () => this.climberView());
+    add("measure", `${words.measure} (M)`, "measure", () => this.toggleMeasure());
+    add("share", words.share, "share", () => void this.share());
+    add("picture", words.save, "camera", () => void this.savePicture());
     this.tools.get("measure")!.setAttribute("aria-pressed", "false");
+    this.bar.append(h("slot", { name: "tools" }));
     this.panel = new Panel();
     this.view.replaceChildren(this.canvas, this.bar, this.thread, this.toast);
     if (stage) {
       this.overlay = new Overlay(stage);
       this.canvas.after(this.overlay.root);
     }
-    this.shell.replaceChildren(this.panel.root, this.view, this.card, this.message);
+    this.shell.replaceChildren(this.panel.root, this.view, this.card, this.message.root);
     this.root.append(this.shell);
     this.panel.onRoute = (id) => this.selectRoute(id, { move: true });
+    this.panel.onFilter = () => this.repaint();
     this.panel.sheet.onHeight = () => this.layout(true);
   }
 
@@ -412,6 +441,7 @@ export class WallTopo extends HTMLElement {
       const wall = (width - 2 * EDGE) / share + this.insets().top + 2 * EDGE;
       this.shell.style.setProperty("--wall", `${Math.min(0.6, Math.max(0.36, wall / height)) * 100}cqh`);
     }
+    this.chooseGrab();
     this.stage?.resize(this.view.clientWidth, this.view.clientHeight);
     this.views?.refit(animate);
     this.stage?.drawNow();
@@ -425,17 +455,25 @@ export class WallTopo extends HTMLElement {
     if (tall) insets.top += this.bar.offsetHeight;
     else insets.right += this.bar.offsetWidth + 8;
     insets.top += this.editor?.height ?? 0;
-    if (!this.card.hidden && !this.shell.classList.contains("short")) {
+    if (tall && !this.card.hidden) {
       insets.bottom += this.view.getBoundingClientRect().bottom - this.card.getBoundingClientRect().top;
     }
     return insets;
   }
 
+  /** As the page says; else the wall takes every touch where it is all of the page. */
+  private chooseGrab(): void {
+    const { clientWidth: width, clientHeight: height } = this;
+    const alone = window.top === window && width >= innerWidth && height >= innerHeight;
+    this.grab?.set(grabMode(this.getAttribute("grab")) ?? (alone ? "always" : "two-fingers"));
+  }
+
   private wire(stage: Stage): void {
     const { signal } = this.gone;
+    this.grab = new Grab(this.canvas, stage.controls, (text) => this.say(text), signal);
     this.views = new Views(stage, () => this.insets());
-    stage.onFrame = () => this.overlay.update();
-    stage.onLost = (lost) => this.say(lost ? "The graphics were interrupted …" : "Restored.");
+    stage.onFrame = () => this.overlay?.update();
+    stage.onLost = (lost) => this.say(lost ? say().words.interrupted : say().words.restored);
     for (const type of ["rest", "sleep"] as const) {
       stage.controls.addEventListener(type, () => this.saveLink());
     }
@@ -467,9 +505,9 @@ export class WallTopo extends HTMLElement {
     this.touched = hit?.point ?? null;
     if (this.measuring) {
       if (!hit) return;
-      const length = this.overlay.measure(hit.point, this.tables.metric);
+      const length = this.overlay!.measure(hit.point, this.tables.metric);
       this.stage!.redraw();
-      if (!length) return this.say("Tap the second point.");
+      if (!length) return this.say(say().words.secondPoint);
       this.announce(length);
       this.emit("measure", { text: length });
       return;
@@ -514,26 +552,26 @@ export class WallTopo extends HTMLElement {
     this.measuring = !this.measuring;
     this.tools.get("measure")!.setAttribute("aria-pressed", String(this.measuring));
     this.view.classList.toggle("measuring", this.measuring);
-    this.overlay.clearMeasure();
+    this.overlay?.clearMeasure();
     this.stage?.redraw();
-    if (this.measuring) this.say("Tap two points on the wall.");
+    if (this.measuring) this.say(say().words.twoPoints);
   }
 
   private async share(): Promise<void> {
     const url = this.link();
     try {
       await navigator.clipboard.writeText(url);
-      this.say("Link copied.");
+      this.say(say().words.copied);
     } catch {
       // Without the clipboard (page from disk, old browser) the address itself is the link.
       history.replaceState(null, "", url);
-      this.say("The link to this view is in the address bar.");
+      this.say(say().words.inAddress);
     }
   }
 
   private async savePicture(): Promise<void> {
-    const blob = await this.screenshot();
-    if (!blob) return this.say("The picture could not be made.");
+    const blob = await this.picture();
+    if (!blob) return this.say(say().words.noPicture);
     const link = h("a", { href: URL.createObjectURL(blob), download: "wall.png" });
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
@@ -572,9 +610,17 @@ export class WallTopo extends HTMLElement {
 
   private say(text: string): void {
     this.toast.textContent = text;
+    this.toast.style.top = `${this.underBars()}px`;
     this.toast.classList.add("on");
     clearTimeout(this.toastTimer);
     this.toastTimer = window.setTimeout(() => this.toast.classList.remove("on"), Math.max(3500, 70 * text.length));
+  }
+
+  /** CSS pixels from the top where words are not under a bar that is as wide as the picture. */
+  private underBars(): number {
+    const tall = this.shell.classList.contains("tall");
+    const bars = [tall ? this.bar : null, this.view.querySelector<HTMLElement>(".edit")];
+    return 14 + Math.max(0, ...bars.map((bar) => (bar ? bar.offsetTop + bar.offsetHeight : 0)));
   }
 
   private announce(text: string): void {

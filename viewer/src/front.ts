@@ -24,6 +24,8 @@ export interface Front {
 export const RISE = 0.12;
 /** Cosine from which a triangle lies level. */
 const LEVEL = 0.95;
+/** How far over the highest hold a wall may end, as a share of the height of its holds. */
+const OVER = 0.5;
 /** Share of the surface that must be level for there to be a mat. */
 const MAT = 0.02;
 
@@ -101,7 +103,7 @@ export function frontOf(wall: Wall): Front {
     box.min.z = Math.max(box.min.z, wall.box.min.z);
     box.max.min(wall.box.max);
   }
-  const places = placesOf(wall, box, thinned);
+  const places = placesOf(wall, box, thinned, direction);
   const lowest = holds.length > 3 ? Math.min(...holds.map((hold) => hold.position[2])) : box.max.z;
   const floor = matUnder(lowest, level, whole) ?? wall.box.min.z;
   return { direction, rise, swing, floor, box, places, aspect: aspectOf(places, direction) };
@@ -115,16 +117,31 @@ function aspectOf(places: Vector3[], direction: Vector3): number {
   return Math.min(20, Math.max(0.05, size.x / Math.max(size.z, 1e-9)));
 }
 
-/** What a picture of the whole wall must show: the holds with room around, down to the mat. */
-function placesOf(wall: Wall, box: Box3, seen: Vector3[]): Vector3[] {
+/**
+ * What a picture of the whole wall must show: the holds with room around, the wall that they are on
+ * up to its upper edge, and down to the mat.
+ */
+function placesOf(wall: Wall, box: Box3, seen: Vector3[], direction: Vector3): Vector3[] {
   const holds = [...wall.tables.holds.values()];
   if (holds.length <= 3) return seen;
   const size = box.getSize(new Vector3());
-  const room = 0.04 * Math.max(size.x, size.y, size.z);
+  const most = Math.max(size.x, size.y, size.z);
+  const room = 0.04 * most;
   const mat = Math.max(wall.box.min.z, box.min.z - 0.3);
-  return holds.flatMap(({ position: [x, y, z] }) => [
+  const held = holds.flatMap(({ position: [x, y, z] }) => [
     new Vector3(x - room, y - room, z),
     new Vector3(x + room, y + room, Math.min(z + 2 * room, wall.box.max.z)),
     new Vector3(x, y, mat),
   ]);
+  // Beside and behind the holds stand other walls; over them is more of this one.
+  const right = new Vector3(0, 0, 1).cross(direction);
+  const turned = (place: Vector3): Vector3 => new Vector3(place.dot(right), place.dot(direction), place.z);
+  const near = new Box3().setFromPoints(holds.map(({ position }) => turned(new Vector3(...position))));
+  near.expandByVector(new Vector3(0.15 * most, 0.25 * most, 0));
+  near.min.z = mat;
+  near.max.z += OVER * (near.max.z - box.min.z);
+  const around = seen.filter((place) => near.containsPoint(turned(place)));
+  // A scrap of surface in the air is no edge.
+  around.sort((one, two) => one.z - two.z);
+  return [...held, ...around.slice(0, Math.ceil(0.997 * around.length))];
 }

@@ -4,6 +4,7 @@ import { Box3, BufferAttribute, BufferGeometry, Matrix4, Mesh, Texture } from "t
 import type { MeshBasicMaterial, Object3D } from "three";
 import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
 import { MeshoptDecoder } from "three/examples/jsm/libs/meshopt_decoder.module.js";
+import { say } from "./languages";
 import type { Hold, Route, Tables, Vec3 } from "./types";
 
 /** One drawable part of the wall: positions in the scan's frame (metres, z up). */
@@ -98,6 +99,9 @@ function partOf(mesh: Mesh): Part {
   const ids = new Float32Array(count);
   if (feature) for (let k = 0; k < count; k++) ids[k] = feature.getX(k);
   geometry.setAttribute("feature", new BufferAttribute(ids, 1));
+  // Until the smooth borders are found (borders.ts), holds end where their triangles do.
+  geometry.setAttribute("near", new BufferAttribute(ids.slice(), 1));
+  geometry.setAttribute("depth", new BufferAttribute(ids.map((id) => (id > 0 ? 1 : -1)), 1));
   const uv = source.getAttribute("uv");
   const color = source.getAttribute("color");
   if (uv) geometry.setAttribute("uv", uv);
@@ -124,7 +128,8 @@ function tablesOf(scene: Object3D, title: string): Tables {
     if (!isPlace(hold.position)) continue;
     if (!isPlace(hold.normal)) hold.normal = [0, 0, 0];
     if (!isPlace(hold.colour_rgb)) hold.colour_rgb = null;
-    holds.set(hold.id, { ...hold, route: hold.route ?? null, score: hold.score ?? 0 });
+    const type = hold.type === "foot" ? "foothold" : (hold.type ?? null); // its name before 0.1
+    holds.set(hold.id, { ...hold, type, route: hold.route ?? null, score: hold.score ?? 0 });
   }
   const routes = new Map<number, Route>();
   for (const route of rowsOf<Route>(raw["routes"])) {
@@ -144,7 +149,7 @@ function tablesOf(scene: Object3D, title: string): Tables {
 
 /** Why a wall did not load, for people. A typed array that cannot be had is a RangeError. */
 export function reasonOf(error: unknown): string {
-  if (error instanceof RangeError) return "the model is larger than this browser has memory for";
+  if (error instanceof RangeError) return say().words.tooLarge;
   return (error as Error).message;
 }
 

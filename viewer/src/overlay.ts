@@ -2,6 +2,7 @@
 
 import { Vector3 } from "three";
 import { h } from "./dom";
+import { say } from "./languages";
 import type { Stage } from "./stage";
 import type { Hold, Route, Tables, Vec3 } from "./types";
 import { metres } from "./words";
@@ -9,6 +10,14 @@ import { metres } from "./words";
 interface Pin {
   element: HTMLElement;
   place: Vec3;
+}
+
+/** A word over the picture: what it says and where it points to, in CSS pixels. */
+export interface Flag {
+  word: string;
+  kind: "start" | "top";
+  x: number;
+  y: number;
 }
 
 export class Overlay {
@@ -38,8 +47,8 @@ export class Overlay {
       for (const id of ids) {
         const hold: Hold | undefined = tables.holds.get(id);
         if (!hold) continue;
-        const word = kind === "start" ? "Start" : "Top";
-        const element = h("div", { class: `flag ${kind}` }, h("span", {}, word));
+        const word = say().words[kind];
+        const element = h("div", { class: `flag ${kind}`, "data-kind": kind }, h("span", { part: "flag" }, word));
         const rise = (hold.size_m ?? 0.1) * 0.5;
         const [x, y, z] = hold.position;
         this.pins.push({ element, place: [x, y, kind === "start" ? z - rise : z + rise] });
@@ -48,6 +57,15 @@ export class Overlay {
     };
     add(route.start ?? route.holds.slice(0, 1), "start");
     add(route.top ?? route.holds.slice(-1), "top");
+  }
+
+  /** The flags as they stand in the picture now. */
+  get flagged(): Flag[] {
+    return this.pins.flatMap(({ element, place }) => {
+      const { x, y, ahead } = this.stage.project(place);
+      const kind = element.dataset["kind"] === "start" ? "start" : "top";
+      return ahead ? [{ word: element.textContent ?? "", kind, x, y }] : [];
+    });
   }
 
   /** One more end of the measuring line; the third begins a new one. Gives the length. */

@@ -1,25 +1,28 @@
 /** The list of routes with its filters. */
 
 import { h } from "./dom";
+import { say } from "./languages";
 import { Sheet } from "./sheet";
+import { lean, STEEP_DEG, whole } from "./steepness";
 import type { Route, Tables } from "./types";
-import { capital, plural, routeFacts, routeName, swatch } from "./words";
+import { capital, colourName, routeFacts, routeName, swatch, wallFacts } from "./words";
 
-const STEEPNESS: [string, string, (degrees: number) => boolean][] = [
-  ["", "Any steepness", () => true],
-  ["slab", "Slab", (degrees) => degrees < -3],
-  ["vertical", "Vertical", (degrees) => Math.abs(degrees) <= 10],
-  ["overhang", "Overhang", (degrees) => degrees > 10],
-  ["roof", "Steep, 35° and more", (degrees) => degrees >= 35],
+const STEEPNESS: ["slab" | "vertical" | "overhang" | "steep", (degrees: number) => boolean][] = [
+  ["slab", (degrees) => lean(degrees) === "slab"],
+  ["vertical", (degrees) => lean(degrees) === "vertical"],
+  ["overhang", (degrees) => lean(degrees) === "overhang"],
+  ["steep", (degrees) => whole(degrees) >= STEEP_DEG],
 ];
 
 export class Panel {
-  readonly root = h("aside", { class: "side", "aria-label": "Routes" });
+  readonly root = h("aside", { class: "side", part: "list", "aria-label": say().words.routes });
   /** Called with a route's id, or null to show all. */
   onRoute: (id: number | null) => void = () => {};
+  /** Called when other routes pass the filters. */
+  onFilter: () => void = () => {};
   /** On a phone the list is a sheet. */
   readonly sheet: Sheet;
-  private readonly title = h("h2");
+  private readonly title = h("h2", { part: "title" });
   private readonly summary = h("p");
   private tables: Tables | null = null;
   private readonly colours = new Set<string>();
@@ -38,20 +41,25 @@ export class Panel {
 
   /** Routes in the order of the list, after filtering. */
   shown(): Route[] {
-    const test = STEEPNESS.find(([key]) => key === this.steep)![2];
+    const test = STEEPNESS.find(([key]) => key === this.steep)?.[1];
     return [...(this.tables?.routes.values() ?? [])].filter(
       (route) =>
         (this.colours.size === 0 || this.colours.has(route.colour ?? "")) &&
-        (this.steep === "" || (route.steepness_deg != null && test(route.steepness_deg))),
+        (!test || (route.steepness_deg != null && test(route.steepness_deg))),
     );
+  }
+
+  /** Holds of the routes that pass the filters; null while nothing is filtered. */
+  get lit(): Set<number> | null {
+    if (this.colours.size === 0 && this.steep === "") return null;
+    return new Set(this.shown().flatMap((route) => route.holds));
   }
 
   fill(tables: Tables): void {
     this.tables = tables;
-    const holds = [...tables.holds.values()].filter((hold) => hold.class !== "volume").length;
     const count = tables.routes.size;
     this.title.textContent = tables.title;
-    this.summary.textContent = `${plural(count, "route")} · ${plural(holds, "hold")}`;
+    this.summary.textContent = wallFacts(tables);
     this.root.querySelector(".filters")?.remove();
     if (count > 0) this.list.before(this.filters(tables));
     this.root.classList.toggle("bare", count === 0);
@@ -75,7 +83,7 @@ export class Panel {
   }
 
   private filters(tables: Tables): HTMLElement {
-    const box = h("div", { class: "filters", role: "group", "aria-label": "Filter the routes" });
+    const box = h("div", { class: "filters", role: "group", part: "filters", "aria-label": say().words.filter });
     const seen = new Map<string, Route>();
     for (const route of tables.routes.values()) seen.set(route.colour ?? "", route);
     for (const [colour, route] of seen) {
@@ -83,25 +91,31 @@ export class Panel {
         "button",
         { class: "chip", "aria-pressed": String(this.colours.has(colour)), "data-colour": colour },
         h("span", { class: "swatch", style: `background:${swatch(route, tables)}` }),
-        capital(colour || "no colour"),
+        capital(colour ? colourName(colour) : say().words.noColour),
       );
       chip.addEventListener("click", () => {
         const on = !this.colours.delete(colour);
         if (on) this.colours.add(colour);
         chip.setAttribute("aria-pressed", String(on));
-        this.refresh();
+        this.filtered();
       });
       box.append(chip);
     }
-    const choose = h("select", { "aria-label": "Filter by steepness" });
-    for (const [key, label] of STEEPNESS) choose.append(h("option", { value: key }, label));
+    const choose = h("select", { "aria-label": say().words.filterSteepness });
+    choose.append(h("option", { value: "" }, say().words.anySteepness));
+    for (const [key] of STEEPNESS) choose.append(h("option", { value: key }, capital(say().words[key])));
     choose.addEventListener("change", () => {
       this.steep = choose.value;
-      this.refresh();
+      this.filtered();
     });
     choose.value = this.steep;
     box.append(choose);
     return box;
+  }
+
+  private filtered(): void {
+    this.refresh();
+    this.onFilter();
   }
 
   private refresh(): void {
@@ -110,7 +124,7 @@ export class Panel {
     const rows = this.shown().map((route) => {
       const button = h(
         "button",
-        { class: "route", "data-route": route.id, "aria-pressed": String(route.id === this.active) },
+        { class: "route", part: "route", "data-route": route.id, "aria-pressed": String(route.id === this.active) },
         h("span", { class: "swatch", style: `background:${swatch(route, tables)}` }),
         h("span", { class: "name" }, routeName(route)),
         h("span", { class: "meta" }, routeFacts(route, tables.metric)),
@@ -121,12 +135,12 @@ export class Panel {
       this.buttons.set(route.id, button);
       return h("li", {}, button);
     });
-    const none = tables.routes.size ? "No route fits the filters." : this.nothing(tables);
+    const none = tables.routes.size ? say().words.noneFits : this.nothing(tables);
     this.list.replaceChildren(...(rows.length ? rows : [h("li", { class: "empty" }, none)]));
   }
 
   private nothing(tables: Tables): string {
-    return tables.holds.size ? "No routes were found among the holds." : "No holds were found on this wall.";
+    return tables.holds.size ? say().words.noRoutes : say().words.noHolds;
   }
 
   private arrows(event: KeyboardEvent): void {

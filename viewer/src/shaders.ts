@@ -6,7 +6,9 @@ import type { Part } from "./load";
 import { STATE_WIDTH } from "./state";
 
 const LOOKUP = /* glsl */ `
-  in float feature;
+  // The hold whose border is near, and how far inside its smooth border curve this place lies.
+  in float near;
+  in float depth;
   uniform sampler2D uState;
   vec4 stateOf(float feature) {
     int id = int(feature + 0.5);
@@ -15,7 +17,8 @@ const LOOKUP = /* glsl */ `
 
 const WALL_VERTEX = /* glsl */ `
   ${LOOKUP}
-  flat out float vFull;
+  flat out vec2 vFull;
+  out float vDepth;
   out vec3 vView;
   #ifdef USE_MAP_UV
     out vec2 vTexel;
@@ -25,7 +28,8 @@ const WALL_VERTEX = /* glsl */ `
     out vec3 vTint;
   #endif
   void main() {
-    vFull = stateOf(feature).r;
+    vFull = vec2(stateOf(0.0).r, stateOf(near).r);
+    vDepth = depth;
     #ifdef USE_MAP_UV
       vTexel = uv;
     #endif
@@ -41,7 +45,8 @@ const WALL_FRAGMENT = /* glsl */ `
   uniform sampler2D uMap;
   uniform vec3 uBackdrop;
   uniform float uFade;
-  flat in float vFull;
+  flat in vec2 vFull;
+  in float vDepth;
   in vec3 vView;
   #ifdef USE_MAP_UV
     in vec2 vTexel;
@@ -63,7 +68,9 @@ const WALL_FRAGMENT = /* glsl */ `
     #endif
     float grey = dot(base, vec3(0.2126, 0.7152, 0.0722));
     vec3 faded = mix(mix(vec3(grey), base, 0.12), uBackdrop, 0.55);
-    colour = vec4(mix(base, faded, uFade * (1.0 - vFull)), 1.0);
+    float pixel = max(length(fwidth(vView.xy)), 1e-9);
+    float full = mix(vFull.x, vFull.y, clamp(vDepth / pixel + 0.5, 0.0, 1.0));
+    colour = vec4(mix(base, faded, uFade * (1.0 - full)), 1.0);
     colour = linearToOutputTexel(colour);
   }`;
 
@@ -95,14 +102,17 @@ export function maskMaterial(look: WallLook): ShaderMaterial {
     vertexShader: /* glsl */ `
       ${LOOKUP}
       flat out vec2 vMark;
+      out float vDepth;
       void main() {
-        vMark = vec2(stateOf(feature).g, mod(feature, 251.0) / 255.0);
+        vMark = vec2(stateOf(near).g, mod(near, 251.0) / 255.0);
+        vDepth = depth;
         gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
       }`,
     fragmentShader: /* glsl */ `
       flat in vec2 vMark;
+      in float vDepth;
       out vec4 colour;
-      void main() { colour = vec4(vMark, 0.0, 1.0); }`,
+      void main() { colour = vec4(vDepth > 0.0 ? vMark : vec2(0.0), 0.0, 1.0); }`,
     uniforms: { uState: look.uState },
   });
 }

@@ -1,5 +1,7 @@
 /** The list on a phone: a sheet over the lower edge that is drawn up and down. */
 
+import { say } from "./languages";
+
 export type Height = "low" | "half" | "full";
 
 const ORDER: Height[] = ["low", "half", "full"];
@@ -29,7 +31,7 @@ export class Sheet {
     this.at = height;
     this.root.dataset["height"] = height;
     this.handle.setAttribute("aria-expanded", String(height !== "low"));
-    this.handle.setAttribute("aria-label", height === "low" ? "Show the list" : "Hide the list");
+    this.handle.setAttribute("aria-label", height === "low" ? say().words.showList : say().words.hideList);
     if (changed) this.onHeight(height);
   }
 

@@ -23,8 +23,9 @@ import {
   WebGLRenderTarget,
   WebGLRenderer,
 } from "three";
-import type { BufferGeometry, Material, ShaderMaterial, Texture } from "three";
+import type { BufferAttribute, BufferGeometry, Material, ShaderMaterial, Texture } from "three";
 import { MeshBVH } from "three-mesh-bvh";
+import { bordersOf } from "./borders";
 import { frontOf, RISE } from "./front";
 import type { Front } from "./front";
 import type { Wall } from "./load";
@@ -61,6 +62,14 @@ interface Picker {
   index: ArrayLike<number>;
 }
 
+/** What of a canvas nothing covers, in -1..1 from its left bottom. */
+export function freeBox(insets: Insets, width: number, height: number): Box2 {
+  return new Box2(
+    new Vector2((2 * insets.left) / width - 1, (2 * insets.bottom) / height - 1),
+    new Vector2(1 - (2 * insets.right) / width, 1 - (2 * insets.top) / height),
+  );
+}
+
 /** CSS pixels at each side of the canvas that something else covers. */
 export interface Insets {
   top: number;
@@ -78,10 +87,7 @@ function fit(
   insets: Insets,
   lens: { width: number; height: number; tan: number; least: number },
 ): { x: number; y: number; z: number; distance: number } {
-  const free = new Box2(
-    new Vector2((2 * insets.left) / lens.width - 1, (2 * insets.bottom) / lens.height - 1),
-    new Vector2(1 - (2 * insets.right) / lens.width, 1 - (2 * insets.top) / lens.height),
-  );
+  const free = freeBox(insets, lens.width, lens.height);
   const room = free.getSize(new Vector2()).max(new Vector2(0.1, 0.1));
   const aim = free.getCenter(new Vector2());
   const box = new Box3().setFromPoints(places);
@@ -107,6 +113,8 @@ function fit(
   return found;
 }
 
+const SHAPE_AFTER = 50; // milliseconds, so that a tier is drawn before its borders are smoothed
+const SLICE = 12; // milliseconds of that between two looks at what the page wants
 const LIFT = 0.2; // metres that the camera keeps above the mat
 
 export class Stage {
@@ -137,6 +145,8 @@ export class Stage {
   private request = 0;
   private last = 0;
   private size = "";
+  /** Not 0 while the borders of the present tier are not smooth yet. */
+  private shaping = 0;
   private readonly gone = new AbortController();
   private readonly calm: boolean;
 
@@ -206,10 +216,36 @@ export class Stage {
       this.limit(wall.box);
     }
     this.redraw();
+    const jobs = wall.most > 0 ? wall.parts.map(({ geometry }) => geometry) : [];
+    this.shaping = setTimeout(() => void this.shape(jobs), SHAPE_AFTER);
+  }
+
+  /** Smooth borders of a tier's holds, found a few milliseconds at a time. */
+  private async shape(geometries: BufferGeometry[]): Promise<void> {
+    const tier = this.shaping;
+    for (const geometry of geometries) {
+      const steps = bordersOf(geometry);
+      let step = steps.next();
+      for (let began = performance.now(); !step.done; step = steps.next()) {
+        if (performance.now() - began < SLICE) continue;
+        await new Promise((resolve) => setTimeout(resolve));
+        if (tier !== this.shaping) return; // another tier has come, or the element is gone
+        began = performance.now();
+      }
+      for (const [name, values] of [["near", step.value.near], ["depth", step.value.inside]] as const) {
+        const attribute = geometry.getAttribute(name) as BufferAttribute;
+        attribute.copyArray(values);
+        attribute.needsUpdate = true;
+      }
+    }
+    this.shaping = 0;
+    this.redraw();
   }
 
   /** Free what the GPU holds of the present tier. */
   private clear(): void {
+    clearTimeout(this.shaping);
+    this.shaping = 0;
     for (const { mesh, drawn, masked } of this.meshes) {
       this.scene.remove(mesh);
       const map = (drawn as ShaderMaterial).uniforms["uMap"]?.value as Texture | null;

@@ -1,19 +1,15 @@
 /** Where the camera goes by itself: the whole wall, a route, a climber's eyes. */
 
 import { Box3, Vector3 } from "three";
+import { standFor } from "./climber";
+import { freeBox } from "./stage";
 import type { Insets, Stage } from "./stage";
 import type { Route, Tables, Vec3 } from "./types";
 
 const EYES = 1.65; // metres over the mat
 const NEAR = 2.2; // metres that a climber stands from the start, at least
-const FAR = 7; // and at most
+const FAR = 20; // and at most: it is worth more to see the whole route than to stand where one would
 const ASIDE = 70; // degrees from the wall's front that a route is looked at from, at most
-
-/** A place as a climber sees it: how far it leans out from the start, how far above the eyes. */
-interface Sight {
-  out: number;
-  up: number;
-}
 
 export class Views {
   /** Repeats the present view for a canvas of another size; null once the camera was moved by hand. */
@@ -25,7 +21,7 @@ export class Views {
     private readonly insets: () => Insets,
   ) {
     stage.controls.addEventListener("controlstart", () => this.let());
-    stage.canvas.addEventListener("wheel", () => this.let(), { passive: true });
+    stage.controls.addEventListener("control", () => this.let()); // the wheel
   }
 
   /** What the camera shows by itself; null where somebody moved it. */
@@ -72,43 +68,47 @@ export class Views {
     this.shown = "route";
   }
 
-  /** From where a climber stands before the start, as far back as the route is tall. */
-  climber(route: Route | undefined, tables: Tables): void {
-    const { front } = this.stage;
+  /** From where a climber stands before the start, as far back as all of the route is seen. */
+  climber(route: Route | undefined, tables: Tables, animate = true): void {
+    const { front, canvas, camera } = this.stage;
     if (!front) return;
     const unit = this.unit(tables);
     const starts = route?.start?.length ? route.start : (route?.holds.slice(0, 1) ?? []);
     const box = boxOf(starts, tables);
     const at = (box.isEmpty() ? front.box : box).getCenter(new Vector3());
     const eye = front.floor + EYES * unit;
-    const seen = (route?.holds ?? []).flatMap((id) => tables.holds.get(id)?.position ?? []);
-    if (seen.length === 0) seen.push(at.x, at.y, front.box.max.z, at.x, at.y, front.floor);
-    const sights: Sight[] = [];
-    for (let k = 0; k < seen.length; k += 3) {
-      const place = new Vector3(...seen.slice(k, k + 3));
-      sights.push({ out: place.sub(at).dot(front.direction), up: place.z + at.z + 0.2 * unit - eye });
-    }
-    const { away, slope } = this.sight(sights, unit);
+    const right = new Vector3(0, 0, 1).cross(front.direction);
+    const sights = this.sights(route, tables, at).map((place) => {
+      const way = place.clone().sub(at);
+      return { out: way.dot(front.direction), side: way.dot(right), up: place.z - eye };
+    });
+    const tall = Math.tan((camera.fov * Math.PI) / 360);
+    const free = freeBox(this.insets(), canvas.clientWidth, canvas.clientHeight);
+    const lens = { tall, wide: tall * camera.aspect, free };
+    const { away, heading, pitch } = standFor(sights, lens, NEAR * unit, FAR * unit);
     const place = at.clone().addScaledVector(front.direction, away).setZ(eye);
-    const target = place.clone().addScaledVector(front.direction, -away);
-    target.z += slope * away;
+    const target = place
+      .clone()
+      .addScaledVector(front.direction, -away * Math.cos(heading))
+      .addScaledVector(right, away * Math.sin(heading));
+    target.z += Math.tan(pitch) * away;
     this.let();
-    this.stage.moveTo(place, target, true);
+    this.stage.moveTo(place, target, animate);
+    this.again = (smooth) => this.climber(route, tables, smooth);
   }
 
-  /** How far a climber stands back and how steeply the picture looks up, to see it all. */
-  private sight(sights: Sight[], unit: number): { away: number; slope: number } {
-    const { top, bottom } = this.insets();
-    const { clientHeight } = this.stage.canvas;
-    const tan = Math.tan((this.stage.camera.fov * Math.PI) / 360);
-    const edge = (share: number): number => Math.atan(tan * share);
-    const [under, over] = [edge((2 * bottom) / clientHeight - 1), edge(1 - (2 * top) / clientHeight)];
-    for (let away = NEAR * unit; ; away += 0.1 * unit) {
-      const angles = sights.map(({ out, up }) => Math.atan2(up, Math.max(away - out, 0.1 * unit)));
-      const [low, high] = [Math.min(...angles), Math.max(...angles)];
-      if (high - low > over - under && away < FAR * unit) continue;
-      return { away, slope: Math.tan((high + low - over - under) / 2) };
-    }
+  /** What a climber wants to see: the route's holds with room for their size and flags, or the wall. */
+  private sights(route: Route | undefined, tables: Tables, at: Vector3): Vector3[] {
+    const { front } = this.stage;
+    const holds = (route?.holds ?? []).flatMap((id) => tables.holds.get(id) ?? []);
+    if (holds.length === 0) return [at.clone().setZ(front!.box.max.z), at.clone().setZ(front!.floor)];
+    return holds.flatMap(({ position, size_m }) => {
+      const room = 0.6 * (size_m ?? 0.1 * this.unit(tables));
+      return [-room, room].flatMap((d) => {
+        const place = new Vector3(...position);
+        return [place.clone().setZ(place.z + d), place.clone().setX(place.x + d)];
+      });
+    });
   }
 
   /** Closer to a place of the wall. */

@@ -51,10 +51,11 @@ const SABOTAGE = {
  */
 export async function open(browser, url, options = {}) {
   const { width = 1000, height = 700, dark = false, phone = false, wait = true, scale = 1 } = options;
-  const { fails = false, motion = false, before, prepare } = options;
+  const { fails = false, motion = false, before, prepare, locale = "en-GB" } = options;
   const context = await browser.newContext({
     viewport: { width, height },
     colorScheme: dark ? "dark" : "light",
+    locale,
     hasTouch: phone,
     isMobile: phone,
     reducedMotion: motion ? "no-preference" : "reduce",
@@ -94,7 +95,8 @@ export async function open(browser, url, options = {}) {
 export async function ready(page, tier = "first") {
   const states = tier === "first" ? ["first", "detail", "error"] : [tier, "error"];
   const selector = states.map((state) => `wall-topo[data-ready=${state}]`).join(",");
-  await page.waitForSelector(selector, { timeout: 60_000 });
+  await page.waitForSelector(selector, { timeout: 180_000 });
+  await page.waitForFunction(() => !document.querySelector("wall-topo").stage?.shaping, null, { timeout: 180_000 });
   await settle(page);
 }
 

@@ -13,7 +13,7 @@ export function fine(log) {
 }
 
 /** Of each hold: its route, and how far from grey it is drawn, 0 to 255. */
-async function colourfulness(page) {
+export async function colourfulness(page) {
   const rows = await ask(page, async (wall) => {
     const picture = await createImageBitmap(await wall.screenshot());
     const canvas = Object.assign(document.createElement("canvas"), { width: picture.width, height: picture.height });
@@ -295,7 +295,7 @@ export const checks = {
     assert.ok(Math.abs(eye[2] - 1.65) < 0.3, `eyes at ${eye[2]} m`);
     assert.ok(eye[1] < -1 && eye[1] > -6, `${-eye[1]} m in front of the wall`);
     const seen = await ask(page, (wall) => {
-      const low = wall.shadowRoot.querySelector(".card").getBoundingClientRect().top;
+      const low = wall.shadowRoot.querySelector("canvas").clientHeight; // the card lies beside it
       const route = wall.routes.find(({ id }) => id === 1);
       return route.holds.map((id) => wall.project(id).y / low);
     });

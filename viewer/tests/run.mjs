@@ -2,17 +2,19 @@
 // each, always exits 0.
 
 import { readFileSync } from "node:fs";
+import { borders } from "./borders.mjs";
 import { start } from "./browser.mjs";
 import { checks } from "./checks.mjs";
 import { editing } from "./editing.mjs";
 import { foreign } from "./foreign.mjs";
 import { frames } from "./frames.mjs";
 import { hands } from "./hands.mjs";
+import { page } from "./page.mjs";
 
 const places = JSON.parse(readFileSync(process.argv[2], "utf8"));
 const only = process.argv[3];
 const browser = await start();
-for (const [name, check] of Object.entries({ ...checks, ...hands, ...frames, ...editing, ...foreign })) {
+for (const [name, check] of Object.entries({ ...checks, ...hands, ...frames, ...editing, ...foreign, ...page, ...borders })) {
   if (only && !name.includes(only)) continue;
   let problem = "";
   const began = Date.now();

@@ -10,6 +10,7 @@ from walltopo.export.report.pictures import thumbnail
 from walltopo.export.surface import Look
 from walltopo.export.templating import render
 from walltopo.export.wall import Wall
+from walltopo.scans.in_words import steepness_words
 
 __all__ = ["report_html"]
 
@@ -53,6 +54,7 @@ def report_html(wall: Wall, facts: Facts, first: Look, glb_bytes: int, page: str
         glb_bytes=glb_bytes,
         steps={name: step for name, step in facts.stages.items() if step.seconds},
         most=MOST_TILES,
+        steepness=steepness_words,
         photo=photo,
         cutout=cutout,
     )

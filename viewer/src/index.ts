@@ -1,0 +1,29 @@
+/**
+ * The package's entry: importing it defines `<wall-topo>`. Tables as in `holds.json` and
+ * `routes.json`; see docs/viewer.md for attributes, parts and slots.
+ */
+
+import "./main";
+import type { WallTopo } from "./element";
+import type { Hold, Route } from "./types";
+
+export { WallTopo } from "./element";
+export type { GrabMode } from "./grab";
+export type { Hold, Route, Vec3 } from "./types";
+
+/** What the element tells its page. */
+export interface WallTopoEventMap {
+  "wall-load": CustomEvent<{ routes: number; holds: number }>;
+  "wall-error": CustomEvent<{ message: string }>;
+  "hold-select": CustomEvent<{ hold: Hold }>;
+  "route-select": CustomEvent<{ route: Route | null }>;
+  measure: CustomEvent<{ text: string }>;
+}
+
+declare global {
+  interface HTMLElementTagNameMap {
+    "wall-topo": WallTopo;
+  }
+  // The events bubble: elements above a wall, the document and the window hear them.
+  interface GlobalEventHandlersEventMap extends WallTopoEventMap {}
+}

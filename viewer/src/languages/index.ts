@@ -1,0 +1,35 @@
+/** Which language the viewer speaks: one in a page, the same for all of its walls. */
+
+import { cs } from "./cs";
+import { de } from "./de";
+import { en } from "./en";
+import type { Language } from "./en";
+import { fr } from "./fr";
+
+const LANGUAGES: Record<string, Language> = { en, de, cs, fr };
+let spoken: Language = en;
+
+/** The first of the wished languages ("de-AT", "fr") that there is; English where there is none. */
+export function speak(wishes: readonly string[]): Language {
+  const codes = wishes.map((wish) => wish.toLowerCase().split("-")[0]!);
+  const found = codes.find((code) => Object.hasOwn(LANGUAGES, code));
+  spoken = LANGUAGES[found ?? "en"]!;
+  return spoken;
+}
+
+/** The language that is spoken now. */
+export const say = (): Language => spoken;
+
+/** "3 holds", in the form that the language has for this number. */
+export function counted(count: number, what: keyof Language["counted"]): string {
+  const forms = spoken.counted[what];
+  const kind = new Intl.PluralRules(spoken.code).select(count);
+  const form = kind === "one" || kind === "few" ? (forms[kind] ?? forms.other) : forms.other;
+  return `${count} ${form}`;
+}
+
+/** A number with `digits` decimals as the language writes it. */
+export function decimal(value: number, digits: number): string {
+  const format = { minimumFractionDigits: digits, maximumFractionDigits: digits, useGrouping: false };
+  return value.toLocaleString(spoken.code, format);
+}
