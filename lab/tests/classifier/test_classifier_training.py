@@ -127,7 +127,7 @@ def test_sources_that_are_no_source(tmp_path: Path, folders: Path) -> None:
     with pytest.raises(InputError, match="pictures"):
         read_cutouts([folders], "type", 32)
     (folders / "empty" / "a.png").write_bytes(b"no picture")
-    with pytest.raises(InputError, match="picture"):
+    with pytest.raises(InputError, match="not an image that is read here"):
         read_cutouts([folders], "type", 32)
 
 

@@ -95,7 +95,7 @@ def test_a_postscript_named_jpg_is_no_picture(tmp_path: Path) -> None:
     _coco(folder, image={"file_name": "a.jpg"})
     (folder / "a.jpg").write_bytes(b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 20 18\nshowpage\n")
     (photo,) = read_dataset(folder).photos
-    with pytest.raises(InputError, match=r"a\.jpg: cannot be read as a picture"):
+    with pytest.raises(InputError, match=r"a\.jpg: not an image that is read here"):
         photo.pixels()
 
 
