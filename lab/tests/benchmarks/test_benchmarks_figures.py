@@ -72,6 +72,10 @@ def test_a_table_is_written_from_its_record_and_an_old_one_is_told(tmp_path: Pat
         ("ARI 0.692", "from no record"),
         ("ARI .692.", "from no record"),
         ("3 of 40 holds", "from no record"),
+        ("off by 0.5 mm", "from no record"),
+        ("after 2.9 s.", "from no record"),
+        ("8 mm by default", None),
+        ("noise of 1.5 mm/m", None),
         ("`0.692` is a setting", None),
     ],
 )
@@ -88,7 +92,7 @@ def test_a_command_is_run_and_what_it_prints_is_kept(tmp_path: Path) -> None:
     record.save(tmp_path / "one.json")
     assert main(["one", "--folder", str(tmp_path), "--with", "DATA=/here"]) == 0
     found = Record.load(tmp_path / "one.json")
-    assert found.output == ("/here/a",)
+    assert found.output == ("DATA/a",), "no folder of a machine"
     assert found.command == record.command
     assert found.measured is not None
     with pytest.raises(InputError, match="DATA"):

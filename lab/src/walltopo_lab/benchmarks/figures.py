@@ -16,8 +16,8 @@ figure and a colon):
     ARI [0.692](results/routes-masks.json "by paint")
     AP [.885](results/tables-given.json "gym-a noisy/ours, defaults/mean/ap:")
 
-A score (a number below 1 with three decimals), a share (`12.5 %`, `3 of 40`) or a cost (`7 CPU-s`,
-`3.5 GiB`, `33 dB`) that stands in neither is stray: nobody can tell where it came from.
+A score (a number below 1 with three decimals), a share (`12.5 %`, `3 of 40`), a measure with a
+decimal (`0.5 mm`, `2.9 s`) or a cost (`7 CPU-s`, `3.5 GiB`, `33 dB`) that stands in neither is stray: nobody can tell where it came from.
 """
 
 from __future__ import annotations
@@ -43,6 +43,7 @@ NUMBER = re.compile(r"(?<![\w.])[-+]?\d*\.?\d+(?!\w)")
 STRAY = re.compile(
     r"(?<![\w.,])(?:0?\.\d{3}|1\.000)(?!\w|\.\d)"  # a score
     r"|(?<![\w.,])\d+\.\d+ %|\b\d+ of \d{2,}\b"  # a share
+    r"|(?<![\w.,])\d+\.\d+ (?:mm|ms|s|min|MB|px)\b(?!/)"  # a length, a time, a size
     r"|\b\d[\d.,]* (?:CPU-s\b|CPU-seconds|dB\b)|\b\d+\.\d+ Gi?B\b"  # what it cost
 )
 CODE = re.compile(r"```.*?```|`[^`\n]*`|^ {4,}[^\n]*$", re.DOTALL | re.MULTILINE)

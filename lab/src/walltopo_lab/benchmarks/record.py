@@ -4,8 +4,8 @@
 
 NAME is a file `docs/results/NAME.json` without its ending; it holds the command. Words of the
 command in capitals (DATA, SCAN, ...) are replaced by what `--with` gives for them, and stand in
-the record as they are: a record names no folder of a machine. A new record is begun by writing the
-file by hand, with an empty "output". `walltopo_lab.benchmarks.figures` writes the pages.
+the record and in what was printed: a record names no folder of a machine. A new record is begun by
+writing the file by hand, with an empty "output". `walltopo_lab.benchmarks.figures` writes the pages.
 """
 
 from __future__ import annotations
@@ -49,6 +49,14 @@ def filled(command: str, given: Mapping[str, str]) -> list[str]:
     return [sys.executable, *words[1:]] if words[0] == "python" else words
 
 
+def unplaced(output: str, given: Mapping[str, str]) -> str:
+    """What a command printed, with the words in capitals for the folders of this machine."""
+    # The longest first: one folder may lie in another.
+    for word, folder in sorted(given.items(), key=lambda item: -len(item[1])):
+        output = output.replace(folder, word)
+    return output
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("names", nargs="+", metavar="NAME")
@@ -64,7 +72,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if done.returncode:
             console.print(f"{name}: the command failed, the record stays", style="red")
             return done.returncode
-        output = tuple(line.rstrip() for line in done.stdout.strip().splitlines())
+        output = tuple(line.rstrip() for line in unplaced(done.stdout, given).strip().splitlines())
         replace(record, measured=measured, transcribed=False, output=output).save(path)
         console.print(f"wrote {path}")
     return 0

@@ -216,10 +216,7 @@ def _end_to_end(result: Mapping[str, Any], setup: Mapping[str, Any]) -> list[str
     lines += ["| figure | target | reached |", "|---|---|---|"]
     lines += [f"| {k} | {TARGETS[k]:.2f} | {_three(v)} |" for k, v in values.items()]
     lines += ["", *_ranked_and_shown(figures), ""]
-    lines += ["| stage | seconds |", "|---|---|"]
-    for name, seconds in result["seconds"].items():
-        lines.append(f"| {name} | {'-' if seconds is None else f'{seconds:.0f}'} |")
-    return [*lines, ""]
+    return [*lines, "How long a scan takes: [dense.md](dense.md#measured).", ""]
 
 
 def _ranked_and_shown(figures: Mapping[str, Any]) -> list[str]:
