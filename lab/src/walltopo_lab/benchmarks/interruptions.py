@@ -21,6 +21,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -79,13 +80,14 @@ def main() -> int:
         subprocess.run(command(photos, calm), check=True)
         length = time.monotonic() - begin
         print(f"undisturbed: {length:.0f} s")
-        while tally.count < args.count:
-            if interrupt(photos, shaken, chance, length, tally):
-                continue
+        with suppress(KeyboardInterrupt):  # Ctrl-C tells what was seen so far
+            while tally.count < args.count:
+                if interrupt(photos, shaken, chance, length, tally):
+                    continue
+                compare(calm, shaken, tally)
+                shutil.rmtree(shaken)
+            subprocess.run(command(photos, shaken), check=True)
             compare(calm, shaken, tally)
-            shutil.rmtree(shaken)
-        subprocess.run(command(photos, shaken), check=True)
-        compare(calm, shaken, tally)
     return report(tally)
 
 
@@ -103,6 +105,9 @@ def interrupt(photos: Path, out: Path, chance: random.Random, length: float, tal
         process.wait(chance.uniform(0.0, 0.6 * length))
     except subprocess.TimeoutExpired:
         pass
+    except KeyboardInterrupt:
+        process.kill()
+        raise
     else:
         if process.returncode != 0:
             tally.wrong.append(f"a run failed: {process.communicate()[1][-500:]}")
