@@ -4,8 +4,8 @@ Python raises KeyboardInterrupt between two bytecodes of the main thread: after 
 only, and in vain where a library catches every exception while it is imported. So a thread hears
 of the signal too, and ends the process when that has not happened in two seconds. Nothing is lost
 by it: files are renamed into place when they are whole, and the next run sweeps the rest.
-(Native code that holds the interpreter's lock delays the thread too; walltopo's own does so for a
-second or two at most.)
+(Native code that holds the interpreter's lock delays the thread too, by some seconds: compiled
+kernels of ours do.)
 """
 
 from __future__ import annotations
