@@ -84,13 +84,12 @@ def _state(out: Path, stage: str) -> str:
     return str(manifest["stages"].get(stage, {}).get("state", "not run"))
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_stopped_scan_says_so(tiny_photos: Path, tmp_path: Path, number: signal.Signals) -> None:
-    out = tmp_path / "scan"
-    command = [sys.executable, "-m", "walltopo", "scan", str(tiny_photos), "-o", str(out)]
+def _stop(arguments: list[str], number: signal.Signals, begun: Callable[[], bool]) -> None:
+    """Start a command, send it the signal once `begun`, and check what it says and returns."""
+    command = [sys.executable, "-m", "walltopo", *arguments]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
-        while process.poll() is None and _state(out, "sparse") != "running":
+        while process.poll() is None and not begun():
             time.sleep(0.01)
         process.send_signal(number)
         told = process.communicate(timeout=120)[1]
@@ -98,6 +97,13 @@ def test_a_stopped_scan_says_so(tiny_photos: Path, tmp_path: Path, number: signa
         process.kill()
     assert process.returncode == 128 + number
     assert told.strip() == "stopped; run the same command again to go on"
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_stopped_scan_says_so(tiny_photos: Path, tmp_path: Path, number: signal.Signals) -> None:
+    out = tmp_path / "scan"
+    arguments = ["scan", str(tiny_photos), "-o", str(out)]
+    _stop(arguments, number, lambda: _state(out, "sparse") == "running")
     # On a busy machine it may have been ended before it had noted that.
     assert _state(out, "sparse") in ("interrupted", "running")
 
@@ -118,17 +124,7 @@ def _lift(gym: Path, out: Path) -> list[str]:
 def test_a_stopped_command_writes_nothing(
     make: Callable[[Path, Path], list[str]], number: signal.Signals, gym_a: Path, tmp_path: Path
 ) -> None:
-    command = [sys.executable, "-m", "walltopo", *make(gym_a, tmp_path)]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    try:
-        while process.poll() is None and not list(tmp_path.rglob(".partial-*")):
-            time.sleep(0.01)
-        process.send_signal(number)
-        told = process.communicate(timeout=120)[1]
-    finally:
-        process.kill()
-    assert process.returncode == 128 + number
-    assert told.strip() == "stopped; run the same command again to go on"
+    _stop(make(gym_a, tmp_path), number, lambda: any(tmp_path.rglob(".partial-*")))
     # What native code kept from being swept lies under a name of its own, never under a result's.
     left = [path for path in tmp_path.rglob("*") if ".partial-" not in str(path)]
     assert not [path for path in left if path.is_file()]
