@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import json
 import sys
-import time
 from collections import Counter
 from pathlib import Path
 
@@ -109,7 +108,10 @@ def review(folders: list[Path], settings: ClassifySettings) -> None:
         wrong += off
         listed += [colour.confidence < settings.review_below for colour in holds.values()]
     hits = sum(a and b for a, b in zip(listed, wrong, strict=True))
-    print(f"review list: {sum(listed)} of {len(listed)}, {hits} of the {sum(wrong)} wrong ones")
+    print(
+        f"review list: {sum(listed)} of {len(listed)} holds, {hits} of them among the "
+        f"{sum(wrong)} wrong ones"
+    )
 
 
 def setters_palette(
@@ -141,7 +143,7 @@ def report(
     found = assign_colours(paints, palette, **scale(settings))
     right = sum(found[hold].name == truth[hold] for hold in found)
     missed = len(truth) - len(found)
-    print(f"{title}: {right}/{len(found)} = {right / len(found):.4f} ({missed} instances not seen)")
+    print(f"{title}: {right} of {len(found)} right ({missed} instances not seen)")
     print("  palette:", ", ".join(f"{entry.name} {entry.rgb}" for entry in palette))
     wrong = Counter((truth[h], found[h].name) for h in found if found[h].name != truth[h])
     for (was, called), count in wrong.most_common():
@@ -154,16 +156,14 @@ def main() -> None:
         review([Path(word) for word in sys.argv[2:]], settings)
         return
     data = Path(sys.argv[1] if len(sys.argv) > 1 else "../shared/data")
-    begun = time.process_time()
     paints, truth, volumes = paints_of(data / "gym-a", True, settings)
-    print(f"{len(paints)} instances in 72 photos read in {time.process_time() - begun:.1f} CPU-s")
     found = find_palette(paints, volumes, **scale(settings))
-    report("untrained default", paints, truth, found, settings)
+    report("gym-a, nothing given", paints, truth, found, settings)
     others, colours, others_volumes = paints_of(data / "gym-a-reset", False, settings)
     entries = find_palette(others, others_volumes, **scale(settings))
-    report("the other scan, untrained default", others, colours, entries, settings)
+    report("gym-a-reset, nothing given", others, colours, entries, settings)
     palette = setters_palette(others, colours, entries, settings)
-    report("with a palette from the other scan", paints, truth, palette, settings)
+    report("gym-a, palette of gym-a-reset", paints, truth, palette, settings)
 
 
 if __name__ == "__main__":

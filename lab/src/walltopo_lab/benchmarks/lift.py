@@ -157,7 +157,8 @@ def coarse() -> None:
                 a = against(fine, scene.mesh, scene.face_instance, scene.face_views)
                 texts.append(f"{a.ap:.3f} / {a.ap50:.3f} / {a.ap25:.3f}")
             clean = texts[1].split()[0]
-            print(f"| {step} m | {levels} | {len(mesh.faces)} | {texts[0]} | {clean} |", flush=True)
+            edge = f"{1000 * step:.0f} mm"
+            print(f"| {edge} | {levels} | {len(mesh.faces):,} | {texts[0]} | {clean} |", flush=True)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

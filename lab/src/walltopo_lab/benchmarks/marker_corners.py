@@ -1,9 +1,8 @@
 """Where marker corners are found, against where they truly are: OpenCV's ways and ours.
 
-    python -m walltopo_lab.benchmarks.marker_corners --truth DATA/gym-a
-    python -m walltopo_lab.benchmarks.marker_corners --truth GYM
+    python -m walltopo_lab.benchmarks.marker_corners DATA/gym-a GYM
 
-GYM is a folder of `walltopo synth`.
+Each GYM is a folder of `walltopo synth`, or of the rendered gym.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ from walltopo.meshes.similarity import fit_similarity
 Floats = NDArray[np.float64]
 _GYM_A_K1 = 0.035  # of gym-a's lens; generated gyms tell theirs
 _OPENCV = {
-    "OpenCV, none": cv2.aruco.CORNER_REFINE_NONE,
+    "OpenCV, no refinement": cv2.aruco.CORNER_REFINE_NONE,
     "OpenCV, subpixel": cv2.aruco.CORNER_REFINE_SUBPIX,
     "OpenCV, contour": cv2.aruco.CORNER_REFINE_CONTOUR,
     "OpenCV, AprilTag": cv2.aruco.CORNER_REFINE_APRILTAG,
@@ -92,20 +91,26 @@ def report(
     )
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--truth", type=Path, required=True)
-    folder = parser.parse_args().truth
+def judge(folder: Path) -> None:
+    """Print the rows of one gym."""
     truth, photos = folder / "truth" if (folder / "truth").is_dir() else folder, folder / "photos"
     views, corners = true_views(truth, photos), true_corners(truth)
     greys = {name: read_grey(photos / name) for name in views}
-    print("| corners by | markers | false | median error | 95 % | bias outwards |")
-    print("|---|---|---|---|---|---|")
     for label, refinement in _OPENCV.items():
         found = [d for name, grey in greys.items() for d in by_opencv(grey, name, refinement)]
-        report(label, found, views, corners)
+        report(f"{folder.name} | {label}", found, views, corners)
     ours = [d for n, g in greys.items() for d in detect_markers(g, n, ["DICT_4X4_50"])]
-    report("walltopo", ours, views, corners)
+    report(f"{folder.name} | walltopo", ours, views, corners)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("gyms", type=Path, nargs="+", metavar="GYM")
+    folders = parser.parse_args().gyms
+    print("| gym | corners by | markers | false | median error | 95 % | bias outwards |")
+    print("|---|---|---|---|---|---|---|")
+    for folder in folders:
+        judge(folder)
     return 0
 
 

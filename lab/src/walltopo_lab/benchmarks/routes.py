@@ -22,6 +22,7 @@ from pathlib import Path
 
 import numpy as np
 from msgspec.structs import replace
+from numpy.typing import NDArray
 from sklearn.metrics import adjusted_rand_score
 
 from walltopo.core import Mesh
@@ -119,7 +120,7 @@ def proxy(data: Path) -> None:
     """Errors of proxies of several sizes: against FlipOut on the full mesh of gym-a/lift."""
     from walltopo.routes.geodesic import pair_lengths
     from walltopo.routes.grouping import candidate_pairs
-    from walltopo.routes.proxy import build_proxy
+    from walltopo.routes.proxy import PROXY_FACES, build_proxy
 
     mesh, holds, truth = true_holds(data / "gym-a")
     present = np.unique(np.load(data / "gym-a" / "lift" / "gt.npz")["face_instance"])
@@ -130,24 +131,24 @@ def proxy(data: Path) -> None:
     begun = time.process_time()
     full = build_proxy(mesh.vertices, mesh.faces, points, len(mesh.faces))
     exact = pair_lengths(full, pairs, 1.0)
-    print(
-        f"full mesh, {len(full.faces)} triangles after the repair: "
-        f"{time.process_time() - begun:.0f} CPU-s for {len(pairs)} paths up to {exact.max():.1f} m"
-    )
-    straight = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1)
-    error = np.abs(straight / exact - 1)
-    print(f"straight lines instead: median error {np.median(error):.1%}, worst {error.max():.1%}")
-    for faces in (5_000, 20_000, 80_000):
+    whole = time.process_time() - begun
+
+    def row(name: str, lengths: NDArray[np.float64], share: str) -> None:
+        median, high, worst = np.percentile(100 * np.abs(lengths / exact - 1), [50, 95, 100])
+        print(f"| {name} | {median:.1f} % | {high:.1f} % | {worst:.1f} % | {share} |", flush=True)
+
+    print("| triangles | median | 95 % | worst | CPU, of the whole mesh's |\n|---|---|---|---|---|")
+    for faces in (5_000, PROXY_FACES, 80_000):
         begun = time.process_time()
         small = build_proxy(mesh.vertices, mesh.faces, points, faces)
         lengths = pair_lengths(small, pairs, 1.0)
-        error = np.abs(lengths / exact - 1)
-        print(
-            f"{faces} triangles: error median {np.median(error):.1%}, 95 % "
-            f"{np.percentile(error, 95):.1%}, worst {error.max():.1%} "
-            f"({np.abs(lengths - exact).max() * 100:.1f} cm), "
-            f"{time.process_time() - begun:.1f} CPU-s"
-        )
+        default = " (default)" if faces == PROXY_FACES else ""
+        row(f"{faces:,}{default}", lengths, f"{100 * (time.process_time() - begun) / whole:.0f} %")
+    row("straight lines", np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1), "-")
+    print(
+        f"\n{len(full.faces):,} triangles of the whole mesh after the repair, "
+        f"{len(pairs)} pairs of holds, paths up to {exact.max():.1f} m"
+    )
 
 
 def painted(hold: Hold, number: int) -> Hold:
