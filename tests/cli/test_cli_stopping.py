@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import signal
 import subprocess
 import sys
@@ -11,6 +10,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+
+from walltopo.scans.manifest import Manifest
 
 SWALLOWS = """
     try:
@@ -77,11 +78,8 @@ def test_a_signal_ends_a_command(body: str, number: signal.Signals) -> None:
 
 
 def _state(out: Path, stage: str) -> str:
-    try:
-        manifest = json.loads((out / "scan.json").read_text())
-    except FileNotFoundError:
-        return "not run"
-    return str(manifest["stages"].get(stage, {}).get("state", "not run"))
+    record = Manifest.load(out / "scan.json").stages.get(stage)
+    return "not run" if record is None else record.state
 
 
 def _stop(arguments: list[str], number: signal.Signals, begun: Callable[[], bool]) -> None:

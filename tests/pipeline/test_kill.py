@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from walltopo.pipeline.stages import stage_names
+from walltopo.scans.manifest import Manifest
 
 # Small and quick: the killed pipeline is the same code as on any other scene.
 SETTINGS = ["--set", "sparse.threads=1", "--set", "texture.size=512"]
@@ -23,11 +24,8 @@ def _command(photos: Path, out: Path) -> list[str]:
 
 
 def _state(out: Path, stage: str) -> str:
-    try:
-        manifest = json.loads((out / "scan.json").read_text())
-    except FileNotFoundError:
-        return "not run"
-    return str(manifest["stages"].get(stage, {}).get("state", "not run"))
+    record = Manifest.load(out / "scan.json").stages.get(stage)
+    return "not run" if record is None else record.state
 
 
 def _run_and_kill_in(photos: Path, out: Path, stage: str) -> str:

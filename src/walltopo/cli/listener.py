@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from types import TracebackType
-from typing import Any
+from typing import Any, Self
 
 from rich.console import Console
 from rich.progress import (
@@ -31,14 +31,22 @@ class TerminalListener:
     console : where to draw.
     verbose : also show details.
     quiet : show nothing at all (errors are the caller's).
+    bar : started and stopped with the listener; one row for each step by default.
     """
 
-    def __init__(self, console: Console, *, verbose: bool = False, quiet: bool = False) -> None:
+    def __init__(
+        self,
+        console: Console,
+        *,
+        verbose: bool = False,
+        quiet: bool = False,
+        bar: Progress | None = None,
+    ) -> None:
         self._console = console
         self._verbose, self._quiet = verbose, quiet
         self._stage = ""
         self._task: TaskID | None = None
-        self._progress = Progress(
+        self._bar = bar or Progress(
             SpinnerColumn(),
             TextColumn("{task.description}"),
             BarColumn(bar_width=28),
@@ -51,8 +59,8 @@ class TerminalListener:
             disable=quiet or not console.is_terminal,
         )
 
-    def __enter__(self) -> TerminalListener:
-        self._progress.start()
+    def __enter__(self) -> Self:
+        self._bar.start()
         return self
 
     def __exit__(
@@ -61,17 +69,17 @@ class TerminalListener:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self._progress.stop()
+        self._bar.stop()
 
     def step(self, what: str, total: int | None = None) -> None:
         if self._task is not None:
-            self._progress.remove_task(self._task)
+            self._bar.remove_task(self._task)
         label = f"{self._stage:<9} {what}"
-        self._task = self._progress.add_task(label, total=total)
+        self._task = self._bar.add_task(label, total=total)
 
     def advance(self, count: int = 1) -> None:
         if self._task is not None:
-            self._progress.advance(self._task, count)
+            self._bar.advance(self._task, count)
 
     def note(self, message: str) -> None:
         if not self._quiet:
@@ -87,7 +95,7 @@ class TerminalListener:
 
     def stage_ends(self, stage: str, record: StageRecord) -> None:
         if self._task is not None:
-            self._progress.remove_task(self._task)
+            self._bar.remove_task(self._task)
             self._task = None
         if self._quiet:
             return

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable
-from types import TracebackType
 
 from rich.console import Console, RenderableType
 from rich.progress import BarColumn, Progress, SpinnerColumn, TaskProgressColumn, TextColumn
@@ -34,25 +33,13 @@ class ScanListener(TerminalListener):
         quiet: bool = False,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        super().__init__(console, verbose=verbose, quiet=quiet)
+        bar = _Bar(self._look, console, disable=quiet or not console.is_terminal)
+        super().__init__(console, verbose=verbose, quiet=quiet, bar=bar)
         self._clock = clock
         self._forecast: Forecast | None = None
         self._began = clock()
         self._what, self._done = "", 0
         self._total: int | None = None
-        self._bar = _Bar(self._look, console, disable=quiet or not console.is_terminal)
-
-    def __enter__(self) -> ScanListener:
-        self._bar.start()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._bar.stop()
 
     def scan_begins(self, forecast: Forecast) -> None:
         self._forecast = forecast

@@ -26,6 +26,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from walltopo.core.files import files_below
+from walltopo.scans.manifest import Manifest
 from walltopo_lab.synth import tiny
 
 # Small pictures: most of the time would go into them.
@@ -138,13 +139,9 @@ def interrupt(photos: Path, out: Path, chance: random.Random, length: float, tal
 
 def running(out: Path) -> str:
     """The stage that `scan.json` says is running."""
-    try:
-        stages = json.loads((out / "scan.json").read_bytes())["stages"]
-    except FileNotFoundError:
-        return "start"
-    return next(
-        (name for name, record in stages.items() if record["state"] == "running"), "between"
-    )
+    stages = Manifest.load(out / "scan.json").stages
+    at = next((name for name, record in stages.items() if record.state == "running"), "between")
+    return at if stages else "start"
 
 
 def compare(calm: Path, shaken: Path, tally: Tally) -> None:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError
+from walltopo.core.errors import naming
 from walltopo.core.files import read_json
 from walltopo.holds.classifier_meaning import Meaning, read_classes
 from walltopo.holds.classifier_picture import square
@@ -163,11 +164,8 @@ def _of_folders(source: Path, side: int) -> Iterator[_Cutout]:
 
 def _picture(file: Path, side: int) -> NDArray[np.uint8] | None:
     """The square picture of a cutout file; None if it shows too little."""
-    try:
-        with open_picture(file) as image:
-            pixels = np.asarray(image.convert("RGBA"))
-    except InputError as error:
-        raise InputError(f"{file}: {error.message}") from error
+    with naming(file), open_picture(file) as image:
+        pixels = np.asarray(image.convert("RGBA"))
     mask = pixels[..., 3] >= 128
     if np.count_nonzero(mask) < LEAST_PIXELS:
         return None

@@ -15,9 +15,9 @@ from walltopo.core import InputError
 from walltopo.core.errors import naming
 from walltopo.core.files import read_json, write_json
 from walltopo.core.inside import join_inside
+from walltopo.imaging.opening import open_picture
 from walltopo.scans.document import parse
 from walltopo_lab.datasets.model import Annotation, Dataset, Photo, Polygon
-from walltopo_lab.datasets.picture import opened_picture
 from walltopo_lab.datasets.shapes import box_of_polygons, ellipse, polygons_of, rectangle
 
 __all__ = ["embedded_photo", "is_labelme", "read_labelme", "write_labelme"]
@@ -102,7 +102,7 @@ def _photo(path: Path, file: _File, labels: Mapping[str, int]) -> Photo:
     found = linked if linked.is_file() else None
     if file.width and file.height:
         return Photo(linked.name, file.width, file.height, rows, found, embedded=inside)
-    with opened_picture(linked if inside is None else inside, linked.name) as image:
+    with naming(linked.name), open_picture(linked if inside is None else inside) as image:
         return Photo(linked.name, *image.size, rows, found, embedded=inside)
 
 

@@ -15,8 +15,8 @@ from walltopo.core import InputError, Mask
 from walltopo.core.errors import naming
 from walltopo.core.inside import check_name
 from walltopo.core.picture_size import check_picture_size
+from walltopo.imaging.opening import open_picture
 from walltopo.scans.segmentation import check_outlines
-from walltopo_lab.datasets.picture import opened_picture
 
 __all__ = ["Annotation", "Dataset", "Photo", "Polygon"]
 
@@ -124,7 +124,7 @@ class Photo:
         ------
         InputError : not found, not a picture, or of another size than the labels say.
         """
-        with opened_picture(self.content(), self.name) as image:
+        with naming(self.name), open_picture(self.content()) as image:
             pixels = np.asarray(image.convert("RGB"))
         if pixels.shape[:2] != (self.height, self.width):
             raise InputError(

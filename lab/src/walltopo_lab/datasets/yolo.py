@@ -12,8 +12,8 @@ from walltopo.core import InputError
 from walltopo.core.errors import naming
 from walltopo.core.files import atomic_path
 from walltopo.core.inside import join_inside
+from walltopo.imaging.opening import open_picture
 from walltopo_lab.datasets.model import Annotation, Dataset, Photo
-from walltopo_lab.datasets.picture import opened_picture
 from walltopo_lab.datasets.shapes import box_of_polygons, joined, polygons_of
 
 __all__ = ["PHOTO_SUFFIXES", "photo_size", "read_names", "read_yolo", "write_yolo"]
@@ -29,7 +29,7 @@ def photo_size(path: Path) -> tuple[int, int]:
     ------
     InputError : not a picture.
     """
-    with opened_picture(path, path) as image:
+    with naming(path), open_picture(path) as image:
         return image.size
 
 
