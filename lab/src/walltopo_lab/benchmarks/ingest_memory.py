@@ -1,4 +1,4 @@
-"""Memory and time of ingest on what phones make at the most, and on what they never make.
+"""Memory of ingest on what phones make at the most, and on what they never make.
 
     python -m walltopo_lab.benchmarks.ingest_memory            # makes its inputs: some minutes
     python -m walltopo_lab.benchmarks.ingest_memory --only jpeg108 heic200 --keep FOLDER
@@ -86,7 +86,7 @@ def main() -> None:
     parser.add_argument("--photos", type=Path, nargs="*", default=[], help="folders to add")
     parser.add_argument("--keep", type=Path, help="keep the inputs here, and use what is there")
     args = parser.parse_args()
-    print("| input | photos | peak | seconds |\n|---|---|---|---|", flush=True)
+    print("| input | photos | peak |\n|---|---|---|", flush=True)
     with tempfile.TemporaryDirectory() as temporary:
         for name in args.only:
             folder = (args.keep or Path(temporary)) / name
@@ -102,14 +102,13 @@ def row(title: str, photos: Path, temporary: Path) -> str:
     """Scan up to ingest in a process of its own; one line of the table."""
     with tempfile.TemporaryDirectory(dir=temporary) as out:
         command = [sys.executable, "-m", "walltopo", "scan", str(photos), "-o", out]
-        started, peak = time.monotonic(), 0
+        peak = 0
         scan = subprocess.Popen([*command, "--to", "ingest", "-q"])
         while scan.poll() is None:
             peak = max(peak, sum(resident(process) for process in family(scan.pid)))
             time.sleep(0.01)
-        seconds = time.monotonic() - started
         stored = len(list((Path(out) / "photos").glob("*.jpg")))
-    return f"| {title} | {stored} | {peak / 2**20:,.0f} MiB | {seconds:.1f} |"
+    return f"| {title} | {stored} | {peak / 2**20:,.0f} MiB |"
 
 
 def family(process: int) -> list[int]:

@@ -1,0 +1,54 @@
+"""What each pixel sees, by the z-buffer and by single rays through Embree: CPU seconds as a ratio.
+
+    python -m walltopo_lab.benchmarks.rays DATA      # DATA: the folder with gym-a/lift
+
+Ten views of 1280 x 960 on 1.33 million triangles; building Embree's hierarchy is not counted. Both
+are timed in turns in one run, so the ratio holds on a busy machine too.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import View
+from walltopo.raycast import render_ids
+from walltopo.raycast.bvh import Bvh
+from walltopo_lab.benchmarks.lift_accuracy import load_gym
+
+VIEWS = 10
+
+
+def pixel_rays(view: View) -> NDArray[np.float64]:
+    """(H * W, 3) directions through the middle of each pixel of a pinhole view, world frame."""
+    camera = view.camera
+    y, x = np.mgrid[: camera.height, : camera.width] + 0.5
+    local = np.stack([(x - camera.cx) / camera.fx, (y - camera.cy) / camera.fy, np.ones_like(x)], 2)
+    return np.asarray(local.reshape(-1, 3) @ view.cam_from_world[:, :3])
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    parser.add_argument("data", type=Path, metavar="DATA")
+    mesh, views, _ = load_gym(parser.parse_args().data, "noisy")
+    embree, views = Bvh(mesh.vertices, mesh.faces), views[:: len(views) // VIEWS][:VIEWS]
+    render_ids(mesh.vertices, mesh.faces, views[0].camera, views[0].cam_from_world)  # compiles
+    drawing, casting, same = 0.0, 0.0, []
+    for view in views:
+        rays = pixel_rays(view)
+        begin = time.process_time()
+        drawn = render_ids(mesh.vertices, mesh.faces, view.camera, view.cam_from_world)[0].ravel()
+        middle = time.process_time()
+        cast, _ = embree.first_hit(np.broadcast_to(view.centre, rays.shape), rays)
+        drawing, casting = drawing + middle - begin, casting + time.process_time() - middle
+        same.append((drawn == cast).mean())
+    print(f"Embree takes {casting / drawing:.0f} times the CPU seconds of the z-buffer")
+    print(f"pixels that show the same triangle: {100 * np.mean(same):.2f} %")
+
+
+if __name__ == "__main__":
+    main()
