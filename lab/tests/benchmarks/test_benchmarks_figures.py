@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from walltopo.core import InputError
-from walltopo_lab.benchmarks.figures import complaints, pages, written
+from walltopo_lab.benchmarks.figures import CONSTANTS, complaints, pages, written
 from walltopo_lab.benchmarks.record import filled, main
 from walltopo_lab.benchmarks.results import RESULTS, Part, Record, lines_of
 from walltopo_lab.benchmarks.tables import PARTS
@@ -74,7 +74,11 @@ def test_a_table_is_written_from_its_record_and_an_old_one_is_told(tmp_path: Pat
         ("3 of 40 holds", "from no record"),
         ("off by 0.5 mm", "from no record"),
         ("after 2.9 s.", "from no record"),
-        ("8 mm by default", None),
+        ("off by 5 mm", "from no record"),
+        ("after 20 min", "from no record"),
+        ("12 % of the holds", "from no record"),
+        ("3 times as long", "from no record"),
+        ("a wall of 4 x 3 m", None),
         ("noise of 1.5 mm/m", None),
         ("`0.692` is a setting", None),
     ],
@@ -85,6 +89,18 @@ def test_figures_in_prose(tmp_path: Path, prose: str, told: str | None) -> None:
         assert found == []
     else:
         assert [told in line for line in found] == [True]
+
+
+def test_a_constant_is_no_figure_while_the_page_has_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(CONSTANTS, "page.md", ("8 mm",))
+    assert complaints(made(tmp_path, "8 mm by default\n"), tmp_path) == []
+    found = complaints(made(tmp_path, "9 mm by default\n"), tmp_path)
+    assert [line.split(": ")[1] for line in found] == [
+        "9 mm comes from no record",
+        "8 mm is no constant of this page any more",
+    ]
 
 
 def test_a_command_is_run_and_what_it_prints_is_kept(tmp_path: Path) -> None:
