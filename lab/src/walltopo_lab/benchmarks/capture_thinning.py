@@ -41,6 +41,7 @@ from walltopo_lab.benchmarks.reconstruction_poses import centres, fit_on_floor, 
 
 Floats = NDArray[np.float64]
 _WALL = 60  # photos 0 to 59 show the wall, 60 to 71 the measures
+_LENGTH = 10.0  # m of wall
 _NEAR = 0.02  # m; a surface point is seen where the rendered depth is its own within this
 
 
@@ -102,7 +103,7 @@ def judge_row(
     seen: dict[str, NDArray[np.bool_]] | None = None,
 ) -> None:
     """Print one row: registered, centres, scale, up, and the share of holds in 3 photos."""
-    row = f"| {label} | {len(views)}/{asked} |"
+    row = f"| {label} | {len(views)} of {asked} |"
     if seen is not None:
         counts = np.sum([seen[view.name] for view in views], axis=0)
         row += f" {100 * (counts >= 3).mean():.0f} % |"
@@ -136,13 +137,16 @@ def thin_photos(scan: ScanFolder, truth_folder: Path, detections: Sequence[Detec
     names = sorted(truth)
     shown = dict(zip(names, coverage(truth_folder, names), strict=True))
     wall, measures = names[:_WALL], names[_WALL:]
-    head = "| photos | registered | holds in >= 3 photos | centres, median / worst | scale | up |"
-    print(f"{head}\n|---|---|---|---|---|---|")
+    print(
+        "| photos | per metre of wall | registered | surface of the holds in 3 or more photos "
+        "| camera centres, median / worst | scale | up |\n|---|---|---|---|---|---|---|"
+    )
     with tempfile.TemporaryDirectory() as work:
         for step in (1, 2, 3, 4, 6):
             kept = [*wall[::step], *measures]
             views = map_subset(scan, kept, Path(work))
-            label = f"{len(wall[::step])} of the wall + 12 of the measures"
+            count = len(wall[::step])
+            label = f"{count} + {len(measures)} of the measures | {count / _LENGTH:g}"
             judge_row(label, views, len(kept), detections, plates, truth, shown)
 
 
@@ -150,7 +154,7 @@ def thin_measures(scan: ScanFolder, truth_folder: Path, detections: Sequence[Det
     """Print the table of ever fewer plates and photos of them."""
     truth, plates = load_truth(truth_folder), built_in_plates()[:3]
     views, measures = read_views(scan.sparse), sorted(truth)[_WALL:]
-    print("\n| measures seen | registered | centres, median / worst | scale | up |")
+    print("\n| plates, photos of each | registered | camera centres, median / worst | scale | up |")
     print("|---|---|---|---|---|")
     for plate_count in (3, 2, 1):
         for photos in (4, 3, 2):
@@ -160,7 +164,7 @@ def thin_measures(scan: ScanFolder, truth_folder: Path, detections: Sequence[Det
                 for d in detections
                 if d.marker in plate.ids and d.photo in measures[4 * number :][:photos]
             ]
-            label = f"{plate_count} in {photos} photos each"
+            label = f"{plate_count} in {photos}"
             judge_row(label, views, len(truth), some, plates, truth)
 
 

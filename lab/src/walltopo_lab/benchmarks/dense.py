@@ -1,6 +1,7 @@
 """Dense mesh and texture of a rendered gym against its exact truth.
 
     python -m walltopo_lab.benchmarks.dense SCAN --photos DATA/gym-a/photos --truth DATA/gym-a
+    python -m walltopo_lab.benchmarks.dense SCAN --truth DATA/gym-a --update RESET DATA/gym-a-reset
     python -m walltopo_lab.benchmarks.dense SCAN --truth DATA/gym-a --held-out 12 --pictures FOLDER
     python -m walltopo_lab.benchmarks.dense NEW --photos DATA/gym-a-reset/photos --truth DATA/gym-a-reset \\
         --reference SCAN DATA/gym-a
@@ -11,7 +12,8 @@ Completeness: distance of points on the truth that at least 3 of its first photo
 Open gaps: where two borders of the mesh face each other; their length and area.
 The scan's frame is its own: one rigid motion between camera centres, without scale, leads to the
 truth's. With `--reference` the scan is registered into that one, and the motion is that of the
-reference's cameras: nothing is fitted to the new scan. `--held-out N` makes mesh and texture anew
+reference's cameras: nothing is fitted to the new scan; `--update` judges one that was made so
+beside its reference. `--held-out N` makes mesh and texture anew
 without every N-th photo and renders those views; `--within M` does so with the photos taken
 within M metres of the middle one only.
 """
@@ -129,8 +131,10 @@ def distance_near(points: Floats, mesh: Mesh) -> Floats:
     return np.asarray(cKDTree(mesh.centroids[near]).query(points)[0])
 
 
-def compare(scan: ScanFolder, truth_folder: Path, frame: tuple[Path, Path] | None = None) -> None:
-    """Print accuracy, completeness and holds of the scan's mesh.
+def compare(
+    scan: ScanFolder, truth_folder: Path, frame: tuple[Path, Path] | None = None
+) -> dict[str, str]:
+    """Accuracy, completeness and holds of the scan's mesh: figure to its value, in words.
 
     Parameters
     ----------
@@ -144,29 +148,45 @@ def compare(scan: ScanFolder, truth_folder: Path, frame: tuple[Path, Path] | Non
     mesh = read_mesh(scan.mesh)
     mesh = Mesh(mesh.vertices @ rotation.T + shift, mesh.faces)
     points, _ = sample(mesh, np.ones(len(mesh.faces)), _SAMPLES, 1)
-    gaps = distance(points, truth) * 1000
-    print("accuracy, mesh to truth (mm)", _summary(gaps), f"within 8 mm {(gaps < 8).mean():.1%}")
+    off = distance(points, truth) * 1000
     points, face = sample(truth, (data["face_views"] >= 3).astype(float), _SAMPLES, 2)
-    gaps = distance(points, mesh) * 1000
-    text = f"within 10 mm {(gaps < 10).mean():.1%}"
-    print("completeness, truth seen by >= 3 to mesh (mm)", _summary(gaps), text)
+    away = distance(points, mesh) * 1000
     on_hold = data["face_instance"][face] > 0
-    print(f"  of it on holds and volumes: within 10 mm {(gaps[on_hold] < 10).mean():.1%}")
-    present, total, missing = holds_present(
+    present, total, _ = holds_present(
         truth, data["face_instance"], data["face_views"], mesh, truth_folder / "scene.json"
     )
-    print(f"holds over 5 cm present: {present} of {total}; missing ids {missing}")
     report = check_mesh(mesh)
     edge = report.edge_length_median * 1000
-    print(f"mesh: {report.faces:,} faces, {report.area:.1f} m2, median edge {edge:.1f} mm")
-    print(f"problems: {report.problems or 'none'}")
+    return {
+        "accuracy: mesh within 8 mm of the truth": f"{_share(off < 8)} (median "
+        f"{np.median(off):.1f} mm, 90 % within {np.percentile(off, 90):.1f} mm)",
+        "completeness: truth seen by 3 photos or more within 10 mm": f"{_share(away < 10)} "
+        f"(holds and volumes alone {_share(away[on_hold] < 10)})",
+        "holds over 5 cm with over half of their seen area within 15 mm": f"{present} of {total}",
+        "mesh": f"{report.faces / 1e6:.2f} M faces, {report.area:.0f} m², median edge {edge:.1f} mm",
+        "problems in `mesh check`": ", ".join(report.problems) or "none",
+    } | _gaps(mesh)
+
+
+def _share(mask: NDArray[np.bool_]) -> str:
+    return f"{100 * mask.mean():.1f} %"
+
+
+def _gaps(mesh: Mesh) -> dict[str, str]:
+    """How long the open gaps over the floor are."""
+    found = {}
     for widest in _GAP_WIDTHS:
-        rows = [thin_gaps(mesh, widest, above) for above in (-np.inf, _WALL_HEIGHT)]
-        (length, area), (wall_length, wall_area) = rows
-        print(
-            f"open gaps up to {widest * 1000:.0f} mm wide: {length:.1f} m, {area:.2f} m2; over "
-            f"{_WALL_HEIGHT} m above the floor {wall_length:.1f} m, {wall_area:.2f} m2"
-        )
+        length, area = thin_gaps(mesh, widest, _WALL_HEIGHT)
+        name = f"open gaps up to {widest * 100:.0f} cm wide, over {_WALL_HEIGHT} m above the floor"
+        found[name] = f"{length:.1f} m, {area:.2f} m²"
+    return found
+
+
+def print_table(columns: dict[str, dict[str, str]]) -> None:
+    """Print what `compare` found of some scans, side by side."""
+    print(f"| figure | {' | '.join(columns)} |\n|{'---|' * (1 + len(columns))}")
+    for figure in next(iter(columns.values())):
+        print(f"| {figure} | {' | '.join(column[figure] for column in columns.values())} |")
 
 
 def thin_gaps(mesh: Mesh, widest: float, above: float) -> tuple[float, float]:
@@ -198,11 +218,6 @@ def thin_gaps(mesh: Mesh, widest: float, above: float) -> tuple[float, float]:
     counts = np.isfinite(width) & (middle[:, 2] > above)
     # Both sides of a gap were counted.
     return float(0.5 * length[counts].sum()), float(0.5 * (length * width)[counts].sum())
-
-
-def _summary(gaps: Floats) -> str:
-    median, p90, p95 = np.percentile(gaps, [50, 90, 95])
-    return f"median {median:.2f}, 90 % {p90:.2f}, 95 % {p95:.2f};"
 
 
 def run_measured(folder: Path) -> None:
@@ -302,6 +317,9 @@ def main() -> None:
         "--reference", nargs=2, type=Path, metavar=("SCAN", "TRUTH"), help="registered into it"
     )
     parser.add_argument("--truth", type=Path, help="folder with gt.npz and scene.json")
+    parser.add_argument(
+        "--update", nargs=2, type=Path, metavar=("SCAN", "TRUTH"), help="registered into SCAN"
+    )
     parser.add_argument("--held-out", type=int, default=0, metavar="N")
     parser.add_argument(
         "--within", type=float, default=np.inf, metavar="M", help="of a part of the scan only"
@@ -315,7 +333,11 @@ def main() -> None:
     if not scan.mesh.is_file():
         run_measured(args.scan)
     if args.truth:
-        compare(scan, args.truth, tuple(args.reference) if args.reference else None)
+        columns = {args.truth.name: compare(scan, args.truth, args.reference)}
+        if args.update:
+            update, truth = args.update
+            columns[truth.name] = compare(ScanFolder(update), truth, (args.scan, args.truth))
+        print_table(columns)
     if args.held_out:
         held_out(scan, args.held_out, args.within, args.pictures)
 

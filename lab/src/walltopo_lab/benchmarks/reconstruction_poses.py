@@ -72,59 +72,65 @@ def matched(views: list[View], truth: dict[str, Floats]) -> tuple[Floats, Floats
     return scan, np.array([truth[view.name] for view in views])
 
 
-def judge(label: str, views: list[View], truth: dict[str, Floats], fit: FloorFit) -> None:
-    """Print one row of figures."""
-    scan, real = matched(views, truth)
-    a, b = centres(scan), centres(real)
-    moved = fit.apply(a)
-    apart = 1000 * np.linalg.norm(moved - b, axis=1)
-    print(
-        f"{label:28s} {len(views):3d}/{len(truth):<3d} centres: median {np.median(apart):6.2f} mm, "
-        f"worst {apart.max():6.2f} mm"
-    )
+HEAD = (
+    "| scan | registered | camera centres, median / worst | bend, median / worst | scale | up "
+    "| floor | reference moved |\n|---|---|---|---|---|---|---|---|"
+)
 
 
-def judge_frame(views: list[View], truth: dict[str, Floats]) -> None:
-    """Print scale, up and floor of a scan on its own."""
+def _millimetres(lengths: Floats) -> str:
+    """Median and worst of some lengths in metres."""
+    return f"{1000 * np.median(lengths):.2f} / {1000 * lengths.max():.2f} mm"
+
+
+def judge(
+    label: str, views: list[View], truth: dict[str, Floats], fit: FloorFit, rest: Sequence[str]
+) -> None:
+    """Print one row of the table."""
     scan, real = matched(views, truth)
+    apart = np.linalg.norm(fit.apply(centres(scan)) - centres(real), axis=1)
+    cells = [label, f"{len(views)} of {len(truth)}", _millimetres(apart), *rest]
+    print(f"| {' | '.join(cells)} |", flush=True)
+
+
+def frame_cells(scan: Floats, real: Floats) -> list[str]:
+    """Bend, scale, up and floor of a scan on its own; poses (n, 3, 4)."""
     a, b = centres(scan), centres(real)
     a0, b0 = a - a.mean(axis=0), b - b.mean(axis=0)
     u, singular, vt = np.linalg.svd(b0.T @ a0)
     scale = singular.sum() / (a0**2).sum()
     rotation = u @ np.diag([1, 1, np.linalg.det(u @ vt)]) @ vt
     tilt = np.degrees(np.arccos(np.clip(rotation[2, 2], -1, 1)))
-    bend = 1000 * np.linalg.norm(scale * a0 @ rotation.T - b0, axis=1)
+    # What a full similarity leaves.
+    bend = np.linalg.norm(scale * a0 @ rotation.T - b0, axis=1)
     # The scan's floor, z = 0, put into the truth by the full fit, over the cameras' middle.
     below = np.array([*a.mean(axis=0)[:2], 0.0])
     height = scale * rotation @ (below - a.mean(axis=0)) + b.mean(axis=0)
-    print(
-        f"{'':28s} bend (left after a full similarity): median {np.median(bend):.2f} mm, "
-        f"worst {bend.max():.2f} mm"
-    )
-    print(
-        f"{'':28s} scale error {100 * (1 / scale - 1):+.4f} %, up off by {tilt:.4f} deg, "
-        f"floor at {1000 * height[2]:+.2f} mm"
-    )
+    return [
+        _millimetres(bend),
+        f"{100 * (1 / scale - 1):+.4f} %",
+        f"{tilt:.3f}°",
+        f"{1000 * height[2]:+.2f} mm",
+    ]
 
 
-def judge_scan(label: str, folder: Path, truth_folder: Path) -> FloorFit:
+def judge_scan(folder: Path, truth_folder: Path) -> FloorFit:
     """Judge a scan in its own frame; returns the fit that put it on the truth."""
     views = read_views(ScanFolder(folder).sparse)
     truth = load_truth(truth_folder)
     scan, real = matched(views, truth)
     fit = fit_on_floor(centres(scan), centres(real))
-    judge(label, views, truth, fit)
-    judge_frame(views, truth)
+    judge(f"`{truth_folder.name}`", views, truth, fit, [*frame_cells(scan, real), ""])
     return fit
 
 
-def judge_update(label: str, folder: Path, truth_folder: Path, fit: FloorFit) -> None:
+def judge_update(folder: Path, truth_folder: Path, fit: FloorFit) -> None:
     """Judge an aligned update in its reference's frame: nothing is fitted to its own cameras."""
-    judge(label, read_views(ScanFolder(folder).sparse), load_truth(truth_folder), fit)
-    aligned = ScanFolder(folder).aligned
-    if aligned.is_file():
-        moved = Aligned.load(aligned).reference_moved
-        print(f"{'':28s} reference poses moved by {moved:.1e}")
+    scan = ScanFolder(folder)
+    aligned = Aligned.load(scan.aligned)
+    label = f"`{truth_folder.name}` into it, `{aligned.align}`"
+    rest = ["", "", "", "", f"{aligned.reference_moved:.0e}"]
+    judge(label, read_views(scan.sparse), load_truth(truth_folder), fit, rest)
 
 
 def run_stages(
@@ -164,9 +170,10 @@ def main() -> int:
     gym.add_argument("--reuse", action="store_true", help="judge what is already there")
     args = parser.parse_args()
     if args.command == "truth":
-        fit = judge_scan(args.scan.name, args.scan, args.truth)
+        print(HEAD)
+        fit = judge_scan(args.scan, args.truth)
         for folder, truth_folder in args.update:
-            judge_update(folder.name, folder, truth_folder, fit)
+            judge_update(folder, truth_folder, fit)
         return 0
     names: dict[Literal["constrained", "rigid"], Path] = {
         "constrained": args.out / "reset-constrained",
@@ -178,9 +185,10 @@ def main() -> int:
             reference = str(args.out / "gym-a")
             photos = args.data / "gym-a-reset" / "photos"
             run_to_scale(photos, folder, SparseSettings(reference=reference, align=align))
-    fit = judge_scan("gym-a", args.out / "gym-a", args.data / "gym-a")
-    for align, folder in names.items():
-        judge_update(f"gym-a-reset, {align}", folder, args.data / "gym-a-reset", fit)
+    print(HEAD)
+    fit = judge_scan(args.out / "gym-a", args.data / "gym-a")
+    for folder in names.values():
+        judge_update(folder, args.data / "gym-a-reset", fit)
     return 0
 
 
