@@ -68,6 +68,20 @@ def tiny_photos(tiny_gym: Path) -> Path:
 
 
 @pytest.fixture(scope="session")
+def tiny_scan(tiny_photos: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A finished scan of the small rendered gym; who changes it works on a copy.
+
+    Small and quick, and the same bytes on every run.
+    """
+    from walltopo.pipeline.runner import scan
+    from walltopo.pipeline.settings import load_settings
+
+    out = tmp_path_factory.mktemp("tiny") / "scan"
+    scan(tiny_photos, out, load_settings(None, ["sparse.threads=1", "texture.size=512"]))
+    return out
+
+
+@pytest.fixture(scope="session")
 def openmvs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of the OpenMVS programs: those on PATH, else those beside the test data."""
     found = shutil.which("ReconstructMesh")

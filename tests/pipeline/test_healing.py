@@ -19,20 +19,12 @@ from walltopo.pipeline.stages import STAGES
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.manifest import Manifest
 
-SETTINGS = load_settings(None, ["sparse.threads=1", "texture.size=512"])
-
-
-@pytest.fixture(scope="module")
-def calm(tiny_photos: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A finished scan; tests work on copies."""
-    out = tmp_path_factory.mktemp("calm") / "scan"
-    scan(tiny_photos, out, SETTINGS)
-    return out
+SETTINGS = load_settings(None, ["sparse.threads=1", "texture.size=512"])  # of `tiny_scan`
 
 
 @pytest.fixture
-def wall(calm: Path, tmp_path: Path) -> Path:
-    return Path(shutil.copytree(calm, tmp_path / "scan"))
+def wall(tiny_scan: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(tiny_scan, tmp_path / "scan"))
 
 
 def outputs(folder: Path) -> list[tuple[str, str]]:
@@ -69,11 +61,11 @@ def test_each_damaged_file_is_found(wall: Path) -> None:
 
 
 @pytest.mark.slow
-def test_all_that_is_damaged_is_made_again(calm: Path, wall: Path) -> None:
+def test_all_that_is_damaged_is_made_again(tiny_scan: Path, wall: Path) -> None:
     for _, name in outputs(wall):
         halve(wall / name)
     assert scan([], wall, SETTINGS).ran == tuple(stage.name for stage in STAGES)
-    assert content(wall) == content(calm)
+    assert content(wall) == content(tiny_scan)
     assert scan([], wall, SETTINGS).ran == ()
 
 
@@ -105,7 +97,7 @@ def test_damage_that_left_size_and_times_is_found_by_verify(wall: Path) -> None:
     assert scan([], wall, SETTINGS, verify=True).ran == ("routes",)
 
 
-def test_what_a_user_put_there_is_kept_aside(wall: Path, calm: Path) -> None:
+def test_what_a_user_put_there_is_kept_aside(wall: Path, tiny_scan: Path) -> None:
     mine = wall / "routes.json"
     mine.write_text('{"routes": "mine"}')
     assert scan([], wall, SETTINGS).ran == ("routes",)
@@ -113,7 +105,7 @@ def test_what_a_user_put_there_is_kept_aside(wall: Path, calm: Path) -> None:
     mine.write_text("mine again")
     scan([], wall, SETTINGS)
     assert (wall / "set-aside" / "routes2.json").read_text() == "mine again"
-    assert content(wall) == content(calm)
+    assert content(wall) == content(tiny_scan)
 
 
 def test_what_a_user_put_there_can_be_accepted(wall: Path) -> None:

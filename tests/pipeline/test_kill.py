@@ -15,7 +15,7 @@ import pytest
 from walltopo.pipeline.stages import stage_names
 from walltopo.scans.manifest import Manifest
 
-# Small and quick: the killed pipeline is the same code as on any other scene.
+# Those of `tiny_scan`.
 SETTINGS = ["--set", "sparse.threads=1", "--set", "texture.size=512"]
 
 
@@ -45,9 +45,8 @@ def _run_and_kill_in(photos: Path, out: Path, stage: str) -> str:
 
 
 @pytest.mark.slow
-def test_killed_in_every_stage(tiny_photos: Path, tmp_path: Path) -> None:
-    calm, killed = tmp_path / "calm", tmp_path / "killed"
-    subprocess.run(_command(tiny_photos, calm), check=True)
+def test_killed_in_every_stage(tiny_photos: Path, tiny_scan: Path, tmp_path: Path) -> None:
+    killed = tmp_path / "killed"
     interrupted = []
     for stage in stage_names():
         if _run_and_kill_in(tiny_photos, killed, stage) == "running":
@@ -59,5 +58,5 @@ def test_killed_in_every_stage(tiny_photos: Path, tmp_path: Path) -> None:
     assert {"sparse", "dense"} <= set(interrupted)
     subprocess.run(_command(tiny_photos, killed), check=True)
     for name in ("holds.json", "routes.json"):
-        assert (killed / name).read_bytes() == (calm / name).read_bytes()
+        assert (killed / name).read_bytes() == (tiny_scan / name).read_bytes()
     assert not list(killed.glob(".partial-*"))

@@ -12,8 +12,6 @@ from any_value import any_of  # type: ignore[import-not-found]
 from hypothesis import HealthCheck, given, settings
 from jsonschema import Draft202012Validator, ValidationError
 
-from walltopo.pipeline.runner import scan
-from walltopo.pipeline.settings import load_settings
 from walltopo.scans.detections import CocoFile
 from walltopo.scans.schemas import SCHEMAS, schema_name, schema_text
 
@@ -66,9 +64,7 @@ def test_something_else_is_not_valid(file: str) -> None:
 
 
 @pytest.mark.slow
-def test_what_a_scan_writes_is_valid(tiny_photos: Path, tmp_path: Path) -> None:
-    settings = load_settings(overrides=["texture.size=512"])
-    folder = scan(tiny_photos, tmp_path / "scan", settings).folder
+def test_what_a_scan_writes_is_valid(tiny_scan: Path) -> None:
     written = [file for file in SCHEMAS if "edits" not in file]
     for file in written:
-        validator(file).validate(read(folder.root / file))
+        validator(file).validate(read(tiny_scan / file))

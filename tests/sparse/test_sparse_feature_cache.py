@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
@@ -12,7 +14,6 @@ from walltopo.core.files import hash_path
 from walltopo.pipeline.runner import run_stage
 from walltopo.pipeline.settings import load_settings
 from walltopo.scans.folder import ScanFolder
-from walltopo_lab.synth import tiny
 
 SETTINGS = load_settings(None, ["sparse.threads=1"])
 
@@ -38,14 +39,8 @@ def sparse(folder: ScanFolder) -> Steps:
 
 
 @pytest.fixture(scope="module")
-def wall(tmp_path_factory: pytest.TempPathFactory) -> ScanFolder:
-    root = tmp_path_factory.mktemp("features")
-    tiny(root / "gym")
-    folder = ScanFolder(root / "scan")
-    folder.root.mkdir()
-    run_stage(folder, "ingest", SETTINGS.ingest, sources=[root / "gym" / "photos"])
-    sparse(folder)
-    return folder
+def wall(tiny_scan: Path, tmp_path_factory: pytest.TempPathFactory) -> ScanFolder:
+    return ScanFolder(shutil.copytree(tiny_scan, tmp_path_factory.mktemp("features") / "scan"))
 
 
 def halved(data: bytes) -> bytes:

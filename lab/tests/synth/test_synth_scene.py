@@ -14,15 +14,10 @@ from walltopo.core import Camera, InputError, SettingsError
 from walltopo.scans.detections import read_coco_masks
 from walltopo.scans.model import open_model, read_views
 from walltopo_lab.cli import synth as synth_cli
-from walltopo_lab.synth import PhotoSettings, generate, tiny, tiny_recipe
+from walltopo_lab.synth import PhotoSettings, generate, tiny_recipe
 from walltopo_lab.synth.path import look_at
 from walltopo_lab.synth.shade import distorted_rays
 from walltopo_lab.synth.tracer import Tracer
-
-
-@pytest.fixture(scope="module")
-def gym(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tiny(tmp_path_factory.mktemp("tiny") / "gym")
 
 
 def test_rays_invert_the_lens() -> None:
@@ -35,8 +30,8 @@ def test_rays_invert_the_lens() -> None:
     np.testing.assert_allclose(pixels, np.stack([x, y], axis=-1), atol=1e-4)
 
 
-def test_files_have_the_shared_format(gym: Path) -> None:
-    truth = np.load(gym / "truth" / "gt.npz")
+def test_files_have_the_shared_format(tiny_gym: Path) -> None:
+    truth = np.load(tiny_gym / "truth" / "gt.npz")
     faces = len(truth["faces"])
     assert truth["faces"].dtype == np.int32
     assert truth["vertices"].shape[1] == 3
@@ -44,7 +39,7 @@ def test_files_have_the_shared_format(gym: Path) -> None:
         assert truth[key].shape == (faces,)
     assert truth["cam_from_world"].shape == (8, 3, 4)
     assert truth["size"].tolist() == [480, 360]
-    scene = json.loads((gym / "truth" / "scene.json").read_text())
+    scene = json.loads((tiny_gym / "truth" / "scene.json").read_text())
     ids = {item["id"] for item in scene["instances"]}
     assert ids == set(np.unique(truth["face_instance"])) - {0}
     keys = {"id", "class", "kind", "colour", "route", "position", "normal"}
@@ -53,25 +48,25 @@ def test_files_have_the_shared_format(gym: Path) -> None:
     np.testing.assert_allclose(np.linalg.norm(side, axis=1), 0.42, atol=1e-9)
 
 
-def test_colmap_model_carries_the_true_poses(gym: Path) -> None:
-    truth = np.load(gym / "truth" / "gt.npz")
-    views = read_views(gym / "truth" / "cameras")
+def test_colmap_model_carries_the_true_poses(tiny_gym: Path) -> None:
+    truth = np.load(tiny_gym / "truth" / "gt.npz")
+    views = read_views(tiny_gym / "truth" / "cameras")
     assert [view.name for view in views] == [f"IMG_{k:04d}.jpg" for k in range(8)]
     for view, pose in zip(views, truth["cam_from_world"], strict=True):
         np.testing.assert_allclose(view.cam_from_world, pose, atol=1e-9)
         assert view.camera.params[3] == truth["distortion"][0]
-    assert open_model(gym / "truth" / "cameras").num_reg_images() == 8
+    assert open_model(tiny_gym / "truth" / "cameras").num_reg_images() == 8
 
 
-def test_masks_are_where_the_mesh_projects(gym: Path) -> None:
-    truth = np.load(gym / "truth" / "gt.npz")
+def test_masks_are_where_the_mesh_projects(tiny_gym: Path) -> None:
+    truth = np.load(tiny_gym / "truth" / "gt.npz")
     vertices = truth["vertices"].astype(np.float64)
     tracer = Tracer(vertices, truth["faces"])
-    masks, classes = read_coco_masks(gym / "truth" / "masks.json")
+    masks, classes = read_coco_masks(tiny_gym / "truth" / "masks.json")
     assert classes == {1: "hold", 2: "volume"}
-    annotations = json.loads((gym / "truth" / "masks.json").read_text())["annotations"]
+    annotations = json.loads((tiny_gym / "truth" / "masks.json").read_text())["annotations"]
     numbers = iter(a["instance_id"] for a in annotations)
-    for view in read_views(gym / "truth" / "cameras"):
+    for view in read_views(tiny_gym / "truth" / "cameras"):
         assert masks[view.name], "every tiny photo shows holds"
         camera = view.camera
         rotation = np.ascontiguousarray(view.cam_from_world[:, :3])
@@ -90,24 +85,24 @@ def test_masks_are_where_the_mesh_projects(gym: Path) -> None:
             assert np.count_nonzero(expected ^ bitmap) <= 0.15 * union + 10
 
 
-def test_faces_count_the_photos_that_see_them(gym: Path) -> None:
-    truth = np.load(gym / "truth" / "gt.npz")
+def test_faces_count_the_photos_that_see_them(tiny_gym: Path) -> None:
+    truth = np.load(tiny_gym / "truth" / "gt.npz")
     assert truth["face_views"].max() == 8
     held = truth["face_instance"] > 0
     assert 0.05 < (truth["face_views"][held] > 0).mean() < 0.95, "backs of holds are never seen"
 
 
-def test_markers_are_found_where_the_plate_lies(gym: Path) -> None:
+def test_markers_are_found_where_the_plate_lies(tiny_gym: Path) -> None:
     import cv2
 
     detector = cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50))
-    scene = json.loads((gym / "truth" / "scene.json").read_text())
+    scene = json.loads((tiny_gym / "truth" / "scene.json").read_text())
     left_bottom, right_bottom, _, left_top = np.array(scene["plates"][0]["corners_bl_br_tr_tl"])
     right = (right_bottom - left_bottom) / 0.42
     down = (left_bottom - left_top) / 0.42
     errors = []
-    for view in read_views(gym / "truth" / "cameras"):
-        photo = np.asarray(Image.open(gym / "photos" / view.name).convert("L"))
+    for view in read_views(tiny_gym / "truth" / "cameras"):
+        photo = np.asarray(Image.open(tiny_gym / "photos" / view.name).convert("L"))
         corners, ids, _ = detector.detectMarkers(photo)
         for number, quad in zip([] if ids is None else ids.ravel().tolist(), corners, strict=True):
             row, column = ((0, 0), (0, 1), (1, 1), (1, 0))[int(number) % 4]
@@ -119,7 +114,7 @@ def test_markers_are_found_where_the_plate_lies(gym: Path) -> None:
     assert np.mean(errors) < 1.0
 
 
-def test_resume_gives_the_same_bytes(gym: Path, tmp_path: Path) -> None:
+def test_resume_gives_the_same_bytes(tmp_path: Path) -> None:
     recipe = tiny_recipe(photos=2, size=(160, 120))
     generate(tmp_path / "a", recipe)
     first = {p.name: p.read_bytes() for p in sorted((tmp_path / "a" / "photos").iterdir())}
@@ -143,21 +138,21 @@ def test_resume_gives_the_same_bytes(gym: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_colmap_registers_the_tiny_gym(gym: Path, tmp_path: Path) -> None:
+def test_colmap_registers_the_tiny_gym(tiny_gym: Path, tmp_path: Path) -> None:
     from walltopo.colmap import pycolmap
 
     database = tmp_path / "database.db"
     pycolmap.extract_features(
         database,
-        gym / "photos",
+        tiny_gym / "photos",
         camera_mode=pycolmap.CameraMode.SINGLE,
         reader_options=pycolmap.ImageReaderOptions(camera_model="SIMPLE_RADIAL"),
     )
     pycolmap.match_exhaustive(database)
-    models = pycolmap.incremental_mapping(database, gym / "photos", tmp_path)
+    models = pycolmap.incremental_mapping(database, tiny_gym / "photos", tmp_path)
     model = max(models.values(), key=lambda m: m.num_reg_images())
     assert model.num_reg_images() == 8
-    truth = np.load(gym / "truth" / "gt.npz")["cam_from_world"]
+    truth = np.load(tiny_gym / "truth" / "gt.npz")["cam_from_world"]
     images = [image for image in model.images.values() if image.has_pose]
     found = np.array([image.projection_center() for image in images])
     poses = [truth[int(image.name[4:8])] for image in images]
@@ -173,13 +168,13 @@ def _arguments(*words: str) -> argparse.Namespace:
     return parser.parse_args(["synth", *words])
 
 
-def test_options_become_a_recipe(gym: Path) -> None:
+def test_options_become_a_recipe(tiny_gym: Path) -> None:
     recipe = synth_cli._recipe(
         _arguments("x", "--preset", "lead", "--seed", "5", "--size", "800x600", "--photos", "9")
     )
     assert (recipe.preset, recipe.seed, recipe.gym.height) == ("lead", 5, 11.0)
     assert (recipe.photos.photos, recipe.photos.width, recipe.photos.height) == (9, 800, 600)
-    reset = synth_cli._recipe(_arguments("x", "--reset-of", str(gym), "--reset-seed", "3"))
+    reset = synth_cli._recipe(_arguments("x", "--reset-of", str(tiny_gym), "--reset-seed", "3"))
     assert reset.gym == tiny_recipe().gym
     assert (reset.seed, reset.reset_seed, reset.photo_seed) == (0, 3, 3)
     changed = synth_cli._recipe(_arguments("x", "--set", "photo.noise=2", "--set", "spray=true"))
