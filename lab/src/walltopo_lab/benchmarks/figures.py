@@ -44,9 +44,9 @@ LINK = re.compile(r"\[([^\]\n]+)\]\(([\w/.-]*results/([\w-]+)\.json)(?:\s+\"([^\
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d*\.?\d+(?!\w)")
 STRAY = re.compile(
     r"(?<![\w.,])(?:0?\.\d{3}|1\.000)(?!\w|\.\d)"  # a score
-    r"|(?<![\w.,])\d+\.\d+ %|\b\d+ of \d{2,}\b"  # a share
+    r"|\b\d+ of \d{2,}\b"  # a share
     r"|(?<![\w.,])\d+\.\d+ px\b"  # a length in a picture
-    r"|(?<![\w.,])(?:\d[\d.,]*)?\d (?:(?:mm|ms|s|min|MB)\b(?![/²])|%)"  # a length, a time, a size, a share
+    r"|(?<![\w.,])(?:\d[\d.,]*)?\d (?:(?:mm|ms|s|min|MB)\b(?![/²])|%)"  # a measure, a share
     r"|(?<![\w.,])\d[\d.]* times (?:as|the|longer|faster|more|what)\b"  # a ratio
     r"|\b\d[\d.,]* (?:CPU-s\b|CPU-seconds|dB\b)|\b\d+\.\d+ Gi?B\b"  # what it cost
 )
