@@ -59,7 +59,7 @@ SHORT_LIST = 5
 
 Settings = Mapping[str, tuple[str, Mapping[str, Any]]]
 Row = dict[str, Any]
-console = Console()
+console = Console(stderr=True)
 
 
 @dataclass(frozen=True)
