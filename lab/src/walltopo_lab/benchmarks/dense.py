@@ -8,7 +8,8 @@
 Stages whose results SCAN lacks are run in it, from `--photos` on, and their seconds and memory
 printed. Accuracy: distance of points sampled evenly on the mesh to the truth's surface.
 Completeness: distance of points on the truth that at least 3 of its first photos see to the mesh.
-Open gaps: where two borders of the mesh face each other; their length and area.
+What is guessed (docs/dense.md) counts in neither; it is measured against the truth on a line of its
+own. Open gaps: where two borders of the mesh face each other; their length and area.
 The scan's frame is its own: one rigid motion between camera centres, without scale, leads to the
 truth's. With `--reference` the scan is registered into that one, and the motion is that of the
 reference's cameras: nothing is fitted to the new scan. `--held-out N` makes mesh and texture anew
@@ -22,6 +23,7 @@ import argparse
 import json
 import resource
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -141,12 +143,14 @@ def compare(scan: ScanFolder, truth_folder: Path, frame: tuple[Path, Path] | Non
     known, there = frame or (scan.root, truth_folder)
     poses = np.load(there / "gt.npz")["cam_from_world"]
     rotation, shift = to_truth(read_views(ScanFolder(known).sparse), poses)
-    mesh = read_mesh(scan.mesh)
-    mesh = Mesh(mesh.vertices @ rotation.T + shift, mesh.faces)
+    whole = read_mesh(scan.mesh)
+    whole = replace(whole, vertices=whole.vertices @ rotation.T + shift)
+    mesh = whole.without_guesses()
     points, _ = sample(mesh, np.ones(len(mesh.faces)), _SAMPLES, 1)
     gaps = distance(points, truth) * 1000
     print("accuracy, mesh to truth (mm)", _summary(gaps), f"within 8 mm {(gaps < 8).mean():.1%}")
-    points, face = sample(truth, (data["face_views"] >= 3).astype(float), _SAMPLES, 2)
+    seen = (data["face_views"] >= 3).astype(float)
+    points, face = sample(truth, seen, _SAMPLES, 2)
     gaps = distance(points, mesh) * 1000
     text = f"within 10 mm {(gaps < 10).mean():.1%}"
     print("completeness, truth seen by >= 3 to mesh (mm)", _summary(gaps), text)
@@ -156,6 +160,7 @@ def compare(scan: ScanFolder, truth_folder: Path, frame: tuple[Path, Path] | Non
         truth, data["face_instance"], data["face_views"], mesh, truth_folder / "scene.json"
     )
     print(f"holds over 5 cm present: {present} of {total}; missing ids {missing}")
+    print_guesses(whole, truth, seen)
     report = check_mesh(mesh)
     edge = report.edge_length_median * 1000
     print(f"mesh: {report.faces:,} faces, {report.area:.1f} m2, median edge {edge:.1f} mm")
@@ -167,6 +172,27 @@ def compare(scan: ScanFolder, truth_folder: Path, frame: tuple[Path, Path] | Non
             f"open gaps up to {widest * 1000:.0f} mm wide: {length:.1f} m, {area:.2f} m2; over "
             f"{_WALL_HEIGHT} m above the floor {wall_length:.1f} m, {wall_area:.2f} m2"
         )
+
+
+def print_guesses(whole: Mesh, truth: Mesh, seen: Floats) -> None:
+    """Print what the guessed triangles are like and add, where there are any.
+
+    Parameters
+    ----------
+    whole : the mesh with its guesses, in the truth's frame.
+    seen : (F,) weight of the truth's faces that completeness counts.
+    """
+    guessed = ~whole.measured
+    if not guessed.any():
+        return
+    points, _ = sample(whole, guessed.astype(float), _SAMPLES // 10, 3)
+    gaps = distance(points, truth) * 1000
+    near = ", ".join(f"within {n} mm {(gaps < n).mean():.1%}" for n in (8, 20, 50))
+    print(f"guessed: {whole.areas[guessed].sum():.2f} m2, to truth (mm)", _summary(gaps), near)
+    points, _ = sample(truth, seen, _SAMPLES, 2)
+    gaps = distance(points, whole) * 1000
+    print("completeness with guesses (mm)", _summary(gaps), f"within 10 mm {(gaps < 10).mean():.1%}")
+    print(f"problems with guesses: {check_mesh(whole).problems or 'none'}")
 
 
 def thin_gaps(mesh: Mesh, widest: float, above: float) -> tuple[float, float]:
