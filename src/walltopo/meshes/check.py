@@ -135,7 +135,6 @@ def degenerate(mesh: Mesh, least: float = _DEGENERATE) -> NDArray[np.bool_]:
     return np.asarray(2.0 * mesh.areas <= least * longest**2)
 
 
-
 def _inward(mesh: Mesh, views: Sequence[View]) -> float:
     """Share of the area in some photo's frame that faces away from each such camera."""
     towards = np.zeros(len(mesh.faces), dtype=np.bool_)

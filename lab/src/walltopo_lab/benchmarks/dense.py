@@ -191,7 +191,9 @@ def print_guesses(whole: Mesh, truth: Mesh, seen: Floats) -> None:
     print(f"guessed: {whole.areas[guessed].sum():.2f} m2, to truth (mm)", _summary(gaps), near)
     points, _ = sample(truth, seen, _SAMPLES, 2)
     gaps = distance(points, whole) * 1000
-    print("completeness with guesses (mm)", _summary(gaps), f"within 10 mm {(gaps < 10).mean():.1%}")
+    print(
+        "completeness with guesses (mm)", _summary(gaps), f"within 10 mm {(gaps < 10).mean():.1%}"
+    )
     print(f"problems with guesses: {check_mesh(whole).problems or 'none'}")
 
 
