@@ -37,8 +37,10 @@ _SAME_PLACE = 0.05
 _FLATTEST = 1e-5
 # A span goes where photos look through this share of it.
 _MOST_THROUGH = 0.2
-# What lies less than this many edges behind a span lies on it.
+# What lies less behind a span than this many edges, and than this share of its diameter, is the
+# bottom of what it spans: a pocket is no opening.
 _BEHIND_EDGES = 4.0
+_BEHIND_SHARE = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,9 +192,10 @@ def _joined(mesh: Mesh, spans: list[_Span]) -> Mesh:
     return Mesh(np.concatenate(vertices), np.concatenate(faces), None, guessed)
 
 
-def _shares(mesh: Mesh, spans: list[_Span], scene: Scene, tolerance: float) -> Floats:
+def _shares(mesh: Mesh, spans: list[_Span], scene: Scene, least: float) -> Floats:
     """How much of each span photos look through (see `share_seen_through`)."""
     joined = _joined(mesh, spans)
     alone = Mesh(joined.vertices, joined.faces[~joined.measured])
     span = np.repeat(np.arange(len(spans)), [len(item.faces) for item in spans])
-    return share_seen_through(mesh, alone, span, scene, tolerance)
+    sizes = np.array([_BEHIND_SHARE * _size(mesh, item.rim) for item in spans])
+    return share_seen_through(mesh, alone, span, scene, np.maximum(sizes, least))

@@ -22,7 +22,7 @@ _POINT = 25
 
 
 def share_seen_through(
-    measured: Mesh, spans: Mesh, span: Ints, scene: Scene, tolerance: float
+    measured: Mesh, spans: Mesh, span: Ints, scene: Scene, tolerance: Floats
 ) -> Floats:
     """Of each span, how much of what photos see of it they look through.
 
@@ -33,13 +33,13 @@ def share_seen_through(
     ----------
     measured : the mesh with its holes.
     spans : all spans as one mesh, same frame; span : (F,) number of each of its faces.
-    tolerance : what lies less than this behind a span lies on it, world units.
+    tolerance : (number of spans,) what lies less than this behind a span lies on it, world units.
 
     Returns
     -------
     (number of spans,) share of the pixels, over all photos; 0 where none sees the span.
     """
-    count = int(span.max(initial=-1)) + 1
+    count = len(tolerance)
     seen, through = np.zeros(count), np.zeros(count)
     for k, view in enumerate(scene.views):
         factor = min(1.0, _LONGER_SIDE / max(view.camera.width, view.camera.height))
@@ -49,18 +49,19 @@ def share_seen_through(
         if not (face >= 0).any():
             continue
         _, behind = render_ids(measured.vertices, measured.faces, camera, pose)
-        here = (face >= 0) & (behind > front - tolerance)
+        slack = np.where(face >= 0, tolerance[span[face]], 0.0)
+        here = (face >= 0) & (behind > front - slack)
         number = span[face[here]]
         seen += np.bincount(number, minlength=count)
         # The least depth around: a pixel on the hole's own border says nothing.
         nearest = np.asarray(cv2.erode(behind, np.ones((3, 3), np.uint8)))[here]
-        far = np.isfinite(nearest) & (nearest > front[here] + tolerance)
+        far = np.isfinite(nearest) & (nearest > (front + slack)[here])
         through += np.bincount(number[far], minlength=count)
         points = view.to_camera(scene.points[scene.seen[k]])
         pixel = np.nan_to_num(camera.project(points), nan=-1.0)
         x, y = pixel.T.astype(np.int64)
         inside = (pixel >= 0).all(axis=1) & (x < camera.width) & (y < camera.height)
         x, y, z = x[inside], y[inside], points[inside, 2]
-        hit = here[y, x] & (z > front[y, x] + tolerance)
+        hit = here[y, x] & (z > (front + slack)[y, x])
         through += _POINT * np.bincount(span[face[y[hit], x[hit]]], minlength=count)
     return np.asarray(np.minimum(through / np.maximum(seen, 1.0), 1.0))

@@ -72,14 +72,14 @@ def answers_of(
 def _on_scan(model: TypeModel, gym: Path, folder: Path, whole: Named, met: Named) -> None:
     truth, scan = read_truth(gym), ScanFolder(folder)
     motion = align_views(scan_views(scan, truth), truth.views, False)
-    whole = read_mesh(scan.mesh)
-    mesh = motion.mesh(whole.without_guesses())
+    spanned = read_mesh(scan.mesh)
+    mesh = motion.mesh(spanned.without_guesses())
     types = true_types(truth.instances)
     carried = carry_truth(truth, mesh, WITHIN)
     labels = carried.labelled.face_instance
     there = sorted(set(np.unique(labels).tolist()) & set(types))
     whole.add(gym.name, answers_of(model, mesh, labels, there), types)
-    lifted = measured_labels(scan, whole)
+    lifted = measured_labels(scan, spanned)
     pairs = match_pairs(overlap_with_missing(lifted, carried, mesh.areas, truth))
     mine = {found: number for found, number in pairs.items() if number in types}
     answers = answers_of(model, mesh, lifted.face_instance, sorted(mine))
