@@ -136,6 +136,20 @@ def test_the_outline_of_a_piece_that_hangs_free_is_no_hole() -> None:
     assert found.spanned == 0
 
 
+def test_a_bay_of_the_border_is_spanned_and_the_outline_elsewhere_stays() -> None:
+    whole = sheet()
+    bay = (np.abs(whole.centroids[:, 0]) < 0.1) & (whole.centroids[:, 1] > -0.2)
+    found = guessed(without(whole, bay))
+    assert found.spanned == 1
+    # Up to the straight way across its mouth.
+    assert found.mesh.areas.sum() == pytest.approx(whole.areas.sum(), rel=0.01)
+    assert (found.mesh.normals[:, 2] > 0.999).all()
+    # What juts out is no bay, nor is what is wider than deep.
+    assert guessed(without(whole, ~bay & (whole.centroids[:, 1] > -0.2))).spanned == 0
+    shallow = (np.abs(whole.centroids[:, 0]) < 0.3) & (whole.centroids[:, 1] > 0.4)
+    assert guessed(without(whole, shallow)).spanned == 0
+
+
 def test_no_opening_that_photos_look_through_is_closed() -> None:
     wall = without(sheet(), within(sheet(), 0.3, (0, 0, 0)))
     open_ = both(wall, sheet(40, depth=-1.0))

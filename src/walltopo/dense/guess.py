@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress
 from walltopo.dense.membrane import membrane
+from walltopo.dense.openings import Opening, find_openings
 from walltopo.dense.scene import Scene
 from walltopo.dense.seen_through import share_seen_through
 from walltopo.meshes.check import degenerate
-from walltopo.meshes.holes import boundary_loops
-from walltopo.meshes.topology import Edges, edges_of, vertex_parts
+from walltopo.meshes.topology import Edges, edges_of
 
 __all__ = ["Guesses", "guess_holes"]
 
@@ -26,10 +26,6 @@ Ints = NDArray[np.int64]
 
 # Rims of more vertices are left open: the time to span one grows with their third power.
 _MOST_RIM = 1500
-# Mean cosine, along the rim, between a span and the surface that it continues; rims are rough. A
-# span over a piece's own outline lies on its back: where it is no hole, this is far below zero.
-_LEAST_AGREEMENT = -0.5
-_LEAST_AGREEMENT_OF_OUTLINE = 0.3
 # Rim vertices nearer than this many edges are one place, and no edge joins them.
 _SAME_PLACE = 0.05
 # No face of a span may be flatter: height over longest side, well above what a file's rounding
@@ -50,8 +46,8 @@ class Guesses:
     Parameters
     ----------
     mesh : the measured vertices and faces first, as they were; `guessed` names the others.
-    spanned : holes that were spanned.
-    looked_through : holes left open because photos look through them.
+    spanned : holes and bays that were spanned.
+    looked_through : those left open because photos look through them.
     """
 
     mesh: Mesh
@@ -61,7 +57,7 @@ class Guesses:
 
 @dataclass(frozen=True, eq=False)
 class _Span:
-    """What may close one hole: new vertices, and faces whose indices below `len(rim)` are the
+    """What may close one opening: new vertices, and faces whose indices below `len(rim)` are the
     rim's."""
 
     rim: Ints
@@ -72,45 +68,29 @@ class _Span:
 def guess_holes(
     mesh: Mesh, scene: Scene, largest: float, edge: float, progress: Progress
 ) -> Guesses:
-    """Span the holes of a mesh.
+    """Span the holes of a mesh, and the bays of its border.
 
     Parameters
     ----------
     mesh : manifold, nothing guessed yet.
     scene : the photos' views and sparse points, same frame.
-    largest : holes whose bounding box has a longer diagonal stay open, world units; 0: all.
+    largest : what has a bounding box of a longer diagonal stays open, world units; 0: all.
     edge : edge length of the new triangles, world units.
     """
     edges = edges_of(mesh.faces)
-    loops = boundary_loops(mesh.faces, edges)
-    size = np.array([_size(mesh, loop) for loop in loops])
-    part = vertex_parts(mesh.faces, len(mesh.vertices))[[loop[0] for loop in loops]]
-    outline = size == _largest_of(part, size)
-    progress.step("spanning holes", int((size <= largest).sum()))
+    openings = find_openings(mesh, edges, largest, edge)
+    progress.step("spanning holes", len(openings))
     normals = _border_normals(mesh, edges)
     inner = _inner_edges(edges, len(mesh.vertices))
     spans = []
-    for k in np.flatnonzero(size <= largest).tolist():
-        least = _LEAST_AGREEMENT_OF_OUTLINE if outline[k] else _LEAST_AGREEMENT
-        span, agreement = _span(mesh, loops[k], normals, inner, edge)
-        if span is not None and agreement >= least:
+    for opening in openings:
+        span = _span(mesh, opening, normals, inner, edge)
+        if span is not None:
             spans.append(span)
         progress.advance()
     shares = _shares(mesh, spans, scene, _BEHIND_EDGES * edge)
     kept = [s for s, share in zip(spans, shares.tolist(), strict=True) if share <= _MOST_THROUGH]
     return Guesses(_joined(mesh, kept), len(kept), len(spans) - len(kept))
-
-
-def _size(mesh: Mesh, loop: Ints) -> float:
-    """Diagonal of the loop's bounding box."""
-    return float(np.linalg.norm(np.ptp(mesh.vertices[loop], axis=0)))
-
-
-def _largest_of(part: NDArray[np.int32], size: Floats) -> Floats:
-    """(n,) the largest size in each one's part."""
-    largest = np.zeros(int(part.max(initial=-1)) + 1)
-    np.maximum.at(largest, part, size)
-    return largest[part]
 
 
 def _border_normals(mesh: Mesh, edges: Edges) -> dict[tuple[int, int], Floats]:
@@ -129,51 +109,82 @@ def _inner_edges(edges: Edges, count: int) -> Ints:
 
 
 def _span(
-    mesh: Mesh, rim: Ints, normals: dict[tuple[int, int], Floats], inner: Ints, edge: float
-) -> tuple[_Span | None, float]:
-    """A span over a rim, None where there is none, and how it agrees with the surface around."""
-    if len(rim) > _MOST_RIM:
-        return None, 0.0
-    around = zip(rim.tolist(), np.roll(rim, -1).tolist(), strict=True)
-    outer = np.array([normals[pair] for pair in around])
-    points = mesh.vertices[rim]
-    found = membrane(points, outer, _barred(rim, points, inner, _SAME_PLACE * edge), edge)
+    mesh: Mesh,
+    opening: Opening,
+    normals: dict[tuple[int, int], Floats],
+    inner: Ints,
+    edge: float,
+) -> _Span | None:
+    """A span that continues the surface around an opening; None where there is none."""
+    rim = opening.rim
+    points = np.concatenate([mesh.vertices[rim], opening.mouth])
+    if len(points) > _MOST_RIM:
+        return None
+    outer, own = _outer(rim, len(points), normals)
+    barred = _barred(rim, points, inner, _SAME_PLACE * edge)
+    if barred[np.arange(len(points)), np.arange(1, len(points) + 1) % len(points)].any():
+        return None  # a bay whose mouth is an edge already
+    found = membrane(points, outer, barred, edge)
     if found is None:
-        return None, 0.0
-    span = _Span(rim, *found)
-    patch = Mesh(np.concatenate([points, span.vertices]), span.faces)
+        return None
+    span = _Span(rim, np.concatenate([opening.mouth, found[0]]), found[1])
+    patch = Mesh(np.concatenate([points, found[0]]), span.faces)
     if degenerate(patch, _FLATTEST).any():
-        return None, 0.0
-    return span, _agreement(patch, points, outer)
+        return None
+    agrees = _agreement(patch, points, outer, own) >= opening.agreement
+    return span if agrees else None
+
+
+def _outer(
+    rim: Ints, count: int, normals: dict[tuple[int, int], Floats]
+) -> tuple[Floats, NDArray[np.bool_]]:
+    """(count, 3) unit normals beyond the edges from each point to the next, and (count,) whether
+    they are of faces: along a bay's mouth they are the mean of those at its ends."""
+    around = zip(rim.tolist(), np.roll(rim, -1).tolist(), strict=True)
+    faces = [normals.get(pair) for pair in around]
+    own = np.zeros(count, dtype=np.bool_)
+    own[: len(rim)] = [normal is not None for normal in faces]
+    known = np.array([normal for normal in faces if normal is not None])
+    beyond = known[0] + known[-1]
+    outer = np.tile(beyond / max(float(np.linalg.norm(beyond)), 1e-30), (count, 1))
+    outer[own] = known
+    return outer, own
 
 
 def _barred(rim: Ints, points: Floats, inner: Ints, apart: float) -> NDArray[np.bool_]:
-    """(n, n) pairs of rim vertices that are an edge of the mesh already, or at one place."""
+    """(n, n) pairs of points that are an edge of the mesh already, or at one place.
+
+    Parameters
+    ----------
+    rim : the vertices of the first points.
+    """
     from scipy.spatial import cKDTree
 
     order = np.argsort(rim)
     mine = np.isin(inner, rim).all(axis=1)
     place = order[np.searchsorted(rim[order], inner[mine])]
-    barred = np.zeros((len(rim), len(rim)), dtype=np.bool_)
+    count = len(points)
+    barred = np.zeros((count, count), dtype=np.bool_)
     same = cKDTree(points).query_pairs(apart, output_type="ndarray")
-    same = same[~np.isin(same[:, 1] - same[:, 0], (1, len(rim) - 1))]
+    same = same[~np.isin(same[:, 1] - same[:, 0], (1, count - 1))]
     for pairs in (place, same):
         barred[pairs[:, 0], pairs[:, 1]] = True
     return np.asarray(barred | barred.T)
 
 
-def _agreement(patch: Mesh, points: Floats, outer: Floats) -> float:
+def _agreement(patch: Mesh, points: Floats, outer: Floats, own: NDArray[np.bool_]) -> float:
     """Mean cosine, along the rim, between the span's faces and those of the mesh.
 
     Parameters
     ----------
-    patch : the span, its first vertices the rim's; points, outer : see `triangulate_rim`.
+    patch : the span, its first vertices the rim's; points, outer : see `triangulate_rim`;
+        own : which of these edges are the mesh's.
     """
     n = len(points)
     after = np.roll(patch.faces, -1, axis=1)
     face, corner = np.nonzero((patch.faces < n) & (after == (patch.faces - 1) % n))
     mine = after[face, corner]  # the rim's edge runs from here to the next
-    length = np.linalg.norm(points - np.roll(points, -1, axis=0), axis=1)[mine]
+    length = np.linalg.norm(points - np.roll(points, -1, axis=0), axis=1)[mine] * own[mine]
     cosine = (patch.normals[face] * outer[mine]).sum(axis=1)
     return float((cosine * length).sum() / max(float(length.sum()), 1e-30))
 
@@ -197,5 +208,8 @@ def _shares(mesh: Mesh, spans: list[_Span], scene: Scene, least: float) -> Float
     joined = _joined(mesh, spans)
     alone = Mesh(joined.vertices, joined.faces[~joined.measured])
     span = np.repeat(np.arange(len(spans)), [len(item.faces) for item in spans])
-    sizes = np.array([_BEHIND_SHARE * _size(mesh, item.rim) for item in spans])
-    return share_seen_through(mesh, alone, span, scene, np.maximum(sizes, least))
+    slack = [
+        max(least, _BEHIND_SHARE * float(np.linalg.norm(np.ptp(mesh.vertices[item.rim], axis=0))))
+        for item in spans
+    ]
+    return share_seen_through(mesh, alone, span, scene, np.array(slack))

@@ -2,8 +2,8 @@
 
 After Liepa, "Filling holes in meshes", 2003: triangulate the rim, refine the triangles to the
 edge length around it, flip edges towards Delaunay, and let the new vertices go where they rest.
-They rest in the mean of their neighbours: so none leaves the hull of the rim, however rough it is
-(the paper's second-order fairing carries a rough rim's noise far into the hole).
+They rest in the mean of their neighbours (the paper's fairing is of second order): so none leaves
+the hull of the rim, however rough it is.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Guessed triangles that no photo shows: the picture around them is continued into them.
 
-Each connected piece of them is a chart in its own plane. The triangles around it are drawn beside it
-from the atlas, and OpenCV continues their colours inwards (Telea, "An image inpainting technique
+Each connected piece of them is a chart in its own plane. The triangles around it are drawn beside
+it from the atlas, and OpenCV continues their colours inwards (Telea, "An image inpainting technique
 based on the fast marching method", 2004).
 """
 
