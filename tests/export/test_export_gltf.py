@@ -53,6 +53,23 @@ def test_ids_and_tables(wall: Wall, tier: str) -> None:
     assert extras["routes"] == json.loads(msgspec.json.encode(wall.routes))
 
 
+def test_wall_glb_tells_guesses_apart(wall: Wall) -> None:
+    guessed = np.zeros(len(wall.mesh.faces), dtype=np.bool_)
+    guessed[::3] = True
+    wall = replace(wall, mesh=replace(wall.mesh, guessed=guessed))
+    builder = TierBuilder(wall, ExportSettings(first_triangles=2000))
+    glb = Glb(builder.glb("archive"))
+    corner = glb.attribute("_FEATURE_ID_1").astype(int)[glb.triangles()]
+    assert (corner == corner[:, :1]).all(), "a triangle is both"
+    assert (corner[:, 0] == 1).sum() == guessed.sum()
+    feature = glb.primitive["extensions"]["EXT_mesh_features"]["featureIds"][1]
+    table = feature["propertyTable"]
+    assert glb.column(table, "origin") == ["measured", "guessed"]
+    areas = [wall.mesh.areas[~guessed].sum(), wall.mesh.areas[guessed].sum()]
+    np.testing.assert_allclose(glb.column(table, "area_m2"), areas, rtol=1e-5)
+    assert "_FEATURE_ID_1" not in Glb(builder.glb("first")).primitive["attributes"]
+
+
 def test_quantised_positions_land_where_they_were(wall: Wall) -> None:
     data, surface = build_tier(wall, "first", ExportSettings())
     glb = Glb(data)

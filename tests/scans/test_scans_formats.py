@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -66,6 +67,33 @@ def test_ply_there_and_back(tmp_path: Path) -> None:
     np.testing.assert_array_equal(read.faces, mesh.faces)
     assert read.vertex_colours is not None
     np.testing.assert_array_equal(read.vertex_colours, colours)
+    assert read.guessed is None
+
+
+def test_guesses_there_and_back(tmp_path: Path) -> None:
+    corners = np.eye(4, 3)
+    mesh = Mesh(corners, np.array([[0, 1, 2], [2, 1, 3], [0, 2, 3]], dtype=np.int32), None)
+    mesh = replace(mesh, guessed=np.array([False, True, True]))
+    write_ply(tmp_path / "m.ply", mesh)
+    read = read_mesh(tmp_path / "m.ply")
+    assert read.measured.tolist() == [True, False, False]
+    alone = read.without_guesses()
+    assert alone.guessed is None
+    np.testing.assert_array_equal(alone.vertices, corners[:3])
+    np.testing.assert_array_equal(alone.faces, [[0, 1, 2]])
+    with pytest.raises(InputError, match="guesses"):
+        replace(mesh, guessed=np.array([True]))
+
+
+def test_a_list_of_guesses_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "m.ply"
+    path.write_text(
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+        "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
+        "property list uchar int guessed\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 2 1 1\n"
+    )
+    with pytest.raises(InputError, match=r"m\.ply"):
+        read_mesh(path)
 
 
 @pytest.mark.parametrize("content", [b"", b"not a mesh", b"ply\nformat ascii 1.0\nend_header\n"])

@@ -11,11 +11,13 @@ import pytest
 from PIL import Image
 
 from walltopo.core import Camera, InputError, SettingsError
+from walltopo.core.outputs import Target, claimed_folder
 from walltopo.scans.detections import read_coco_masks
 from walltopo.scans.model import open_model, read_views
 from walltopo_lab.cli import synth as synth_cli
 from walltopo_lab.synth import PhotoSettings, generate, tiny_recipe
 from walltopo_lab.synth.path import look_at
+from walltopo_lab.synth.recipe import _check_folder
 from walltopo_lab.synth.shade import distorted_rays
 from walltopo_lab.synth.tracer import Tracer
 
@@ -194,6 +196,16 @@ def test_wrong_options_are_explained(words: tuple[str, ...], message: str) -> No
     with pytest.raises(SettingsError) as caught:
         synth_cli._recipe(_arguments(*words))
     assert message in str(caught.value)
+
+
+def test_a_new_folder_may_hold_the_mark_of_its_command_alone(tmp_path: Path) -> None:
+    claimed_folder(Target(tmp_path / "gym", "OUT", "synth"))
+    _check_folder(tmp_path / "gym", tiny_recipe())
+    assert (tmp_path / "gym" / "truth" / "recipe.json").is_file()
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "diary.txt").write_text("mine")
+    with pytest.raises(InputError, match="not empty"):
+        _check_folder(tmp_path / "other", tiny_recipe())
 
 
 def test_photo_settings_have_an_order() -> None:

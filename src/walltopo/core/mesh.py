@@ -24,11 +24,14 @@ class Mesh:
     vertices : (V, 3) float64, finite.
     faces : (F, 3) int32, counter-clockwise seen from outside.
     vertex_colours : (V, 3) uint8 sRGB, or None.
+    guessed : (F,) bool, triangles that span a hole: no photo measured them; None where all were
+        measured.
     """
 
     vertices: Floats
     faces: NDArray[np.int32]
     vertex_colours: NDArray[np.uint8] | None = None
+    guessed: NDArray[np.bool_] | None = None
 
     def __post_init__(self) -> None:
         vertices = np.ascontiguousarray(self.vertices, dtype=np.float64)
@@ -51,6 +54,8 @@ class Mesh:
         colours = self.vertex_colours
         if colours is not None and colours.shape != vertices.shape:
             raise InputError(f"mesh vertex colours: expected {vertices.shape}, got {colours.shape}")
+        if self.guessed is not None and self.guessed.shape != (len(faces),):
+            raise InputError(f"mesh guesses: expected ({len(faces)},), got {self.guessed.shape}")
         object.__setattr__(self, "vertices", vertices)
         object.__setattr__(self, "faces", faces)
 
@@ -75,3 +80,22 @@ class Mesh:
         """(F, 3) unit normals; zeros for triangles without area."""
         lengths = np.linalg.norm(self._crosses, axis=1, keepdims=True)
         return np.where(lengths > 0, self._crosses / np.where(lengths > 0, lengths, 1.0), 0.0)
+
+    @cached_property
+    def measured(self) -> NDArray[np.bool_]:
+        """(F,) whether photos measured each triangle: not `guessed`."""
+        return np.ones(len(self.faces), np.bool_) if self.guessed is None else ~self.guessed
+
+    def without_guesses(self) -> Mesh:
+        """The measured triangles in their order, and all vertices but those of guesses alone.
+
+        What measures (areas, votes, accuracy) takes this mesh; itself where nothing is guessed.
+        """
+        if self.measured.all():
+            return self
+        kept = np.ones(len(self.vertices), dtype=np.bool_)
+        kept[self.faces[~self.measured]] = False
+        kept[self.faces[self.measured]] = True
+        number = np.cumsum(kept, dtype=np.int32) - 1
+        colours = None if self.vertex_colours is None else self.vertex_colours[kept]
+        return Mesh(self.vertices[kept], number[self.faces[self.measured]], colours)

@@ -73,6 +73,15 @@ class DenseSettings:
             expert=True,
         ),
     ] = 0.02
+    max_guess: Annotated[
+        float,
+        about(
+            "holes that stay open are spanned by a guess up to this diameter, in metres (or 10 % "
+            "of the scene a metre), where no photo looks through; 0: none",
+            low=0,
+            high=10,
+        ),
+    ] = 1.0
     openmvs_bin: Annotated[
         str, about("folder of the OpenMVS programs; empty: looked up on PATH", program=True)
     ] = ""

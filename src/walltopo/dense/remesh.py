@@ -182,7 +182,7 @@ def _collapse(
     return done
 
 
-def collapse_short_edges(mesh: Mesh, shortest: float) -> Mesh:
+def collapse_short_edges(mesh: Mesh, shortest: float, border: bool = True) -> Mesh:
     """Merge the ends of edges shorter than `shortest`, the shortest first.
 
     Parameters
@@ -190,17 +190,18 @@ def collapse_short_edges(mesh: Mesh, shortest: float) -> Mesh:
     mesh : manifold.
     shortest : world units. Edges stay where a collapse would change the topology, turn a face
         over or make a sliver.
+    border : whether those at border vertices, too.
     """
     for _ in range(_PASSES):
         edges = edges_of(mesh.faces)
         ends = mesh.vertices[edges.pairs]
         length = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1)
-        short = np.flatnonzero(length < shortest)
+        rim = np.zeros(len(mesh.vertices), dtype=np.bool_)
+        rim[edges.pairs[edges.count == 1].ravel()] = True
+        short = np.flatnonzero((length < shortest) & (border | ~rim[edges.pairs].any(axis=1)))
         if len(short) == 0:
             break
         short = short[np.argsort(length[short], kind="stable")]
-        rim = np.zeros(len(mesh.vertices), dtype=np.bool_)
-        rim[edges.pairs[edges.count == 1].ravel()] = True
         vertices, faces = mesh.vertices.copy(), mesh.faces.copy()
         alive = np.ones(len(faces), dtype=np.bool_)
         done = _collapse(

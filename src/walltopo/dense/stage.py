@@ -11,6 +11,7 @@ import numpy as np
 from walltopo.core import Mesh
 from walltopo.dense.colmap import colmap_mesh, has_cuda
 from walltopo.dense.contract import DenseSettings, Reads, Writes
+from walltopo.dense.guess import guess_holes
 from walltopo.dense.openmvs import openmvs_mesh
 from walltopo.dense.preview import preview_mesh
 from walltopo.dense.scene import Scene, ground_sampling, read_scene, surroundings
@@ -81,8 +82,12 @@ def run(reads: Reads, settings: DenseSettings, context: Context) -> Writes:
     edge, unit = edge_and_unit(scene, settings, metric)
     backend, reason = pick_backend(settings)
     context.progress.note(f"dense: {backend} ({reason}), edges of about {_length(edge, metric)}")
-    mesh = _mesh(reads, scene, backend, settings, edge, unit, context)
-    sides = mesh.vertices[mesh.faces] - mesh.vertices[np.roll(mesh.faces, -1, axis=1)]
+    measured = _mesh(reads, scene, backend, settings, edge, unit, context)
+    sides = measured.vertices[measured.faces] - measured.vertices[np.roll(measured.faces, -1, 1)]
+    length = float(np.median(np.linalg.norm(sides, axis=2)))
+    largest = settings.max_guess * unit
+    guesses = guess_holes(measured, scene, largest, length, context.progress)
+    mesh = guesses.mesh
     return Writes(
         mesh,
         {
@@ -90,8 +95,11 @@ def run(reads: Reads, settings: DenseSettings, context: Context) -> Writes:
             "reason": reason,
             "vertices": len(mesh.vertices),
             "faces": len(mesh.faces),
-            "area": round(float(mesh.areas.sum()), 3),
-            "edge_length": round(float(np.median(np.linalg.norm(sides, axis=2))), 6),
+            "area": round(float(mesh.areas[mesh.measured].sum()), 3),
+            "guessed_area": round(float(mesh.areas[~mesh.measured].sum()), 3),
+            "guessed_holes": guesses.spanned,
+            "seen_through": guesses.looked_through,
+            "edge_length": round(length, 6),
             "metric": metric,
         },
     )

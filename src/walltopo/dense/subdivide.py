@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from walltopo.core import Mesh
 from walltopo.meshes.topology import edges_of
 
-__all__ = ["drop_wide", "split_long_edges"]
+__all__ = ["drop_wide", "halve_edges", "split_long_edges"]
 
 Faces = NDArray[np.int32]
 
@@ -27,15 +27,28 @@ def split_long_edges(mesh: Mesh, longest: float) -> Mesh:
     longest : world units.
     """
     while True:
-        edges = edges_of(mesh.faces)
-        a, b = mesh.vertices[edges.pairs[:, 0]], mesh.vertices[edges.pairs[:, 1]]
-        split = np.linalg.norm(a - b, axis=1) > longest
-        if not split.any():
+        halved = halve_edges(mesh, longest)
+        if len(halved.vertices) == len(mesh.vertices):
             return mesh
-        middle = np.full(len(split), -1, dtype=np.int64)
-        middle[split] = len(mesh.vertices) + np.arange(int(split.sum()))
-        vertices = np.concatenate([mesh.vertices, 0.5 * (a[split] + b[split])])
-        mesh = Mesh(vertices, _split(mesh.faces, middle[edges.of_face]))
+        mesh = halved
+
+
+def halve_edges(mesh: Mesh, longest: float, border: bool = True) -> Mesh:
+    """Halve the edges longer than `longest` once; the old vertices keep their numbers.
+
+    Parameters
+    ----------
+    border : whether the mesh's border edges, too.
+    """
+    edges = edges_of(mesh.faces)
+    a, b = mesh.vertices[edges.pairs[:, 0]], mesh.vertices[edges.pairs[:, 1]]
+    split = np.linalg.norm(a - b, axis=1) > longest
+    if not border:
+        split &= edges.count > 1
+    middle = np.full(len(split), -1, dtype=np.int64)
+    middle[split] = len(mesh.vertices) + np.arange(int(split.sum()))
+    vertices = np.concatenate([mesh.vertices, 0.5 * (a[split] + b[split])])
+    return Mesh(vertices, _split(mesh.faces, middle[edges.of_face]))
 
 
 def _lengths(mesh: Mesh) -> NDArray[np.float64]:

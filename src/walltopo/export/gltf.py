@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from walltopo.export.glb import GlbWriter
 from walltopo.export.surface import Surface
-from walltopo.export.tables import SCHEMA, hold_columns, route_columns
+from walltopo.export.tables import SCHEMA, hold_columns, origin_columns, route_columns
 from walltopo.imaging.srgb import linear_from_srgb8
 from walltopo.scans.holds import HoldRow
 from walltopo.scans.routes import Route
@@ -68,6 +68,8 @@ def _attributes(writer: GlbWriter, surface: Surface, packing: Packing) -> tuple[
     if surface.colours is not None:
         attributes["COLOR_0"] = writer.attribute(_linear(surface.colours), normalized=True)
     attributes["_FEATURE_ID_0"] = writer.attribute(_ids(surface.feature))
+    if surface.guessed is not None:
+        attributes["_FEATURE_ID_1"] = writer.attribute(surface.guessed)
     return attributes, node
 
 
@@ -80,6 +82,11 @@ def _ids(feature: NDArray[np.int32]) -> NDArray[Any]:
 def _linear(colours: NDArray[np.uint8]) -> NDArray[np.uint16]:
     """sRGB bytes as linear 16-bit values: glTF's vertex colours are linear."""
     return np.rint(linear_from_srgb8(colours) * 65535.0).astype(np.uint16)
+
+
+def _feature_ids(attribute: int, label: str, count: int, table: int) -> dict[str, Any]:
+    """An entry of `EXT_mesh_features`: which attribute tells the rows of which table."""
+    return {"featureCount": count, "attribute": attribute, "propertyTable": table, "label": label}
 
 
 def _material(writer: GlbWriter, surface: Surface, picture: tuple[bytes, str] | None) -> Any:
@@ -133,17 +140,15 @@ def write_glb(
         tables.append(writer.property_table("routes", "route", route_columns(routes)))
     writer.use("EXT_structural_metadata")
     writer.use("EXT_mesh_features")
-    feature = {
-        "featureCount": len(columns[0].values),
-        "attribute": 0,
-        "propertyTable": 0,
-        "label": "hold",
-    }
+    features = [_feature_ids(0, "hold", len(columns[0].values), 0)]
+    if surface.guessed is not None:
+        features.append(_feature_ids(1, "origin", 2, len(tables)))
+        tables.append(writer.property_table("origin", "origin", origin_columns(surface)))
     primitive = {
         "attributes": attributes,
         "indices": indices,
         "material": 0,
-        "extensions": {"EXT_mesh_features": {"featureIds": [feature]}},
+        "extensions": {"EXT_mesh_features": {"featureIds": features}},
     }
     extras = {
         "version": 1,

@@ -26,6 +26,7 @@ def keep_faces(wall: Wall, keep: NDArray[np.bool_], shown: Collection[int]) -> W
         wall.mesh.vertices[used],
         index.reshape(-1, 3).astype(np.int32),
         None if colours is None else colours[used],
+        ~wall.mesh.measured[keep],
     )
     labels = wall.face_instance[keep]
     labels = np.where(np.isin(labels, list(shown)), labels, 0).astype(np.int32)

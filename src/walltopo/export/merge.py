@@ -161,6 +161,7 @@ def _joined(walls: Sequence[Wall], title: str) -> Wall:
         np.vstack([c for c in colours if c is not None])
         if all(c is not None for c in colours)
         else None,
+        np.concatenate([~wall.mesh.measured for wall in walls]),
     )
     uv = [wall.uv for wall in walls]
     textured = all(part is not None for part in uv)

@@ -34,6 +34,7 @@ class Surface:
     normals : (V, 3) float32, unit, smooth over the unsplit mesh.
     uv : (V, 2) float32 or None.
     colours : (V, 3) uint8 sRGB or None.
+    guessed : (V,) uint8, 1 at guessed triangles, or None where that is not told.
     """
 
     positions: NDArray[np.float32]
@@ -42,6 +43,7 @@ class Surface:
     normals: NDArray[np.float32]
     uv: NDArray[np.float32] | None = None
     colours: NDArray[np.uint8] | None = None
+    guessed: NDArray[np.uint8] | None = None
 
     @cached_property
     def mesh(self) -> Mesh:
@@ -74,6 +76,7 @@ def split_at_borders(
     mesh: Mesh,
     face_instance: NDArray[np.int32],
     uv: NDArray[np.float32] | None = None,
+    guessed: NDArray[np.bool_] | None = None,
 ) -> Surface:
     """Give every triangle corner a vertex of its own hold id and texture position.
 
@@ -83,8 +86,11 @@ def split_at_borders(
     face_instance : (F,) int32, 0 = wall.
     uv : (F, 3, 2) float32 texture positions of the corners; equal ones (to 1/65535 of the
         texture) share a vertex.
+    guessed : (F,) bool; given, no vertex is shared by guessed and other triangles.
     """
     ids = face_instance.astype(np.int64)
+    if guessed is not None:
+        ids = 2 * ids + guessed
     span = int(ids.max(initial=0)) + 1
     key = (mesh.faces.astype(np.int64) * span + ids[:, None]).ravel()
     if uv is not None:
@@ -104,6 +110,7 @@ def split_at_borders(
         normals=_smooth_normals(mesh)[source],
         uv=None if uv is None else uv.reshape(-1, 2)[first].astype(np.float32),
         colours=None if colours is None or uv is not None else colours[source],
+        guessed=None if guessed is None else np.repeat(guessed, 3)[first].astype(np.uint8),
     )
 
 
@@ -160,4 +167,5 @@ def _reordered(surface: Surface, triangles: NDArray[np.uint32]) -> Surface:
         normals=surface.normals[order],
         uv=None if surface.uv is None else surface.uv[order],
         colours=None if surface.colours is None else surface.colours[order],
+        guessed=None if surface.guessed is None else surface.guessed[order],
     )

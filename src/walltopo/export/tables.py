@@ -14,6 +14,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from walltopo.export.surface import Surface
 from walltopo.scans.holds import HoldRow
 from walltopo.scans.routes import Route
 
@@ -60,6 +61,11 @@ HOLD_SCHEMA: dict[str, dict[str, Any]] = {
     "steepness_deg": _number("0 vertical, positive overhanging", noData=NO_NUMBER),
 }
 
+ORIGIN_SCHEMA: dict[str, dict[str, Any]] = {
+    "origin": _text("measured, or guessed: spans a hole that no photo measured"),
+    "area_m2": _number("surface, square metres"),
+}
+
 ROUTE_SCHEMA: dict[str, dict[str, Any]] = {
     "id": _number("route id", "INT32"),
     "colour": _text("name of the colour"),
@@ -77,6 +83,7 @@ SCHEMA: dict[str, Any] = {
     "classes": {
         "hold": {"name": "Hold", "properties": HOLD_SCHEMA},
         "route": {"name": "Route", "properties": ROUTE_SCHEMA},
+        "origin": {"name": "Origin", "properties": ORIGIN_SCHEMA},
     },
 }
 
@@ -113,6 +120,23 @@ def hold_columns(holds: Sequence[HoldRow], most: int = 0) -> list[Column]:
     for hold in holds:
         rows[hold.id] = msgspec.to_builtins(hold)
     return _columns(HOLD_SCHEMA, rows)
+
+
+def origin_columns(surface: Surface) -> list[Column]:
+    """Columns of the table of origins: row 0 is what was measured, row 1 what is guessed.
+
+    Parameters
+    ----------
+    surface : with `guessed`.
+    """
+    assert surface.guessed is not None
+    of_face = surface.guessed[surface.triangles[:, 0]]
+    areas = np.bincount(of_face, surface.mesh.areas, minlength=2)
+    rows = [
+        {"origin": "measured", "area_m2": float(areas[0])},
+        {"origin": "guessed", "area_m2": float(areas[1])},
+    ]
+    return _columns(ORIGIN_SCHEMA, rows)
 
 
 def route_columns(routes: Sequence[Route]) -> list[Column]:

@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+import numpy as np
+from numpy.typing import NDArray
+
 from walltopo.core import StageError
 from walltopo.export.atlas import retexture
 from walltopo.export.contract import ExportSettings
@@ -52,9 +55,10 @@ class TierBuilder:
     def _shown(self) -> Wall:
         return without_loose(self.wall)
 
-    def _full(self, wall: Wall) -> Look:
+    def _full(self, wall: Wall, guessed: NDArray[np.bool_] | None) -> Look:
         picture = None if wall.texture is None else read_rgb(wall.texture)
-        return Look(split_at_borders(wall.mesh, wall.face_instance, wall.uv), picture)
+        surface = split_at_borders(wall.mesh, wall.face_instance, wall.uv, guessed)
+        return Look(surface, picture)
 
     @cached_property
     def _plain(self) -> Surface:
@@ -80,8 +84,11 @@ class TierBuilder:
         triangles = getattr(self.settings, f"{name}_triangles")
         if name == "first":
             finer = self.look("detail")
+        elif name == "archive":
+            # Programs that read it can tell guesses apart; the page draws them like all else.
+            finer = self._full(self.wall, self.wall.mesh.guessed)
         else:
-            finer = self._full(self.wall if name == "archive" else self._shown)
+            finer = self._full(self._shown, None)
         if triangles <= 0 or len(finer.surface.triangles) <= triangles or not available():
             return Look(simplify(finer.surface, 0), finer.picture)
         if finer.picture is None:

@@ -76,11 +76,12 @@ def _painted(
 
 
 def _read_wall(reads: Reads, settings: ClassifySettings, progress: Progress) -> _Wall:
-    mesh = reads.mesh
-    reads.instances.check_fits(mesh)
+    reads.instances.check_fits(reads.mesh)
     lifted = Lifted.of(reads.instances, reads.instance_records)
     strokes = reads.hold_edits.strokes
-    labels = _painted(mesh, lifted.face_instance, lifted.kinds, strokes, progress)
+    labels = _painted(reads.mesh, lifted.face_instance, lifted.kinds, strokes, progress)
+    # What is guessed says nothing of a hold's size, place and colour.
+    mesh, labels = reads.mesh.without_guesses(), labels[reads.mesh.measured]
     lifted = replace(lifted, face_instance=labels)
     shapes = measure_shapes(mesh, labels, sorted(lifted.kinds))
     doubts = doubtful(reads.scale, mesh, lifted, shapes, settings)

@@ -8,6 +8,7 @@ from walltopo.core import InputError, Instances, Mesh, Progress, Silent, View
 from walltopo.lifting.contract import LiftParams
 from walltopo.lifting.distance import resolve_lengths
 from walltopo.lifting.fast import lift_literal, nothing
+from walltopo.lifting.guesses import with_guesses
 from walltopo.lifting.robust import lift_robust
 
 __all__ = ["run_method"]
@@ -22,6 +23,9 @@ def run_method(
         raise InputError("the mesh has no triangles", "Is it a point cloud? Mesh it first.")
     if not any(mask.area for view in views for mask in view.masks):
         return nothing(len(mesh.faces))
+    if mesh.guessed is not None:
+        found = run_method(mesh.without_guesses(), views, params, progress)
+        return with_guesses(found, mesh)
     params = resolve_lengths(params, mesh, views)
     if params.method == "literal":
         return lift_literal(mesh, views, params, progress)

@@ -96,7 +96,7 @@ def check_mesh(mesh: Mesh, views: Sequence[View] = ()) -> MeshReport:
         edges_of_many_faces=int((edges.count > 2).sum()),
         vertices_of_many_fans=int((fan_count > 1).sum()),
         flipped_edges=_flipped(mesh, edges),
-        degenerate_faces=_degenerate(mesh),
+        degenerate_faces=int(degenerate(mesh).sum()),
         doubled_faces=int(doubled(mesh.faces).sum()),
         unused_vertices=int((fan_count == 0).sum()),
         doubled_vertices=_doubled_vertices(mesh),
@@ -128,11 +128,11 @@ def _flipped(mesh: Mesh, edges: Edges) -> int:
     return int(((edges.count == 2) & (walks != 1)).sum())
 
 
-def _degenerate(mesh: Mesh) -> int:
-    """Faces whose height over their longest side is next to nothing."""
+def degenerate(mesh: Mesh, least: float = _DEGENERATE) -> NDArray[np.bool_]:
+    """(F,) whether a face's height is at most this share of its longest side."""
     corners = mesh.vertices[mesh.faces]
     longest = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(axis=1)
-    return int((2.0 * mesh.areas <= _DEGENERATE * longest**2).sum())
+    return np.asarray(2.0 * mesh.areas <= least * longest**2)
 
 
 def _inward(mesh: Mesh, views: Sequence[View]) -> float:

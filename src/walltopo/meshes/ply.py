@@ -15,9 +15,13 @@ from walltopo.meshes.foreign import int32_faces, load_foreign
 
 __all__ = ["read_mesh", "write_ply"]
 
+_GUESSED = "guessed"
+
 
 def write_ply(path: Path, mesh: Mesh, instance: NDArray[np.int32] | None = None) -> None:
     """Write a mesh as binary PLY (float32 vertices, uint8 colours if it has them); atomic.
+
+    Where triangles are guessed, faces have a property `guessed`, 1 for those.
 
     Parameters
     ----------
@@ -41,10 +45,15 @@ def write_ply(path: Path, mesh: Mesh, instance: NDArray[np.int32] | None = None)
     if instance is not None:
         face_fields.append(("instance", "<i4"))
         header.append("property int instance")
+    if mesh.guessed is not None:
+        face_fields.append((_GUESSED, "u1"))
+        header.append(f"property uchar {_GUESSED}")
     faces = np.zeros(len(mesh.faces), dtype=face_fields)
     faces["n"], faces["v"] = 3, mesh.faces
     if instance is not None:
         faces["instance"] = instance
+    if mesh.guessed is not None:
+        faces[_GUESSED] = mesh.guessed
     with atomic_path(path) as temporary, temporary.open("wb") as stream:
         stream.write(("\n".join([*header, "end_header"]) + "\n").encode("ascii"))
         stream.write(vertices.tobytes())
@@ -73,4 +82,17 @@ def read_mesh(path: Path) -> Mesh:
     if loaded.visual.kind == "vertex":
         colours = np.ascontiguousarray(np.asarray(loaded.visual.vertex_colors)[:, :3], np.uint8)
     with naming(path):
-        return Mesh(np.asarray(loaded.vertices), int32_faces(loaded.faces), colours)
+        faces = int32_faces(loaded.faces)
+        return Mesh(np.asarray(loaded.vertices), faces, colours, _guessed(loaded))
+
+
+def _guessed(loaded: Any) -> NDArray[np.bool_] | None:
+    """(F,) of the faces' property `guessed` in a PLY; None where it has none."""
+    table = loaded.metadata.get("_ply_raw", {}).get("face", {}).get("data")
+    names = table if isinstance(table, dict) else getattr(table, "dtype", np.dtype("f4")).names
+    if table is None or _GUESSED not in (names or ()):
+        return None
+    values = np.asarray(table[_GUESSED])
+    if values.dtype.kind not in "iuf":
+        raise InputError(f"mesh guesses: expected a number a face, got {values.dtype}")
+    return values != 0

@@ -43,7 +43,7 @@ class Similarity:
 
     def mesh(self, mesh: Mesh) -> Mesh:
         """A mesh of `from` in `to`."""
-        return Mesh(self.apply(mesh.vertices), mesh.faces, mesh.vertex_colours)
+        return Mesh(self.apply(mesh.vertices), mesh.faces, mesh.vertex_colours, mesh.guessed)
 
     def inverse(self) -> Similarity:
         """The way back."""

@@ -158,7 +158,7 @@ def wall_area(scan: ScanFolder) -> float:
         return 0.0
     from walltopo.meshes.ply import read_mesh
 
-    return float(read_mesh(scan.mesh).areas.sum())
+    return float(read_mesh(scan.mesh).without_guesses().areas.sum())
 
 
 def load_scan(root: Path) -> tuple[ScanFolder, tuple[Hold, ...], bool]:

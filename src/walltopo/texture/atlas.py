@@ -13,6 +13,7 @@ from walltopo.imaging.packing import fit_scale
 from walltopo.meshes.neighbours import face_neighbours, patches
 from walltopo.texture.candidates import find_candidates
 from walltopo.texture.colour import level_seams, photo_gains
+from walltopo.texture.continued import continue_colours, plane_positions
 from walltopo.texture.contract import TextureSettings
 from walltopo.texture.labels import choose_labels
 from walltopo.texture.paint import (
@@ -87,10 +88,14 @@ def make_texture(
         )
     gains = photo_gains(candidates, len(views)) if settings.blend else np.ones((len(views), 3))
     del candidates
-    chart, _ = patches(adjacent, label)
+    blank = (label < 0) & ~mesh.measured
+    chart, _ = patches(adjacent, np.where(blank, -2, label))
     pixels = _photo_positions(mesh, views, label)
     # A chart of a few triangles would cost more in borders than in colours: one colour each.
-    flat = (label < 0) | (np.bincount(chart) < _TINY_CHART)[chart]
+    tiny = (np.bincount(chart) < _TINY_CHART)[chart]
+    flat = (label < 0) & ~blank | tiny
+    continued = np.where(blank & ~tiny, chart, -1).astype(np.int32)
+    pixels += plane_positions(mesh, continued, _pixels_per_unit(mesh, pixels))
     texels, charts, scale = _layout(pixels, chart, flat, settings)
     progress.step("levelling colours", len(views))
     node, vertex = _nodes(mesh.faces, chart, label)
@@ -113,6 +118,7 @@ def make_texture(
         known = spread_colours(mesh.faces, len(mesh.vertices), vertex, colour + shift)
         tint = np.clip(known[mesh.faces[flat]].mean(axis=1), 0, 255).astype(np.float32)
         paint_colours(np.flatnonzero(flat), texels, tint, atlas, painted)
+    continue_colours(mesh, continued, texels, atlas, painted)
     uv = (texels / np.float32(settings.size)).astype(np.float32)
     return Texture(fill_gaps(atlas, painted), uv, label, charts, scale)
 
@@ -126,6 +132,19 @@ def _photo_positions(
         which = np.flatnonzero(label == k)
         pixels[which] = view.project(mesh.vertices[mesh.faces[which]])
     return pixels
+
+
+def _pixels_per_unit(mesh: Mesh, pixels: NDArray[np.float32]) -> float:
+    """How many photo pixels a world unit measures, in the middle.
+
+    Parameters
+    ----------
+    pixels : (F, 3, 2), zeros for faces that no photo shows.
+    """
+    a, b = (pixels[:, k] - pixels[:, 0] for k in (1, 2))
+    shown = 0.5 * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+    there = (shown > 0) & (mesh.areas > 0)
+    return float(np.sqrt(np.median(shown[there] / mesh.areas[there])))
 
 
 def _layout(

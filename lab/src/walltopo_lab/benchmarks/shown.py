@@ -34,7 +34,7 @@ from walltopo_lab.evaluate.mesh import REACH_M
 from walltopo_lab.evaluate.operating import at_score, operating_point
 from walltopo_lab.evaluate.overlap import Labelled
 from walltopo_lab.evaluate.routes import match_pairs
-from walltopo_lab.evaluate.scan import read_labelled, scan_views
+from walltopo_lab.evaluate.scan import measured_labels, scan_views
 from walltopo_lab.evaluate.semantics import class_of_faces, confusion, semantic_metrics
 from walltopo_lab.evaluate.truth import read_truth
 
@@ -77,13 +77,14 @@ def score(args: argparse.Namespace) -> None:
 def heights(folder: Path, truth_folder: Path) -> tuple[dict[int, Rise], dict[int, Rise]]:
     """Rises of the real holds of a scan and of what is none; half matches are left out."""
     scan, truth = ScanFolder(folder), read_truth(truth_folder)
-    mesh = read_mesh(scan.mesh)
-    table = InstanceTable.load(scan.instances)
+    whole = read_mesh(scan.mesh)
+    mesh = whole.without_guesses()
+    found = measured_labels(scan, whole)
+    table = InstanceTable(found.face_instance, np.zeros(len(mesh.faces), dtype=np.float32))
     lifted = Lifted.of(table, InstanceRecords.load(scan.instance_records))
     rises = measure_rises(mesh, lifted.face_instance, lifted.kinds, 1.0)
     turned = align_views(scan_views(scan, truth), truth.views, False).mesh(mesh)
     carried = carry_truth(truth, turned, WITHIN, REACH_M)
-    found = read_labelled(scan.instances, scan.instance_records)
     pairs = match_pairs(overlap_with_missing(found, carried, mesh.areas, truth))
     size = max(rises, default=0) + 1
     labels = np.where(lifted.face_instance < size, lifted.face_instance, 0)

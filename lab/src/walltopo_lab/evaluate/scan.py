@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +35,14 @@ from walltopo_lab.evaluate.routes import attribute_metrics, match_pairs, route_m
 from walltopo_lab.evaluate.semantics import class_of_faces, confusion, semantic_metrics
 from walltopo_lab.evaluate.truth import Truth
 
-__all__ = ["ScanEvaluation", "evaluate_scan", "is_metric", "read_labelled", "scan_views"]
+__all__ = [
+    "ScanEvaluation",
+    "evaluate_scan",
+    "is_metric",
+    "measured_labels",
+    "read_labelled",
+    "scan_views",
+]
 
 CLASSES = 3  # none, hold, volume
 
@@ -69,6 +76,28 @@ def read_labelled(npz: Path, records: Path) -> Labelled:
         {row.id: row.label for row in rows},
         {row.id: row.score for row in rows},
     )
+
+
+def measured_labels(scan: ScanFolder, whole: Mesh) -> Labelled:
+    """The instances of a scan on the measured triangles of its mesh: guesses are no result.
+
+    Parameters
+    ----------
+    whole : the mesh as it lies in the scan; the labels are in the order of its
+        `without_guesses()`.
+
+    Raises
+    ------
+    InputError : the instances are of another mesh.
+    """
+    found = read_labelled(scan.instances, scan.instance_records)
+    if len(found.face_instance) != len(whole.faces):
+        raise InputError(
+            f"{scan.instances}: {len(found.face_instance)} faces, but {scan.mesh} has "
+            f"{len(whole.faces)}",
+            "Run the lift again on this mesh.",
+        )
+    return replace(found, face_instance=found.face_instance[whole.measured])
 
 
 def scan_views(scan: ScanFolder, truth: Truth) -> dict[str, View]:
@@ -124,20 +153,15 @@ def evaluate_scan(
     if not scan.mesh.is_file():
         return ScanEvaluation(figures, None)
     listener.step("mesh")
-    mesh = read_mesh(scan.mesh)
+    whole = read_mesh(scan.mesh)
+    mesh = whole.without_guesses()
     mesh = transform.mesh(mesh) if transform else mesh
     carried = carry_truth(truth, mesh, within, REACH_M)
     figures["mesh"] = mesh_metrics(mesh, truth, carried)
     if not scan.instances.is_file():
         return ScanEvaluation(figures, None)
     listener.step("instances")
-    predicted = read_labelled(scan.instances, scan.instance_records)
-    if len(predicted.face_instance) != len(mesh.faces):
-        raise InputError(
-            f"{scan.instances}: {len(predicted.face_instance)} faces, but {scan.mesh} has "
-            f"{len(mesh.faces)}",
-            "Run the lift again on this mesh.",
-        )
+    predicted = measured_labels(scan, whole)
     shown = _shown(scan, predicted)
     _rank_figures(figures, mesh, predicted, carried, truth, within)
     pairs = _shown_figures(figures, mesh, shown, carried, truth, within)

@@ -19,7 +19,7 @@ from walltopo.scans.folder import ScanFolder
 from walltopo_lab.evaluate.align import align_views
 from walltopo_lab.evaluate.carry import carry_truth, overlap_with_missing
 from walltopo_lab.evaluate.routes import match_pairs, type_of_kind
-from walltopo_lab.evaluate.scan import read_labelled, scan_views
+from walltopo_lab.evaluate.scan import measured_labels, scan_views
 from walltopo_lab.evaluate.truth import TrueInstance, read_truth
 
 __all__ = ["Named", "answers_of", "named_on_scans", "true_types"]
@@ -72,13 +72,14 @@ def answers_of(
 def _on_scan(model: TypeModel, gym: Path, folder: Path, whole: Named, met: Named) -> None:
     truth, scan = read_truth(gym), ScanFolder(folder)
     motion = align_views(scan_views(scan, truth), truth.views, False)
-    mesh = motion.mesh(read_mesh(scan.mesh))
+    spanned = read_mesh(scan.mesh)
+    mesh = motion.mesh(spanned.without_guesses())
     types = true_types(truth.instances)
     carried = carry_truth(truth, mesh, WITHIN)
     labels = carried.labelled.face_instance
     there = sorted(set(np.unique(labels).tolist()) & set(types))
     whole.add(gym.name, answers_of(model, mesh, labels, there), types)
-    lifted = read_labelled(scan.instances, scan.instance_records)
+    lifted = measured_labels(scan, spanned)
     pairs = match_pairs(overlap_with_missing(lifted, carried, mesh.areas, truth))
     mine = {found: number for found, number in pairs.items() if number in types}
     answers = answers_of(model, mesh, lifted.face_instance, sorted(mine))

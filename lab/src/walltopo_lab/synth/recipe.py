@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Camera, InputError, Mask, Progress, SettingsError, Silent
 from walltopo.core.files import atomic_path, hash_path, read_json, write_json
+from walltopo.core.outputs import MARKER
 from walltopo.scans.document import parse
 from walltopo.scans.segmentation import Rle, decode_segmentation, encode_mask
 from walltopo_lab.synth.params import GymSettings, PhotoSettings
@@ -71,7 +72,7 @@ def _check_folder(out: Path, recipe: Recipe) -> None:
                 f"{out}: holds a gym of another recipe (differs in {', '.join(changed)})",
                 "Choose another folder, or remove this one first.",
             )
-    elif out.is_dir() and any(out.iterdir()):
+    elif out.is_dir() and any(item.name != MARKER for item in out.iterdir()):
         raise InputError(
             f"{out}: is not empty and no generated gym", "Choose a folder that does not exist yet."
         )

@@ -63,7 +63,7 @@ def load_lift_wall(wall: Wall, within: float = 0.02) -> LiftWall:
     truth = read_truth(wall.truth)
     if wall.scan is not None:
         scan = ScanFolder(wall.scan)
-        mesh, views = read_mesh(scan.mesh), read_views(scan.sparse)
+        mesh, views = read_mesh(scan.mesh).without_guesses(), read_views(scan.sparse)
         masks, _ = read_coco_masks(scan.detections)
         metric = is_metric(scan)
         transform = align_views(scan_views(scan, truth), truth.views, not metric)

@@ -20,7 +20,7 @@ from walltopo.scans.folder import ScanFolder
 from walltopo_lab.evaluate.align import align_views
 from walltopo_lab.evaluate.carry import carry_truth, overlap_with_missing
 from walltopo_lab.evaluate.routes import grouping_scores, match_pairs
-from walltopo_lab.evaluate.scan import is_metric, read_labelled, scan_views
+from walltopo_lab.evaluate.scan import is_metric, measured_labels, scan_views
 from walltopo_lab.evaluate.truth import Truth, read_truth
 from walltopo_lab.tune.problem import Range
 from walltopo_lab.tune.walls import Wall, scan_names
@@ -79,14 +79,15 @@ def _seen_mesh(truth: Truth) -> Mesh:
 
 def _of_scan(scan: ScanFolder, truth: Truth) -> tuple[Mesh, list[tuple[Hold, int]]]:
     """The scan's mesh and its holds with the true holds they match."""
-    mesh = read_mesh(scan.mesh)
+    whole = read_mesh(scan.mesh)
+    mesh = whole.without_guesses()
     if not is_metric(scan):
         raise InputError(f"{scan.root}: not in metres; distances cannot be tuned on it")
     transform = align_views(scan_views(scan, truth), truth.views, similarity=False)
     carried = carry_truth(truth, transform.mesh(mesh), 0.02)
-    predicted = read_labelled(scan.instances, scan.instance_records)
+    predicted = measured_labels(scan, whole)
     pairs = match_pairs(overlap_with_missing(predicted, carried, mesh.areas, truth))
-    return mesh, [
+    return whole, [
         (hold, pairs[hold.id])
         for hold in Attributes.load(scan.attributes).instances
         if hold.role == "hold" and hold.id in pairs and truth.instances[pairs[hold.id]].route >= 0
