@@ -39,6 +39,7 @@ FILES = [
         "foreign",
         "page",
         "borders",
+        "tasks",
     )
 ]
 NAMES = [

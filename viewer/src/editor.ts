@@ -5,7 +5,8 @@ import { h, icon } from "./dom";
 import { applyEdits, emptyEdits } from "./edits";
 import type { EditDocument, HoldEdit } from "./edits";
 import type { Saver } from "./saver";
-import type { Hit, Stage } from "./stage";
+import type { Hit } from "./picking";
+import type { Stage } from "./stage";
 import type { Hold, Route, Tables, Vec3 } from "./types";
 import { capital, holdSwatch, routeName } from "./words";
 

@@ -1,34 +1,35 @@
 /** `<wall-topo src="wall.glb">`: the viewer as one element. Documented in docs/viewer.md. */
 
 import { Vector3 } from "three";
+import { Arrangement } from "./arrange";
+import { Background } from "./background";
+import { breath } from "./breath";
 import { holdCard, routeCard } from "./card";
 import type { CardActions } from "./card";
 import { h, icon } from "./dom";
 import type { Shape } from "./dom";
+import { Editor } from "./editor";
+import type { Insets } from "./fit";
 import { Grab, grabMode } from "./grab";
+import { pressed } from "./keys";
 import { say, speak } from "./languages";
 import { readPlace, writePlace } from "./link";
 import { fetchBytes, parseWall, reasonOf } from "./load";
-import { Editor } from "./editor";
-import { Saver } from "./saver";
 import { Message } from "./message";
 import { Overlay } from "./overlay";
 import { Panel } from "./panel";
 import { compose } from "./picture";
 import type { Caption } from "./picture";
+import { Saver } from "./saver";
 import { Stage } from "./stage";
-import type { Insets } from "./stage";
 import { Outline } from "./state";
 import style from "./style.css?inline";
 import { listenForTaps } from "./tap";
+import { Toast } from "./toast";
 import type { Hold, Route, Tables } from "./types";
 import { Views } from "./views";
 import { holdName, routeFacts, routeName, swatch, wallFacts } from "./words";
 
-const LOW = 470; // CSS pixels: a phone on its side
-const NARROW = 760; // CSS pixels: no room for a list beside the wall
-const EDGE = 16; // CSS pixels kept free around what is looked at
-const FLAG = 34; // CSS pixels that the words "Start" and "Top" take
 const EMPTY: Tables = { title: "", metric: true, holds: new Map(), routes: new Map() };
 
 export class WallTopo extends HTMLElement {
@@ -46,7 +47,14 @@ export class WallTopo extends HTMLElement {
   private readonly root: ShadowRoot;
   private canvas = h("canvas");
   private readonly card = h("section", { class: "card", part: "card", hidden: true });
-  private readonly toast = h("div", { class: "toast", part: "toast", role: "status" });
+  private readonly arrangement = new Arrangement({
+    element: this,
+    shell: this.shell,
+    view: this.view,
+    bar: this.bar,
+    card: this.card,
+  });
+  private readonly toast = new Toast();
   private readonly message = new Message();
   private readonly thread = h("div", { class: "thread", hidden: true }, h("i"));
   private readonly tools = new Map<string, HTMLButtonElement>();
@@ -55,10 +63,11 @@ export class WallTopo extends HTMLElement {
   private touched: Vector3 | null = null;
   private measuring = false;
   private editor: Editor | null = null;
+  /** Reads the tiers; started before they have come. */
+  private reader: Background | null = null;
   private loading: AbortController | null = null;
   private gone = new AbortController();
   private wished: "low" | "half" | "full" = "half";
-  private toastTimer = 0;
   private linkTimer = 0;
   private readonly dark = matchMedia("(prefers-color-scheme: dark)");
 
@@ -76,8 +85,8 @@ export class WallTopo extends HTMLElement {
     this.shell.lang = code;
     // A canvas whose context was given back cannot draw again: each life has its own.
     this.canvas = h("canvas", { tabindex: 0, role: "img", part: "canvas", "aria-label": words.picture });
-    if (this.getAttribute("loading") === "lazy") this.whenNear(() => this.begin());
-    else this.begin();
+    if (this.getAttribute("loading") === "lazy") this.whenNear(() => void this.begin());
+    else void this.begin();
   }
 
   /** Once the element is within a screen of what is seen; until then it only shows its poster. */
@@ -97,18 +106,22 @@ export class WallTopo extends HTMLElement {
     this.gone.signal.addEventListener("abort", () => watcher.disconnect());
   }
 
-  private begin(): void {
+  private async begin(): Promise<void> {
+    const { signal } = this.gone;
+    this.build();
+    this.reader = new Background();
+    await breath();
+    if (signal.aborted) return;
     try {
       this.stage = new Stage(this.canvas);
     } catch {
-      this.build(null);
-      this.fail(say().words.noWebGl);
-      return;
+      return this.fail(say().words.noWebGl);
     }
-    this.build(this.stage);
+    this.overlay = new Overlay(this.stage);
+    this.canvas.after(this.overlay.root);
     this.wire(this.stage);
     this.applyTheme();
-    void this.load();
+    await this.load();
   }
 
   disconnectedCallback(): void {
@@ -117,6 +130,7 @@ export class WallTopo extends HTMLElement {
     clearTimeout(this.linkTimer);
     this.editor?.dispose();
     this.editor = null;
+    this.reader?.end();
     this.stage?.dispose();
     this.stage = null;
     this.views = null;
@@ -234,10 +248,16 @@ export class WallTopo extends HTMLElement {
     try {
       const bytes = await fetchBytes(source, progress, signal);
       progress(1);
-      const wall = await parseWall(bytes, this.getAttribute("heading") ?? say().words.wall);
+      const wall = await parseWall(this.reader!, bytes, this.getAttribute("heading") ?? say().words.wall);
+      await breath();
       if (signal.aborted || !this.stage) return;
       this.tables = wall.tables;
       if (this.hasAttribute("heading")) this.tables.title = this.getAttribute("heading")!;
+      this.stage.prepare(wall);
+      await breath();
+      this.panel.fill(this.tables);
+      await breath();
+      if (signal.aborted) return;
       this.stage.show(wall, false);
       this.loaded(this.stage);
     } catch (error) {
@@ -248,18 +268,15 @@ export class WallTopo extends HTMLElement {
   }
 
   private loaded(stage: Stage): void {
-    this.panel.fill(this.tables);
-    const room = this.tables.routes.size > 0 && this.clientHeight >= LOW;
-    this.panel.sheet.set(room ? "half" : "low");
+    this.panel.sheet.set(this.tables.routes.size > 0 && this.arrangement.roomy ? "half" : "low");
     this.message.hide();
-    this.layout();
+    this.arrange();
     this.choose(null, null);
     this.views!.wall(false);
     this.applyPlace(false);
     if (this.hasAttribute("edit")) this.startEditor();
     stage.drawNow();
     this.setAttribute("data-ready", "first");
-    setTimeout(() => this.stage?.preparePicking(), 100);
     this.emit("wall-load", { routes: this.tables.routes.size, holds: this.tables.holds.size });
   }
 
@@ -300,8 +317,12 @@ export class WallTopo extends HTMLElement {
       this.thread.hidden = false;
       const line = this.thread.querySelector("i")!;
       const progress = (share: number): void => void (line.style.width = `${share * 100}%`);
-      const wall = await parseWall(await fetchBytes(source, progress, signal), "");
+      const wall = await parseWall(this.reader!, await fetchBytes(source, progress, signal), "");
+      await breath();
       if (signal.aborted || !this.stage) return;
+      this.stage.prepare(wall);
+      await breath();
+      if (signal.aborted) return;
       this.stage.show(wall, true);
       this.stage.drawNow();
       this.setAttribute("data-ready", "detail");
@@ -334,7 +355,7 @@ export class WallTopo extends HTMLElement {
     this.emit("route-select", { route: route === null ? null : this.tables.routes.get(route) });
     const name = route === null ? "" : routeName(this.tables.routes.get(route)!);
     const what = hold === null ? "" : holdName(this.tables.holds.get(hold)!);
-    this.announce([what, name].filter(Boolean).join(", ") || say().words.allRoutes);
+    this.toast.announce([what, name].filter(Boolean).join(", ") || say().words.allRoutes);
   }
 
   /** While nobody has moved the camera it shows what is chosen; beside the list there is room for all. */
@@ -342,8 +363,7 @@ export class WallTopo extends HTMLElement {
     const subject = this.views?.subject;
     const route = this.tables.routes.get(this.route ?? -1);
     if (!route && subject === "route") this.views!.wall(true);
-    const tall = this.shell.classList.contains("tall");
-    if (route && subject && (tall || subject === "route")) this.views!.route(route, this.tables);
+    if (route && subject && (this.arrangement.tall || subject === "route")) this.views!.route(route, this.tables);
   }
 
   private repaint(): void {
@@ -397,7 +417,7 @@ export class WallTopo extends HTMLElement {
 
   // Page ------------------------------------------------------------------------------------
 
-  private build(stage: Stage | null): void {
+  private build(): void {
     const { words } = say();
     this.bar.replaceChildren();
     this.bar.setAttribute("aria-label", words.view);
@@ -417,11 +437,7 @@ export class WallTopo extends HTMLElement {
     this.tools.get("measure")!.setAttribute("aria-pressed", "false");
     this.bar.append(h("slot", { name: "tools" }));
     this.panel = new Panel();
-    this.view.replaceChildren(this.canvas, this.bar, this.thread, this.toast);
-    if (stage) {
-      this.overlay = new Overlay(stage);
-      this.canvas.after(this.overlay.root);
-    }
+    this.view.replaceChildren(this.canvas, this.bar, this.thread, this.toast.root);
     this.shell.replaceChildren(this.panel.root, this.view, this.card, this.message.root);
     this.root.append(this.shell);
     this.panel.onRoute = (id) => this.selectRoute(id, { move: true });
@@ -429,43 +445,25 @@ export class WallTopo extends HTMLElement {
     this.panel.sheet.onHeight = () => this.layout(true);
   }
 
-  /** Which of the three arrangements fits: list beside the wall, on a low screen, or below it. */
   private layout(animate = false): void {
-    const { clientWidth: width, clientHeight: height } = this;
-    const tall = width < NARROW && (height > width || width < 560);
-    this.shell.classList.toggle("tall", tall);
-    this.shell.classList.toggle("short", !tall && height < LOW);
-    const share = this.stage?.front?.aspect;
-    if (tall && share) {
-      // As much of the screen as the wall fills when it is as wide as the screen; the list the rest.
-      const wall = (width - 2 * EDGE) / share + this.insets().top + 2 * EDGE;
-      this.shell.style.setProperty("--wall", `${Math.min(0.6, Math.max(0.36, wall / height)) * 100}cqh`);
-    }
-    this.chooseGrab();
-    this.stage?.resize(this.view.clientWidth, this.view.clientHeight);
+    this.arrange();
     this.views?.refit(animate);
     this.stage?.drawNow();
   }
 
-  /** What of the canvas is covered by buttons and the card, with some room around. */
+  private arrange(): void {
+    this.arrangement.arrange(this.stage?.front?.aspect, this.insets());
+    this.chooseGrab();
+    this.stage?.resize(this.view.clientWidth, this.view.clientHeight);
+  }
+
   private insets(): Insets {
-    const tall = this.shell.classList.contains("tall");
-    const flags = this.route === null ? 0 : FLAG;
-    const insets = { top: EDGE + flags, right: EDGE, bottom: EDGE + flags, left: EDGE };
-    if (tall) insets.top += this.bar.offsetHeight;
-    else insets.right += this.bar.offsetWidth + 8;
-    insets.top += this.editor?.height ?? 0;
-    if (tall && !this.card.hidden) {
-      insets.bottom += this.view.getBoundingClientRect().bottom - this.card.getBoundingClientRect().top;
-    }
-    return insets;
+    return this.arrangement.insets(this.route !== null, this.editor?.height ?? 0);
   }
 
   /** As the page says; else the wall takes every touch where it is all of the page. */
   private chooseGrab(): void {
-    const { clientWidth: width, clientHeight: height } = this;
-    const alone = window.top === window && width >= innerWidth && height >= innerHeight;
-    this.grab?.set(grabMode(this.getAttribute("grab")) ?? (alone ? "always" : "two-fingers"));
+    this.grab?.set(grabMode(this.getAttribute("grab")) ?? (this.arrangement.alone ? "always" : "two-fingers"));
   }
 
   private wire(stage: Stage): void {
@@ -508,7 +506,7 @@ export class WallTopo extends HTMLElement {
       const length = this.overlay!.measure(hit.point, this.tables.metric);
       this.stage!.redraw();
       if (!length) return this.say(say().words.secondPoint);
-      this.announce(length);
+      this.toast.announce(length);
       this.emit("measure", { text: length });
       return;
     }
@@ -523,29 +521,17 @@ export class WallTopo extends HTMLElement {
   }
 
   private key(event: KeyboardEvent): void {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
     const { controls } = this.stage!;
-    const acts: Record<string, () => void> = {
-      ArrowLeft: () => void controls.rotate(-0.15, 0, true),
-      ArrowRight: () => void controls.rotate(0.15, 0, true),
-      ArrowUp: () => void controls.rotate(0, -0.1, true),
-      ArrowDown: () => void controls.rotate(0, 0.1, true),
-      "+": () => void controls.dolly(controls.distance * 0.2, true),
-      "=": () => void controls.dolly(controls.distance * 0.2, true),
-      "-": () => void controls.dolly(-controls.distance * 0.25, true),
-      "[": () => this.step(-1),
-      "]": () => this.step(1),
-      Escape: () => (this.measuring ? this.toggleMeasure() : this.choose(null, null)),
-      h: () => this.home(),
-      c: () => this.climberView(),
-      m: () => this.toggleMeasure(),
-    };
-    const act = acts[event.key];
-    if (!act) return;
-    event.preventDefault();
-    if (/^Arrow|[-+=]/.test(event.key)) this.views!.let();
-    act();
-    this.stage!.redraw();
+    const did = pressed(event, {
+      controls,
+      moved: () => this.views!.let(),
+      step: (by) => this.step(by),
+      escape: () => (this.measuring ? this.toggleMeasure() : this.choose(null, null)),
+      home: () => this.home(),
+      climber: () => this.climberView(),
+      measure: () => this.toggleMeasure(),
+    });
+    if (did) this.stage!.redraw();
   }
 
   private toggleMeasure(): void {
@@ -609,24 +595,8 @@ export class WallTopo extends HTMLElement {
   }
 
   private say(text: string): void {
-    this.toast.textContent = text;
-    this.toast.style.top = `${this.underBars()}px`;
-    this.toast.classList.add("on");
-    clearTimeout(this.toastTimer);
-    this.toastTimer = window.setTimeout(() => this.toast.classList.remove("on"), Math.max(3500, 70 * text.length));
-  }
-
-  /** CSS pixels from the top where words are not under a bar that is as wide as the picture. */
-  private underBars(): number {
-    const tall = this.shell.classList.contains("tall");
-    const bars = [tall ? this.bar : null, this.view.querySelector<HTMLElement>(".edit")];
-    return 14 + Math.max(0, ...bars.map((bar) => (bar ? bar.offsetTop + bar.offsetHeight : 0)));
-  }
-
-  private announce(text: string): void {
-    // Heard by screen readers, not shown: the card shows it already.
-    this.toast.classList.remove("on");
-    this.toast.textContent = text;
+    const bars = [this.arrangement.tall ? this.bar : null, this.view.querySelector<HTMLElement>(".edit")];
+    this.toast.say(text, 14 + Math.max(0, ...bars.map((bar) => (bar ? bar.offsetTop + bar.offsetHeight : 0))));
   }
 
   private emit(name: string, detail: unknown): void {

@@ -2,8 +2,9 @@
 
 import { Box3, Vector3 } from "three";
 import { standFor } from "./climber";
-import { freeBox } from "./stage";
-import type { Insets, Stage } from "./stage";
+import { freeBox } from "./fit";
+import type { Insets } from "./fit";
+import type { Stage } from "./stage";
 import type { Route, Tables, Vec3 } from "./types";
 
 const EYES = 1.65; // metres over the mat

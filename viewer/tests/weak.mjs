@@ -2,11 +2,13 @@
 //
 // How long until the wall is seen on a weak device, simulated: Chromium's own throttling slows the
 // page's main thread and its network (by default four times slower, 9 Mbit/s and 170 ms: a cheap phone
-// on common 4G). The page is served over HTTP, text compressed as any web server does.
+// on common 4G; 0 Mbit/s: no limit). The page is served over HTTP, text compressed as any web server does.
 // Prints, in milliseconds from the request of the page: script: the viewer runs; first: the first
 // tier is drawn; pick: the trees for picking are built; detail: the finer tier is drawn; longest:
-// the longest time in which the page could not answer a finger. Bytes are those of the bodies
-// over the wire: what the first tier needs, and all.
+// the longest time in which the page could not answer a finger; work: the longest task's processor
+// time without the throttling (tests/tasks.mjs), which other work on this machine changes least.
+// Bytes are those of the bodies over the wire: what the first tier needs, and all. load is this
+// machine's load in the last minute: beyond the number of its processors times say little.
 //
 // It does NOT say how fast a phone draws: here a frame is drawn in software by this computer, which
 // is slower than any phone's GPU, and that drawing is not slowed down. What it shows is the work of
@@ -14,9 +16,11 @@
 
 import { createReadStream, statSync } from "node:fs";
 import { createServer } from "node:http";
+import { loadavg } from "node:os";
 import { dirname, extname, join, resolve } from "node:path";
 import { createGzip } from "node:zlib";
 import { open, start } from "./browser.mjs";
+import { tasksOf } from "./tasks.mjs";
 
 const [source, slowdown = "4", megabits = "9", latency = "170"] = process.argv.slice(2);
 if (!source) {
@@ -49,7 +53,7 @@ function watch() {
     if (wall?.shadowRoot) window.times.script ??= performance.now();
     const tier = wall?.getAttribute("data-ready");
     if (tier) window.times[tier] ??= performance.now();
-    if (wall?.stage?.pickers) window.times.pick ??= performance.now();
+    if (wall?.stage?.picking?.trees.length) window.times.pick ??= performance.now();
   };
   new MutationObserver(note).observe(document, { subtree: true, attributes: true, childList: true });
   setInterval(note, 5);
@@ -65,11 +69,12 @@ try {
   const prepare = async (page) => {
     const client = await page.context().newCDPSession(page);
     await client.send("Network.enable");
+    const limited = Number(megabits) > 0;
     await client.send("Network.emulateNetworkConditions", {
       offline: false,
-      latency: Number(latency),
-      downloadThroughput: (Number(megabits) * 1e6) / 8,
-      uploadThroughput: 1e6 / 8,
+      latency: limited ? Number(latency) : 0,
+      downloadThroughput: limited ? (Number(megabits) * 1e6) / 8 : -1,
+      uploadThroughput: limited ? 1e6 / 8 : -1,
     });
     await client.send("Emulation.setCPUThrottlingRate", { rate: Number(slowdown) });
   };
@@ -83,7 +88,10 @@ try {
   for (const key of Object.keys(times)) times[key] = Math.round(times[key]);
   const all = Object.values(sent).reduce((sum, count) => sum + count, 0);
   const later = Object.entries(sent).find(([name]) => name.endsWith("detail.glb"))?.[1] ?? 0;
-  process.stdout.write(`${JSON.stringify({ ...times, bytes_first: all - later, bytes_all: all })}\n`);
+  const bytes = { bytes_first: all - later, bytes_all: all };
+  const [longest] = await tasksOf(browser, url, { width: 390, height: 844, phone: true });
+  const load = Math.round(10 * loadavg()[0]) / 10;
+  process.stdout.write(`${JSON.stringify({ ...times, work: Math.round(longest), ...bytes, load })}\n`);
 } finally {
   await browser.close();
   server.close();

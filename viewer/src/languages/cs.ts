@@ -68,6 +68,7 @@ export const cs: Language = {
     sorry: "Bohužel",
     again: "Zkusit znovu",
     noWebGl: "Tento prohlížeč neumí kreslit ve 3D (WebGL 2 chybí nebo je vypnuté).",
+    noWorker: "tato stránka nedovolí prohlížeči stěny spustit worker (worker-src blob: v její Content-Security-Policy)",
     noSource: "Chybí model: nastavte atribut src.",
     tooLarge: "na tento model prohlížeč nemá dost paměti",
     interrupted: "Grafika byla přerušena …",

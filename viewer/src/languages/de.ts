@@ -68,6 +68,7 @@ export const de: Language = {
     sorry: "Schade",
     again: "Noch einmal versuchen",
     noWebGl: "Dieser Browser kann nicht in 3D zeichnen (WebGL 2 fehlt oder ist ausgeschaltet).",
+    noWorker: "diese Seite lässt die Anzeige keinen Worker starten (worker-src blob: in ihrer Content-Security-Policy)",
     noSource: "Es fehlt ein Modell: das Attribut src setzen.",
     tooLarge: "für dieses Modell hat der Browser nicht genug Speicher",
     interrupted: "Die Grafik wurde unterbrochen …",

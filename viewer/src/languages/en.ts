@@ -73,6 +73,7 @@ const words = {
   sorry: "Sorry",
   again: "Try again",
   noWebGl: "This browser cannot draw in 3D (WebGL 2 is missing or switched off).",
+  noWorker: "this page does not let the viewer start a worker (worker-src blob: in its content policy)",
   noSource: "No model was given: set the src attribute.",
   tooLarge: "the model is larger than this browser has memory for",
   interrupted: "The graphics were interrupted …",

@@ -68,6 +68,7 @@ export const fr: Language = {
     sorry: "Désolé",
     again: "Réessayer",
     noWebGl: "Ce navigateur ne sait pas dessiner en 3D (WebGL 2 manque ou est désactivé).",
+    noWorker: "cette page ne laisse pas démarrer de worker (worker-src blob: dans sa Content-Security-Policy)",
     noSource: "Aucun modèle n'est donné : renseignez l'attribut src.",
     tooLarge: "le navigateur n'a pas assez de mémoire pour ce modèle",
     interrupted: "L'affichage a été interrompu …",
