@@ -11,7 +11,7 @@ import type { WallLook } from "./shaders";
 export class Drawn {
   /** Each mesh with the material that draws marks instead of its look. */
   readonly masks = new Map<Mesh, Material>();
-  private gone = false;
+  private round = 0;
 
   constructor(
     readonly parts: Part[],
@@ -25,11 +25,12 @@ export class Drawn {
     }
   }
 
-  /** Smooth borders of the holds, found beside the page; `done` where they changed what is drawn. */
+  /** Smooth borders of the holds, found beside the page; `done` where they are what is drawn. */
   async shape(worker: Background, done: () => void): Promise<void> {
+    const round = ++this.round;
     for (const { geometry } of this.parts) {
       const { near, inside } = await worker.ask("borders", netOf(geometry));
-      if (this.gone) return;
+      if (round !== this.round) return; // the tier is gone, or its holds have changed
       for (const [name, values] of [["near", near], ["depth", inside]] as const) {
         const attribute = geometry.getAttribute(name) as BufferAttribute;
         attribute.copyArray(values);
@@ -41,7 +42,7 @@ export class Drawn {
 
   /** Free what the GPU holds. */
   dispose(): void {
-    this.gone = true;
+    this.round++;
     for (const [mesh, masked] of this.masks) {
       this.scene.remove(mesh);
       const drawn = mesh.material as ShaderMaterial;

@@ -8,7 +8,7 @@ import { holdCard, routeCard } from "./card";
 import type { CardActions } from "./card";
 import { h, icon } from "./dom";
 import type { Shape } from "./dom";
-import { Editor } from "./editor";
+import { Editor } from "./edit/editor";
 import type { Insets } from "./fit";
 import { Grab, grabMode } from "./grab";
 import { pressed } from "./keys";
@@ -20,13 +20,13 @@ import { Overlay } from "./overlay";
 import { Panel } from "./panel";
 import { compose } from "./picture";
 import type { Caption } from "./picture";
-import { Saver } from "./saver";
+import { Server } from "./edit/server";
 import { Stage } from "./stage";
 import { Outline } from "./state";
 import style from "./style.css?inline";
 import { listenForTaps } from "./tap";
 import { Toast } from "./toast";
-import type { Hold, Route, Tables } from "./types";
+import type { Hold, Route, Tables, Vec3 } from "./types";
 import { Views } from "./views";
 import { holdName, routeFacts, routeName, swatch, wallFacts } from "./words";
 
@@ -298,13 +298,20 @@ export class WallTopo extends HTMLElement {
         this.choose(route !== null && tables.routes.has(route) ? route : null, hold);
       },
       select: (route: number | null, hold: number | null) => this.choose(route, hold),
-      look: (hold: Hold) => this.views?.closer(new Vector3(...hold.position)),
-      repaint: () => this.repaint(),
+      look: (place: Vec3) => this.views?.closer(new Vector3(...place)),
+      refresh: () => {
+        this.repaint();
+        this.showCard();
+      },
+      dots: (places: Vec3[]) => {
+        this.overlay?.mark(places);
+        this.stage?.redraw();
+      },
       say: (text: string) => this.say(text),
     };
     this.editor?.dispose();
     const token = this.getAttribute("token") ?? "";
-    this.editor = new Editor(host, this.tables, new Saver(address, token));
+    this.editor = new Editor(host, this.tables, new Server(address, token));
     void this.editor.start();
     this.views?.refit(false);
   }
@@ -388,12 +395,9 @@ export class WallTopo extends HTMLElement {
     };
     const hold = this.hold === null ? undefined : this.tables.holds.get(this.hold);
     const route = this.route === null ? undefined : this.tables.routes.get(this.route);
-    const parts = hold
-      ? holdCard(hold, this.tables, act)
-      : route
-        ? routeCard(route, this.tables, act)
-        : [];
-    if (this.editor) parts.push(...this.editor.controls(route ?? null, hold ?? null));
+    const plain = hold ? holdCard(hold, this.tables, act) : route ? routeCard(route, this.tables, act) : [];
+    const more = this.editor?.controls(route ?? null, hold ?? null) ?? [];
+    const parts = this.editor?.card() ?? [...plain, ...more];
     const before = this.card.hidden;
     if (parts.length > 0) parts.push(h("slot", { name: "card" }));
     this.card.replaceChildren(...parts);

@@ -21,7 +21,7 @@ export class Picking {
   trees: MeshBVH[] = [];
 
   constructor(
-    private readonly geometries: BufferGeometry[],
+    readonly geometries: BufferGeometry[],
     worker: Background,
   ) {
     void this.build(worker);

@@ -19,7 +19,10 @@ import {
   Vector4,
   WebGLRenderer,
 } from "three";
+import type { BufferGeometry } from "three";
 import { Background } from "./background";
+import { Relabelled } from "./edit/relabel";
+import type { Region } from "./edit/result";
 import { Drawn, mostOf } from "./drawn";
 import { fitted } from "./fit";
 import type { Insets } from "./fit";
@@ -68,6 +71,9 @@ export class Stage {
   private drawn: Drawn | null = null;
   private picking: Picking | null = null;
   private readonly worker = new Background();
+  /** Where edits changed whose surface is whose. */
+  private regions: Region[] = [];
+  private readonly labels = new WeakMap<BufferGeometry, Relabelled>();
   private outlined = false;
   private fadeGoal = 0;
   private dirty = true;
@@ -76,7 +82,7 @@ export class Stage {
   private last = 0;
   private size = "";
   /** The borders of the present tier are not smooth yet. */
-  private shaping = false;
+  shaping = false;
   private readonly gone = new AbortController();
   private readonly calm: boolean;
 
@@ -129,17 +135,43 @@ export class Stage {
     this.drawn?.dispose();
     this.drawn = new Drawn(wall.parts, this.scene, this.look);
     if (!refine) {
-      this.state.dispose();
-      this.state = new HoldState(mostOf(wall));
-      this.look.uState.value = this.state.texture;
+      this.regions = [];
+      this.reserve(mostOf(wall));
+      this.state.reset();
       this.picking = new Picking(wall.parts.map(({ geometry }) => geometry), this.worker);
       this.front = wall.front;
       this.limit(wall.box);
     }
     this.redraw();
-    this.shaping = wall.most > 0;
-    if (!this.shaping) return;
-    void this.drawn.shape(this.worker, () => {
+    if (refine) this.relabel(this.regions);
+    if (wall.most > 0) this.shape();
+  }
+
+  /** Give triangles to other holds: in the regions as these say, elsewhere as the tiers came. */
+  relabel(regions: Region[]): void {
+    this.regions = regions;
+    const drawn = this.drawn?.parts.map(({ geometry }) => geometry) ?? [];
+    let changed = false;
+    for (const geometry of new Set([...drawn, ...(this.picking?.geometries ?? [])])) {
+      const labels = this.labels.get(geometry) ?? new Relabelled(geometry);
+      this.labels.set(geometry, labels);
+      if (labels.apply(regions)) changed = true;
+    }
+    if (changed) this.shape();
+  }
+
+  /** Room for ids up to this one. */
+  reserve(most: number): void {
+    if (most < this.state.count) return;
+    this.state.dispose();
+    this.state = new HoldState(most);
+    this.look.uState.value = this.state.texture;
+  }
+
+  private shape(): void {
+    this.shaping = true;
+    this.redraw();
+    void this.drawn!.shape(this.worker, () => {
       this.shaping = false;
       this.redraw();
     });

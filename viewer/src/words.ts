@@ -48,13 +48,20 @@ export function wallFacts(tables: Tables): string {
   return facts.join(" · ");
 }
 
-/** "12 holds · 4.0 m · 17° overhang"; what is not known or says nothing is left out. */
+/** "6b · 12 holds · 4.0 m · 17° overhang"; what is not known or says nothing is left out. */
 export function routeFacts(route: Route, metric: boolean): string {
   const length = route.length_m ?? 0;
-  const facts = [counted(route.holds.length, "hold")];
+  const facts = [route.grade ?? "", counted(route.holds.length, "hold")].filter(Boolean);
   if (length > 0) facts.push(metres(length, metric));
   if (route.steepness_deg != null) facts.push(steepness(route.steepness_deg));
   return facts.join(" · ");
+}
+
+/** "Anna · 1 March 2026": who set it and when, as far as somebody said. */
+export function routeOrigin({ setter, date }: Route): string {
+  // A day has no time zone: as midnight in one and written in another it may be the day before.
+  const day = date && new Date(date).toLocaleDateString(say().code, { dateStyle: "long", timeZone: "UTC" });
+  return [setter, day].filter(Boolean).join(" · ");
 }
 
 export function routeName(route: Route): string {

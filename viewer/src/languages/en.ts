@@ -13,6 +13,13 @@ export interface Language {
   types: Record<string, string>;
   counted: Record<"route" | "hold" | "volume", Forms>;
   words: typeof words;
+  edit: typeof edit & {
+    marked: (count: number) => string;
+    unreadable: (why: string) => string;
+    unshown: (why: string) => string;
+    notSaved: (why: string) => string;
+    notWritten: (why: string) => string;
+  };
   /** Sentences with something in them. */
   holdName: (colour: string, type: string) => string;
   holdLine: (id: number, where: string) => string;
@@ -40,6 +47,9 @@ const words = {
   save: "Save a picture",
   start: "Start",
   top: "Top",
+  zone: "Zone",
+  foot: "Foot",
+  hand: "Hand",
   colour: "Colour",
   type: "Type",
   size: "Size",
@@ -87,6 +97,54 @@ const words = {
   clickFirst: "Click the wall to zoom with the wheel.",
 };
 
+/** Of the editor. */
+const edit = {
+  edit: "Edit",
+  undo: "Undo",
+  redo: "Redo",
+  save: "Save",
+  check: "Check",
+  checkHint: "The next hold or route that the scan was not sure of",
+  add: "Add a hold",
+  addHint: "Tap the wall where a hold is missing.",
+  several: "Mark several",
+  paint: "Paint",
+  erase: "Erase",
+  leftOut: "Left out",
+  leftOutHint: "The scan found these, but did not take them for holds. Dots on the wall show where they are.",
+  brush: "Brush, cm",
+  route: "Route",
+  none: "none",
+  role: "What it is in its route",
+  class: "Class",
+  oneHold: "hold",
+  notAHold: "Not a hold",
+  cut: "Cut in two",
+  right: "It is right",
+  name: "Name",
+  grade: "Grade",
+  setter: "Setter",
+  date: "Set on",
+  merge: "Merge with",
+  choose: "choose …",
+  description: "Description",
+  bringBack: "It is a hold",
+  markedHint: "Tap holds to mark them or not.",
+  makeRoute: "Make a route",
+  join: "Join to one hold",
+  toRoute: "Give to route",
+  photos: "Photos of this place",
+  noPhotos: "No photo shows this place.",
+  photo: "Photo of this place",
+  cutFirst: "Tap the hold where the cut shall begin.",
+  cutSecond: "Tap where the cut shall end.",
+  chooseFirst: "Choose the hold to paint first.",
+  unsaved: "Not saved",
+  saving: "Saving …",
+  writing: "Saved; the pages are being written …",
+  written: "Saved and written",
+};
+
 export const en: Language = {
   code: "en",
   colours: {},
@@ -97,6 +155,14 @@ export const en: Language = {
     volume: { one: "volume", other: "volumes" },
   },
   words,
+  edit: {
+    ...edit,
+    marked: (count) => (count === 1 ? "1 hold marked" : `${count} holds marked`),
+    unreadable: (why) => `Edits cannot be read: ${why}. Saving will not work.`,
+    unshown: (why) => `What this does cannot be shown: ${why}`,
+    notSaved: (why) => `Not saved: ${why}`,
+    notWritten: (why) => `Saved, but the pages could not be written: ${why}`,
+  },
   holdName: (colour, type) => `${colour} ${type}`.trim(),
   holdLine: (id, where) => `Hold ${id} · ${where}`,
   overhang: (degrees) => `${degrees}° overhang`,
