@@ -8,12 +8,12 @@ from typing import Annotated
 from walltopo.core import Mesh, about, check_settings
 from walltopo.scans.attributes import Attributes
 from walltopo.scans.cutouts import Cutouts
-from walltopo.scans.edits import HoldEdits
 from walltopo.scans.holds import Holds
 from walltopo.scans.instances import InstanceRecords, InstanceTable
 from walltopo.scans.made import Made
 from walltopo.scans.manifest import Metrics
 from walltopo.scans.model import SparseModel
+from walltopo.scans.old_edits import HoldEdits
 from walltopo.scans.photo_list import PhotoList
 from walltopo.scans.photo_set import PhotoSet
 from walltopo.scans.routes import Routes

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from walltopo.core import InputError, Mesh
 from walltopo.export.contract import WallReads
 from walltopo.scans.artifacts import load_artifact
-from walltopo.scans.edits import Stroke, apply_strokes
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.holds import HoldRow, hold_rows
 from walltopo.scans.instances import InstanceTable
+from walltopo.scans.old_edits import Stroke, apply_strokes
 from walltopo.scans.routes import Route
 from walltopo.scans.texture import TextureUv
 

@@ -8,10 +8,10 @@ from typing import Annotated, Literal
 from walltopo.core import Mesh, about, check_settings
 from walltopo.scans.attributes import Attributes
 from walltopo.scans.cutouts import Cutouts
-from walltopo.scans.edits import HoldEdits
 from walltopo.scans.instances import InstanceRecords, InstanceTable
 from walltopo.scans.manifest import Metrics
 from walltopo.scans.model import SparseModel
+from walltopo.scans.old_edits import HoldEdits
 from walltopo.scans.photo_set import PhotoSet
 from walltopo.scans.scale import Scale
 

@@ -20,8 +20,8 @@ from walltopo.holds.flatness import flat_instances, measure_rises
 from walltopo.holds.geometry import Shape
 from walltopo.holds.observations import HoldView
 from walltopo.scans.attributes import Hold, LeftOut
-from walltopo.scans.edits import HoldEdit, find_hold
 from walltopo.scans.instances import InstanceRecords, InstanceTable
+from walltopo.scans.old_edits import HoldEdit, find_hold
 from walltopo.scans.scale import Plate, Scale
 from walltopo.scans.units import unit_of_sizes
 

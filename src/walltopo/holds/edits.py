@@ -11,7 +11,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from walltopo.scans.attributes import Hold
-from walltopo.scans.edits import HoldEdit, find_hold
+from walltopo.scans.old_edits import HoldEdit, find_hold
 
 __all__ = ["apply_hold_edits"]
 

@@ -26,8 +26,8 @@ from walltopo.holds.relief import reliefs
 from walltopo.holds.verdicts import classifier_of, followed, with_class_colours
 from walltopo.scans.attributes import UNKNOWN, Attributes, Hold, PaletteColour
 from walltopo.scans.context import Context
-from walltopo.scans.edits import HoldEdit, Stroke, apply_strokes
 from walltopo.scans.manifest import Metrics
+from walltopo.scans.old_edits import HoldEdit, Stroke, apply_strokes
 from walltopo.scans.photo_set import PhotoSet
 from walltopo.scans.units import unit_of
 

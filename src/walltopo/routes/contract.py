@@ -7,8 +7,8 @@ from typing import Annotated, Literal
 
 from walltopo.core import Mesh, SettingsError, about, check_settings
 from walltopo.scans.attributes import Attributes
-from walltopo.scans.edits import RouteEdits
 from walltopo.scans.manifest import Metrics
+from walltopo.scans.old_edits import RouteEdits
 from walltopo.scans.routes import Routes
 from walltopo.scans.scale import Scale
 

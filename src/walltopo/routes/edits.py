@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 from walltopo.scans.attributes import Hold
-from walltopo.scans.edits import (
+from walltopo.scans.old_edits import (
     Assign,
     Merge,
     Recolour,

@@ -19,7 +19,7 @@ from walltopo.routes.paint import FLATTEN, RESOLUTION, balanced_paint
 from walltopo.routes.proxy import PROXY_FACES, build_proxy
 from walltopo.scans.attributes import UNKNOWN, Hold
 from walltopo.scans.context import Context
-from walltopo.scans.edits import RouteEdits
+from walltopo.scans.old_edits import RouteEdits
 from walltopo.scans.routes import Route, Routes
 from walltopo.scans.units import unit_of
 

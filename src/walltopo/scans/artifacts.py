@@ -65,8 +65,8 @@ ARTIFACTS: dict[str, Artifact] = {
     "report": Artifact("walltopo.scans.made:Made", "export"),
     "page": Artifact("walltopo.scans.made:Made", "export"),
     "page_assets": Artifact("walltopo.scans.made:Made", "export"),
-    "hold_edits": Artifact("walltopo.scans.edits:HoldEdits", ""),
-    "route_edits": Artifact("walltopo.scans.edits:RouteEdits", ""),
+    "hold_edits": Artifact("walltopo.scans.old_edits:HoldEdits", ""),
+    "route_edits": Artifact("walltopo.scans.old_edits:RouteEdits", ""),
 }
 
 

@@ -9,13 +9,12 @@ import msgspec
 from msgspec.structs import replace
 
 from walltopo.core import InputError
-from walltopo.scans.bounds import Coordinate, Label, Level, Share
+from walltopo.scans.bounds import Coordinate, Label, Rgb, Share
 from walltopo.scans.document import Document
 
 __all__ = ["UNKNOWN", "Attributes", "Hold", "LeftOut", "PaletteColour", "Role"]
 
 Point = tuple[Coordinate, Coordinate, Coordinate]
-Rgb = tuple[Level, Level, Level]
 
 UNKNOWN = "unknown"  # the colour or type of a hold that nothing tells
 # `hold` is climbed as part of one route; `volume` belongs to every route, `downclimb` to none.

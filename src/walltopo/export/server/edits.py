@@ -12,8 +12,8 @@ import msgspec
 from walltopo.core import EnvironmentLacksError, InputError
 from walltopo.core.files import atomic_path, hash_path
 from walltopo.scans.document import parse
-from walltopo.scans.edits import HoldEdits, RouteEdits
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.old_edits import HoldEdits, RouteEdits
 
 __all__ = ["EditDocument", "EditsChangedError", "edits_version", "read_edits", "save_edits"]
 
