@@ -36,19 +36,15 @@ They are read where there is no `edits.json`; `as_log` tells what they mean ther
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import msgspec
-import numpy as np
-from numpy.typing import NDArray
 
-from walltopo.core import Mesh
 from walltopo.core.files import atomic_path, write_json
 from walltopo.core.toml import read_toml
 from walltopo.scans import edits as log
-from walltopo.scans.attributes import Hold
 from walltopo.scans.bounds import Label
 from walltopo.scans.document import parse, read_document
 from walltopo.scans.edits import MOST, Place, Radius, Ref, Text, check_text
@@ -63,13 +59,8 @@ __all__ = [
     "RouteEdits",
     "Split",
     "Stroke",
-    "apply_strokes",
     "as_log",
-    "find_hold",
 ]
-
-REACH = 0.12  # metres: a hold this near to the place is the one that was meant
-FAR = 0.5  # metres: beyond it even the right id is another hold
 
 Labels = Annotated[tuple[Label, ...], msgspec.Meta(max_length=MOST)]
 Places = Annotated[tuple[Place, ...], msgspec.Meta(max_length=MOST)]
@@ -215,52 +206,6 @@ class RouteEdits(_Edits, frozen=True, kw_only=True):
                 ]
         with atomic_path(path) as temporary:
             temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-
-def find_hold(
-    holds: Sequence[Hold], place: Sequence[float], number: int | None, unit: float
-) -> Hold | None:
-    """The hold that a correction means, or None.
-
-    The nearest hold within `REACH` of the place; only if none is there, the id is used, and only
-    while that hold is not farther than `FAR`: after a reset it may belong to a hold at the other
-    end of the wall.
-
-    Parameters
-    ----------
-    place : (3,) metres, world frame; number : its id when the correction was made, if known.
-    unit : scan units a metre.
-    """
-    if not holds:
-        return None
-    distance = np.linalg.norm(np.array([hold.position for hold in holds]) - place, axis=1)
-    nearest = int(distance.argmin())
-    if distance[nearest] <= REACH * unit:
-        return holds[nearest]
-    for hold, far in zip(holds, distance.tolist(), strict=True):
-        if hold.id == number and far <= FAR * unit:
-            return hold
-    return None
-
-
-def apply_strokes(
-    mesh: Mesh, face_instance: NDArray[np.int32], strokes: Sequence[Stroke]
-) -> NDArray[np.int32]:
-    """Labels after painting, in the order of the strokes; the input stays as it is.
-
-    Parameters
-    ----------
-    face_instance : (F,) int32, 0 = wall.
-    """
-    labels = face_instance.copy()
-    if not strokes:
-        return labels
-    from scipy.spatial import cKDTree
-
-    tree = cKDTree(mesh.centroids)
-    for stroke in strokes:
-        labels[tree.query_ball_point(stroke.at, stroke.radius_m)] = stroke.hold
-    return labels
 
 
 def as_log(holds: HoldEdits, routes: RouteEdits) -> log.EditLog:
