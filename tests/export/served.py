@@ -8,7 +8,9 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from walltopo.desk.desk import Desk
 from walltopo.export.server.run import Server
+from walltopo.scans.folder import ScanFolder
 
 
 @contextmanager
@@ -16,7 +18,8 @@ def served(
     root: Path, edit: bool, embed: Sequence[str] = (), host: str = "127.0.0.1"
 ) -> Iterator[Server]:
     """A server on a free port, as long as the block takes."""
-    server = Server(root, 0, edit, host, embed)
+    desk = Desk(ScanFolder(root)) if edit else None
+    server = Server(root, 0, host, embed, desk=desk)
     thread = threading.Thread(target=server.run, daemon=True)
     thread.start()
     try:

@@ -22,8 +22,8 @@ from walltopo.export.server.edits import (
 )
 from walltopo.export.wall import read_wall
 from walltopo.scans.attributes import Attributes
-from walltopo.scans.edits import HoldEdit, HoldEdits, Rename, RouteEdits, Stroke, apply_strokes
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.old_edits import HoldEdit, HoldEdits, Rename, RouteEdits, Stroke, apply_strokes
 
 MakeScan = Callable[..., ScanFolder]
 HERE = (1.0, -0.1, 2.0)

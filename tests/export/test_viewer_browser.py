@@ -22,10 +22,10 @@ from served import served  # type: ignore[import-not-found]
 
 from walltopo.export.contract import ExportSettings
 from walltopo.export.wall import read_wall
-from walltopo.scans.edits import HoldEdits, RouteEdits
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.holds import HoldRow
 from walltopo.scans.in_words import count_words, steepness_words
+from walltopo.scans.old_edits import HoldEdits, RouteEdits
 
 VIEWER = Path(__file__).resolve().parents[2] / "viewer"
 SMALL = ExportSettings(first_triangles=6000, title="Test wall")

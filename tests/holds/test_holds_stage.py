@@ -20,10 +20,10 @@ from walltopo.pipeline.runner import run_stage
 from walltopo.raycast import render_ids
 from walltopo.scans.attributes import Attributes, Hold
 from walltopo.scans.cutouts import Cutouts
-from walltopo.scans.edits import HoldEdit, HoldEdits
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTable
 from walltopo.scans.manifest import Metrics
+from walltopo.scans.old_edits import HoldEdit, HoldEdits
 from walltopo.scans.scale import Plate, Scale
 
 COLOURS = {1: "red", 2: "blue", 3: "yellow", 4: "red", 5: "wood", 6: "green"}

@@ -15,7 +15,8 @@ from walltopo.pipeline.runner import run_stage
 from walltopo.routes.contract import RoutesSettings
 from walltopo.routes.stage import find_routes
 from walltopo.scans.attributes import Attributes, Hold
-from walltopo.scans.edits import (
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.old_edits import (
     Assign,
     HoldEdit,
     Merge,
@@ -25,7 +26,6 @@ from walltopo.scans.edits import (
     Split,
     find_hold,
 )
-from walltopo.scans.folder import ScanFolder
 from walltopo.scans.routes import Routes
 
 BY_NAME = RoutesSettings(link="colour")

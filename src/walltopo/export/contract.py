@@ -8,7 +8,6 @@ from typing import Annotated
 from walltopo.core import Mesh, about, check_settings
 from walltopo.scans.attributes import Attributes
 from walltopo.scans.cutouts import Cutouts
-from walltopo.scans.edits import HoldEdits
 from walltopo.scans.holds import Holds
 from walltopo.scans.instances import InstanceRecords, InstanceTable
 from walltopo.scans.made import Made
@@ -16,6 +15,7 @@ from walltopo.scans.manifest import Metrics
 from walltopo.scans.model import SparseModel
 from walltopo.scans.photo_list import PhotoList
 from walltopo.scans.photo_set import PhotoSet
+from walltopo.scans.relabelled import Relabelled
 from walltopo.scans.routes import Routes
 from walltopo.scans.scale import Scale
 from walltopo.scans.texture import TextureImage, TextureUv
@@ -72,7 +72,8 @@ class WallReads:
     instance_records: InstanceRecords
     attributes: Attributes
     routes: Routes
-    hold_edits: HoldEdits
+    holds: Holds
+    relabelled: Relabelled | None
 
 
 @dataclass(frozen=True)
@@ -89,7 +90,6 @@ class Reads(WallReads):
 class Writes:
     """What the stage makes."""
 
-    holds: Holds
     glb: Made
     page_assets: Made
     page: Made

@@ -252,9 +252,9 @@ def _documents() -> dict[str, Any]:
     """A whole value of each document of a scan."""
     from walltopo.scans.attributes import Attributes, Hold, LeftOut, PaletteColour
     from walltopo.scans.cutouts import Cutout, CutoutIndex
-    from walltopo.scans.edits import HoldEdit, HoldEdits, Stroke
     from walltopo.scans.holds import Holds, hold_rows
     from walltopo.scans.instances import InstanceRecord, InstanceRecords
+    from walltopo.scans.old_edits import HoldEdit, HoldEdits, Stroke
     from walltopo.scans.photo_list import Photo, PhotoList, SkippedFile
     from walltopo.scans.routes import Ambiguous, Route, Routes
     from walltopo.scans.scale import Plate, Scale
@@ -316,7 +316,7 @@ def _read_documents(folder: Path) -> object:
 
 def _make_edits(root: Path) -> None:
     from walltopo.export.server.edits import EditDocument
-    from walltopo.scans.edits import Assign, Merge, Recolour, Rename, RouteEdits, Split
+    from walltopo.scans.old_edits import Assign, Merge, Recolour, Rename, RouteEdits, Split
 
     at = (0.0, 1.0, 2.0)
     routes = RouteEdits(
@@ -337,8 +337,8 @@ def _read_edits(folder: Path) -> object:
     """What a setter wrote by hand, and what the viewer posts."""
     from walltopo.core.files import read_json
     from walltopo.export.server.edits import edits_version, read_edits, save_edits
-    from walltopo.scans.edits import RouteEdits
     from walltopo.scans.folder import ScanFolder
+    from walltopo.scans.old_edits import RouteEdits
 
     if (folder / "posted.json").is_file():
         scan = ScanFolder(folder)
