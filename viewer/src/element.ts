@@ -6,26 +6,28 @@ import { Background } from "./background";
 import { breath } from "./breath";
 import { holdCard, routeCard } from "./card";
 import type { CardActions } from "./card";
-import { h, icon } from "./dom";
-import type { Shape } from "./dom";
+import { h } from "./dom";
 import { Editor } from "./edit/editor";
+import { Server } from "./edit/server";
 import type { Insets } from "./fit";
 import { Grab, grabMode } from "./grab";
 import { pressed } from "./keys";
 import { say, speak } from "./languages";
-import { readPlace, writePlace } from "./link";
+import { readPlace } from "./link";
+import type { Place } from "./link";
 import { fetchBytes, parseWall, reasonOf } from "./load";
 import { Message } from "./message";
 import { Overlay } from "./overlay";
 import { Panel } from "./panel";
 import { compose } from "./picture";
 import type { Caption } from "./picture";
-import { Server } from "./edit/server";
+import { Address, copyLink, download, linkTo } from "./sharing";
 import { Stage } from "./stage";
 import { Outline } from "./state";
 import style from "./style.css?inline";
 import { listenForTaps } from "./tap";
 import { Toast } from "./toast";
+import { Tools } from "./tools";
 import type { Hold, Route, Tables, Vec3 } from "./types";
 import { Views } from "./views";
 import { holdName, routeFacts, routeName, swatch, wallFacts } from "./words";
@@ -43,7 +45,7 @@ export class WallTopo extends HTMLElement {
   private grab: Grab | null = null;
   private readonly shell = h("div", { class: "shell" });
   private readonly view = h("div", { class: "view", part: "view" });
-  private readonly bar = h("div", { class: "tools", part: "tools", role: "toolbar" });
+  private readonly bar = new Tools();
   private readonly root: ShadowRoot;
   private canvas = h("canvas");
   private readonly card = h("section", { class: "card", part: "card", hidden: true });
@@ -51,13 +53,12 @@ export class WallTopo extends HTMLElement {
     element: this,
     shell: this.shell,
     view: this.view,
-    bar: this.bar,
+    bar: this.bar.root,
     card: this.card,
   });
   private readonly toast = new Toast();
   private readonly message = new Message();
   private readonly thread = h("div", { class: "thread", hidden: true }, h("i"));
-  private readonly tools = new Map<string, HTMLButtonElement>();
   private route: number | null = null;
   private hold: number | null = null;
   private touched: Vector3 | null = null;
@@ -68,7 +69,7 @@ export class WallTopo extends HTMLElement {
   private loading: AbortController | null = null;
   private gone = new AbortController();
   private wished: "low" | "half" | "full" = "half";
-  private linkTimer = 0;
+  private readonly address = new Address();
   private readonly dark = matchMedia("(prefers-color-scheme: dark)");
 
   constructor() {
@@ -127,7 +128,7 @@ export class WallTopo extends HTMLElement {
   disconnectedCallback(): void {
     this.gone.abort();
     this.loading?.abort();
-    clearTimeout(this.linkTimer);
+    this.address.dispose();
     this.editor?.dispose();
     this.editor = null;
     this.reader?.end();
@@ -210,10 +211,7 @@ export class WallTopo extends HTMLElement {
 
   /** The address of this page with route, hold and camera in it. */
   link(): string {
-    const url = new URL(location.href);
-    url.searchParams.delete("token"); // who is shown a route need not be able to save
-    url.hash = writePlace({ route: this.route, hold: this.hold, camera: this.cameraToShare() });
-    return url.href;
+    return linkTo(this.place);
   }
 
   /** Eye and target, six numbers in the scan's frame; null before a wall stands. */
@@ -422,26 +420,16 @@ export class WallTopo extends HTMLElement {
   // Page ------------------------------------------------------------------------------------
 
   private build(): void {
-    const { words } = say();
-    this.bar.replaceChildren();
-    this.bar.setAttribute("aria-label", words.view);
-    this.card.setAttribute("aria-label", words.chosen);
-    const add = (key: string, label: string, shape: Shape, act: () => void): void => {
-      const named = { part: "tool", "aria-label": label, title: label };
-      const button = h("button", { class: "tool", ...named }, icon(shape));
-      button.addEventListener("click", act);
-      this.tools.set(key, button);
-      this.bar.append(button);
-    };
-    add("home", `${words.home} (H)`, "home", () => this.home());
-    add("climber", `${words.climber} (C)`, "climber", () => this.climberView());
-    add("measure", `${words.measure} (M)`, "measure", () => this.toggleMeasure());
-    add("share", words.share, "share", () => void this.share());
-    add("picture", words.save, "camera", () => void this.savePicture());
-    this.tools.get("measure")!.setAttribute("aria-pressed", "false");
-    this.bar.append(h("slot", { name: "tools" }));
+    this.card.setAttribute("aria-label", say().words.chosen);
+    this.bar.build({
+      home: () => this.home(),
+      climber: () => this.climberView(),
+      measure: () => this.toggleMeasure(),
+      share: () => void copyLink(this.link()).then((text) => this.say(text)),
+      picture: () => void this.savePicture(),
+    });
     this.panel = new Panel();
-    this.view.replaceChildren(this.canvas, this.bar, this.thread, this.toast.root);
+    this.view.replaceChildren(this.canvas, this.bar.root, this.thread, this.toast.root);
     this.shell.replaceChildren(this.panel.root, this.view, this.card, this.message.root);
     this.root.append(this.shell);
     this.panel.onRoute = (id) => this.selectRoute(id, { move: true });
@@ -540,31 +528,17 @@ export class WallTopo extends HTMLElement {
 
   private toggleMeasure(): void {
     this.measuring = !this.measuring;
-    this.tools.get("measure")!.setAttribute("aria-pressed", String(this.measuring));
+    this.bar.press(this.measuring);
     this.view.classList.toggle("measuring", this.measuring);
     this.overlay?.clearMeasure();
     this.stage?.redraw();
     if (this.measuring) this.say(say().words.twoPoints);
   }
 
-  private async share(): Promise<void> {
-    const url = this.link();
-    try {
-      await navigator.clipboard.writeText(url);
-      this.say(say().words.copied);
-    } catch {
-      // Without the clipboard (page from disk, old browser) the address itself is the link.
-      history.replaceState(null, "", url);
-      this.say(say().words.inAddress);
-    }
-  }
-
   private async savePicture(): Promise<void> {
     const blob = await this.picture();
-    if (!blob) return this.say(say().words.noPicture);
-    const link = h("a", { href: URL.createObjectURL(blob), download: "wall.png" });
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+    if (blob) download(blob);
+    else this.say(say().words.noPicture);
   }
 
   private applyTheme(): void {
@@ -574,11 +548,11 @@ export class WallTopo extends HTMLElement {
     this.stage?.backdrop(dark ? "#15171b" : "#eef0f3");
   }
 
-  /** Null where the page finds the view by itself: on another screen it is another camera. */
-  private cameraToShare(): number[] | null {
+  /** What is seen, without the camera where the page finds it by itself: on another screen it is another. */
+  private get place(): Place {
     const subject = this.views?.subject ?? null;
     const itself = subject === "wall" || (subject === "route" && this.hold === null);
-    return itself ? null : this.camera;
+    return { route: this.route, hold: this.hold, camera: itself ? null : this.camera };
   }
 
   private applyPlace(animate: boolean): void {
@@ -590,16 +564,11 @@ export class WallTopo extends HTMLElement {
   }
 
   private saveLink(): void {
-    if (!this.hasAttribute("links") || !this.hasAttribute("data-ready")) return;
-    clearTimeout(this.linkTimer);
-    this.linkTimer = window.setTimeout(() => {
-      const hash = writePlace({ route: this.route, hold: this.hold, camera: this.cameraToShare() });
-      history.replaceState(null, "", hash || location.pathname + location.search);
-    }, 300);
+    if (this.hasAttribute("links") && this.hasAttribute("data-ready")) this.address.keep(() => this.place);
   }
 
   private say(text: string): void {
-    const bars = [this.arrangement.tall ? this.bar : null, this.view.querySelector<HTMLElement>(".edit")];
+    const bars = [this.arrangement.tall ? this.bar.root : null, this.view.querySelector<HTMLElement>(".edit")];
     this.toast.say(text, 14 + Math.max(0, ...bars.map((bar) => (bar ? bar.offsetTop + bar.offsetHeight : 0))));
   }
 

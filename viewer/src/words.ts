@@ -1,6 +1,6 @@
 /** Numbers and names as people read them. */
 
-import { counted, decimal, say } from "./languages";
+import { counted, day, decimal, say } from "./languages";
 import { lean, whole } from "./steepness";
 import type { Hold, Route, Tables } from "./types";
 
@@ -59,9 +59,7 @@ export function routeFacts(route: Route, metric: boolean): string {
 
 /** "Anna · 1 March 2026": who set it and when, as far as somebody said. */
 export function routeOrigin({ setter, date }: Route): string {
-  // A day has no time zone: as midnight in one and written in another it may be the day before.
-  const day = date && new Date(date).toLocaleDateString(say().code, { dateStyle: "long", timeZone: "UTC" });
-  return [setter, day].filter(Boolean).join(" · ");
+  return [setter, date && day(date)].filter(Boolean).join(" · ");
 }
 
 export function routeName(route: Route): string {

@@ -52,10 +52,11 @@ export class Bar {
     bare("undo", edit.undo, "Ctrl+Z", () => on.undo(), "undo");
     bare("redo", edit.redo, "Ctrl+Y", () => on.redo(), "redo");
     add("save", edit.save, () => on.save(), "save").classList.add("main");
+    this.root.append(this.said);
     add("check", edit.check, () => on.check()).title = edit.checkHint;
     for (const mode of MODES) add(mode, edit[mode], () => on.mode(mode));
     this.size.addEventListener("input", () => on.brush(Number(this.size.value) / 100));
-    this.root.append(this.size, this.said);
+    this.root.append(this.size);
   }
 
   /** CSS pixels that it takes at the top. */
@@ -78,5 +79,6 @@ export class Bar {
     this.root.classList.toggle("busy", state.busy);
     this.root.setAttribute("aria-busy", String(state.busy));
     this.said.textContent = state.said;
+    this.said.hidden = !state.said;
   }
 }

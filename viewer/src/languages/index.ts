@@ -28,6 +28,13 @@ export function counted(count: number, what: keyof Language["counted"]): string 
   return `${count} ${form}`;
 }
 
+/** "1 March 2026", as the reader's country writes it. */
+export function day(iso: string): string {
+  const own = navigator.languages.find((wish) => wish.toLowerCase().split("-")[0] === spoken.code);
+  // A day has no time zone: as midnight in one and written in another it may be the day before.
+  return new Date(iso).toLocaleDateString(own ?? spoken.code, { dateStyle: "long", timeZone: "UTC" });
+}
+
 const formats = new Map<string, Intl.NumberFormat>();
 
 /** A number with `digits` decimals as the language writes it. */
