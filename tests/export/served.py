@@ -13,13 +13,23 @@ from walltopo.export.server.run import Server
 from walltopo.scans.folder import ScanFolder
 
 
+class StillDesk(Desk):
+    """Saves, and lets nothing follow from it."""
+
+    def follow(self) -> None:
+        pass
+
+
 @contextmanager
 def served(
-    root: Path, edit: bool, embed: Sequence[str] = (), host: str = "127.0.0.1"
+    root: Path,
+    edit: bool,
+    embed: Sequence[str] = (),
+    host: str = "127.0.0.1",
+    desk: type[Desk] = StillDesk,
 ) -> Iterator[Server]:
     """A server on a free port, as long as the block takes."""
-    desk = Desk(ScanFolder(root)) if edit else None
-    server = Server(root, 0, host, embed, desk=desk)
+    server = Server(root, 0, host, embed, desk=desk(ScanFolder(root)) if edit else None)
     thread = threading.Thread(target=server.run, daemon=True)
     thread.start()
     try:

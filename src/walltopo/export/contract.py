@@ -9,7 +9,7 @@ from walltopo.core import Mesh, about, check_settings
 from walltopo.scans.attributes import Attributes
 from walltopo.scans.cutouts import Cutouts
 from walltopo.scans.holds import Holds
-from walltopo.scans.instances import InstanceRecords, InstanceTable
+from walltopo.scans.instances import InstanceTable
 from walltopo.scans.made import Made
 from walltopo.scans.manifest import Metrics
 from walltopo.scans.model import SparseModel
@@ -69,8 +69,6 @@ class WallReads:
     texture: TextureImage
     texture_uv: TextureUv
     instances: InstanceTable
-    instance_records: InstanceRecords
-    attributes: Attributes
     routes: Routes
     holds: Holds
     relabelled: Relabelled | None
@@ -80,6 +78,7 @@ class WallReads:
 class Reads(WallReads):
     """What the stage is given: the wall, and what the report tells besides."""
 
+    attributes: Attributes
     photos: PhotoSet
     photo_list: PhotoList
     sparse: SparseModel
