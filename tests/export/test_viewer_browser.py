@@ -13,6 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 from likeness import MEAN_BOUND, TILE_BOUND, alike, difference, small  # type: ignore[import-not-found]
@@ -20,12 +21,13 @@ from made_scan import build_scan, export_alone, export_scan, panel  # type: igno
 from PIL import Image
 from served import served  # type: ignore[import-not-found]
 
+from walltopo.desk.desk import Desk
 from walltopo.export.contract import ExportSettings
 from walltopo.export.wall import read_wall
+from walltopo.scans.edits import EditLog
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.holds import HoldRow
 from walltopo.scans.in_words import count_words, steepness_words
-from walltopo.scans.old_edits import HoldEdits, RouteEdits
 
 VIEWER = Path(__file__).resolve().parents[2] / "viewer"
 SMALL = ExportSettings(first_triangles=6000, title="Test wall")
@@ -40,6 +42,7 @@ FILES = [
         "page",
         "borders",
         "tasks",
+        "reset",
     )
 ]
 NAMES = [
@@ -214,21 +217,27 @@ def endless_model() -> bytes:
 
 
 def edited_files(scan: ScanFolder) -> str:
-    """What is wrong with the files that the editor's check saved; "" when nothing is."""
-    holds, routes = HoldEdits.load(scan.hold_edits), RouteEdits.load(scan.route_edits)
-    entries = {entry.id: (entry.colour, entry.type, entry.deleted) for entry in holds.holds}
-    strokes = [stroke.hold for stroke in holds.strokes]
+    """What is wrong with the log that the editor's checks saved; "" when nothing is."""
+    found = [msgspec.to_builtins(edit) for edit in EditLog.load(scan.edits).edits]
+    for edit in found:
+        for key in ("hold", "route"):
+            edit[key] = edit[key]["id"] if key in edit else None
     expected = [
-        entries.get(2, [""])[0] == "red",
-        entries.get(5, [""])[:2] == ("green", "crimp"),
-        entries.get(9, [False])[-1] is True,
-        strokes[:1] == [7] and strokes[-1:] == [0],
-        [entry.holds for entry in routes.split[:1]] == [(2, 6)],
-        [entry.routes for entry in routes.merge[:1]] == [(3, 4)],
-        [entry.name for entry in routes.rename[:1]] == ["<b>Heron</b>"],
-        routes.assign == (),
+        {"do": "hold", "hold": 2, "colour": "red"},
+        {"do": "hold", "hold": 5, "colour": "green"},
+        {"do": "hold", "hold": 5, "type": "crimp"},
+        {"do": "split", "new": 5},
+        {"do": "route", "route": 3, "name": "<b>Heron</b>"},
+        {"do": "route", "route": 3, "grade": "6b"},
+        {"do": "route", "route": 3, "setter": "Anna"},
+        {"do": "route", "route": 3, "date": "2026-03-01"},
+        {"do": "merge"},
+        {"do": "hold", "hold": 12, "type": "sloper"},
     ]
-    return "" if all(expected) else f"{expected}: {holds} {routes}"
+    same = len(found) == len(expected) and all(
+        wanted.items() <= edit.items() for wanted, edit in zip(expected, found, strict=True)
+    )
+    return "" if same else json.dumps(found)
 
 
 def run_checks(listing: Path, word: str = "", sabotage: str = "") -> dict[str, str]:
@@ -284,8 +293,14 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Sca
         "odd": {kind: page.as_uri() for kind, page in odd.items()},
         "shots": str(SHOTS),
     }
-    with served(scan.root, edit=False) as web, served(editing.root, edit=True) as edit:
-        listing.write_text(json.dumps(found | {"web": web.url, "edit": edit.url}))
+    after = exported(room / "reset")
+    with (
+        served(scan.root, edit=False) as web,
+        served(editing.root, edit=True, desk=Desk) as edit,
+        served(after.root, edit=True, desk=Desk) as reset,
+    ):
+        found |= {"web": web.url, "edit": edit.url, "reset": reset.url}
+        listing.write_text(json.dumps(found))
         yield listing, editing
 
 

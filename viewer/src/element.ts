@@ -308,6 +308,7 @@ export class WallTopo extends HTMLElement {
       say: (text: string) => this.say(text),
     };
     this.editor?.dispose();
+    this.shell.classList.add("editing");
     const token = this.getAttribute("token") ?? "";
     this.editor = new Editor(host, this.tables, new Server(address, token));
     void this.editor.start();
@@ -394,8 +395,9 @@ export class WallTopo extends HTMLElement {
     const hold = this.hold === null ? undefined : this.tables.holds.get(this.hold);
     const route = this.route === null ? undefined : this.tables.routes.get(this.route);
     const plain = hold ? holdCard(hold, this.tables, act) : route ? routeCard(route, this.tables, act) : [];
-    const more = this.editor?.controls(route ?? null, hold ?? null) ?? [];
-    const parts = this.editor?.card() ?? [...plain, ...more];
+    const { editor } = this;
+    // The fields say what the plain card says, and a phone has no room for both.
+    const parts = editor ? (editor.card() ?? [...plain.slice(0, 1), ...editor.controls(route ?? null, hold ?? null)]) : plain;
     const before = this.card.hidden;
     if (parts.length > 0) parts.push(h("slot", { name: "card" }));
     this.card.replaceChildren(...parts);

@@ -21,8 +21,8 @@ export class Views {
     private readonly stage: Stage,
     private readonly insets: () => Insets,
   ) {
-    stage.controls.addEventListener("controlstart", () => this.let());
-    stage.controls.addEventListener("control", () => this.let()); // the wheel
+    // Not at "controlstart": a tap moves nothing.
+    stage.controls.addEventListener("control", () => this.let());
   }
 
   /** What the camera shows by itself; null where somebody moved it. */

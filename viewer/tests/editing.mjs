@@ -109,7 +109,8 @@ export const editing = {
     await write("Set on", "2026-03-01");
     await pick("Merge with", "4");
     assert.equal(await ask(page, (el) => el.routes.length), 4);
-    assert.match(await text(page, ".card"), /<b>Heron<\/b>.*6b.*Anna · 1 March 2026/);
+    const { name, grade, setter, date } = await route(page, 3);
+    assert.deepEqual([name, grade, setter, date], ["<b>Heron</b>", "6b", "Anna", "2026-03-01"]);
     await press("Save");
     await saved();
     fine(log);
@@ -125,6 +126,10 @@ export const editing = {
     assert.equal(await route(again.page, 4), null);
     fine(again.log);
     await again.close();
+    const plain = await open(browser, edit.split("?")[0]);
+    await ask(plain.page, (el) => el.selectRoute(3));
+    assert.match(await text(plain.page, ".card"), /<b>Heron<\/b>6b · .*Anna · 1 March 2026/, "a visitor reads what the setter wrote");
+    await plain.close();
   },
 
   async "each hold of a route is start, top, zone, foot or hand"(browser, { edit, shots }) {
