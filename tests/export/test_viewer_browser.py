@@ -22,8 +22,10 @@ from PIL import Image
 from served import served  # type: ignore[import-not-found]
 
 from walltopo.desk.desk import Desk
+from walltopo.edit.on_holds import REMOVED
 from walltopo.export.contract import ExportSettings
 from walltopo.export.wall import read_wall
+from walltopo.holds.doubtful import FAINT, FLAT, PLATED
 from walltopo.scans.edits import EditLog
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.holds import HoldRow
@@ -77,12 +79,13 @@ wall-topo::part(card){background:rgb(1 2 3)}</style>
 </wall-topo></main><script src="page/viewer.js"></script>"""
 
 
-def said() -> dict[str, list[list[object]]]:
+def said() -> dict[str, list[Any]]:
     """What the terminal and the report say, for the page to say too."""
     degrees = (-20.4, -6, -5.4, -3, 0, 3.4, 4.6, 5.4, 5.6, 6.9, 10, 16.7, 34.6, 60)
     counts = ((0, 0, 0), (1, 1, 0), (4, 31, 2), (2, 5, 1))
     kind = {"hold": made_row(1, "hold"), "volume": made_row(2, "volume")}
     return {
+        "reasons": [FAINT, FLAT, PLATED, REMOVED],
         "steepness": [[value, steepness_words(value)] for value in degrees],
         "counts": [
             [r, h, v, count_words(r, [kind["hold"]] * h + [kind["volume"]] * v)]
@@ -223,7 +226,7 @@ def edited_files(scan: ScanFolder) -> str:
         for key in ("hold", "route"):
             edit[key] = edit[key]["id"] if key in edit else None
     expected = [
-        {"do": "hold", "hold": 2, "colour": "red"},
+        {"do": "hold", "hold": 2},
         {"do": "hold", "hold": 5, "colour": "green"},
         {"do": "hold", "hold": 5, "type": "crimp"},
         {"do": "split", "new": 5},

@@ -40,6 +40,11 @@ export function typeName(type: string | null | undefined): string {
   return type ? (say().types[type] ?? type) : "–";
 }
 
+/** Why an instance is no hold. */
+export function leftOutWords({ left_out: reason = "" }: Hold): string {
+  return say().reasons[reason] ?? reason;
+}
+
 /** "4 routes · 31 holds · 2 volumes": as the terminal and the report count. */
 export function wallFacts(tables: Tables): string {
   const volumes = [...tables.holds.values()].filter((hold) => hold.class === "volume").length;

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { ask, open, placeOf, settle, tapHold, text } from "./browser.mjs";
-import { fine } from "./checks.mjs";
+import { fine, graveFindings } from "./checks.mjs";
 
 /** Wait until the server has told what the last edit does. */
 export async function told(page) {
@@ -203,6 +203,66 @@ export const editing = {
     await press("Undo");
     assert.equal(await under(page, at), 0);
     assert.equal(await ask(page, (el) => el.stage.strokes.children.length), 0, "no ball is left over the wall");
+    fine(log);
+    await close();
+  },
+
+  async "a hold is cut in two, and joined again"(browser, { edit }) {
+    const { page, log, close, press } = await editor(browser, edit);
+    const count = () => ask(page, (el) => el.holds.length);
+    const before = await count();
+    const [x, , z] = (await hold(page, 4)).position;
+    const drawn = (dx) =>
+      ask(page, (el, place) => {
+        const box = el.shadowRoot.querySelector("canvas").getBoundingClientRect();
+        const at = el.project(place);
+        return { x: box.left + at.x, y: box.top + at.y };
+      }, [x + dx, -0.05, z]);
+    const [left, right] = [await drawn(-0.1), await drawn(0.1)];
+    await tapHold(page, 4);
+    await press("Cut in two");
+    for (const at of [left, right]) {
+      await page.mouse.click(at.x, at.y);
+      await told(page);
+    }
+    assert.equal(await count(), before + 1);
+    const parts = [await drawn(0)].map(({ x: px, y }) => [{ x: px, y: y - 12 }, { x: px, y: y + 12 }])[0];
+    const ids = [await under(page, parts[0]), await under(page, parts[1])];
+    assert.ok(ids.includes(4) && ids[0] !== ids[1] && ids[0] > 0 && ids[1] > 0, `above ${ids[0]}, below ${ids[1]}`);
+    await press("Mark several");
+    for (const at of parts) await page.mouse.click(at.x, at.y);
+    await press("Join to one hold");
+    assert.equal(await count(), before);
+    assert.equal(await under(page, parts[0]), await under(page, parts[1]));
+    fine(log);
+    await close();
+  },
+
+  async "the editor is for fingers, keys and screen readers too"(browser, { edit, shots }) {
+    const { page, log, close, press } = await editor(browser, edit, { width: 390, height: 844, phone: true, locale: "de-DE" });
+    await ask(page, (el) => el.selectHold(5));
+    await settle(page);
+    await page.screenshot({ path: `${shots}/edit-phone.png` });
+    assert.deepEqual(await graveFindings(page), []);
+    const low = await ask(page, (el) =>
+      [...el.shadowRoot.querySelectorAll(".edit button, .card button, .card select, .card input, .card summary")]
+        .filter((control) => control.checkVisibility() && control.getBoundingClientRect().height < 40)
+        .map((control) => control.outerHTML),
+    );
+    assert.deepEqual(low, [], "too low for a finger");
+    // Tab leads through the bar and out of it, and a mode can be left with the key that chose it.
+    await page.locator("wall-topo").getByRole("button", { name: "Mehrere markieren" }).focus();
+    await page.keyboard.press("Enter");
+    assert.match(await text(page, ".card"), /0 Griffe markiert/);
+    await page.keyboard.press("Enter");
+    const seen = new Set();
+    for (let k = 0; k < 60; k++) {
+      await page.keyboard.press("Tab");
+      seen.add(await ask(page, (el) => el.shadowRoot.activeElement?.closest(".edit, .card, .side, .tools")?.className ?? "outside"));
+    }
+    assert.ok(seen.has("outside") && [...seen].some((place) => place.startsWith("side")), `Tab stays in ${[...seen]}`);
+    await press("Malen");
+    assert.match(await text(page, ".toast"), /Zuerst den Griff wählen/);
     fine(log);
     await close();
   },

@@ -3,7 +3,7 @@
 import { h } from "../dom";
 import { say } from "../languages";
 import type { Hold, Route, Tables } from "../types";
-import { colourName, holdName, holdSwatch, routeName, typeName } from "../words";
+import { colourName, holdName, holdSwatch, leftOutWords, routeName, typeName } from "../words";
 import { button, choice, line, oneOf, paragraph } from "./form";
 import { NONE, refOf, routeRef } from "./log";
 import type { Edit, Role, RouteFacts } from "./log";
@@ -71,7 +71,7 @@ export function holdControls(hold: Hold, on: Acts): HTMLElement[] {
       { class: "fields" },
       button(edit.notAHold, () => on.change({ do: "remove", hold: self })),
       button(edit.cut, () => on.cut()),
-      on.doubted(hold) && button(edit.right, () => on.change({ do: "hold", hold: self, colour: hold.colour ?? undefined })),
+      on.doubted(hold) && button(edit.right, () => on.change({ do: "hold", hold: self })),
       on.photos(hold),
     ),
   );
@@ -117,7 +117,7 @@ export function leftOutList(holds: Hold[], choose: (hold: Hold) => void, close: 
       { class: "route", onClick: () => choose(hold) },
       h("span", { class: "swatch", style: `background:${holdSwatch(hold)}` }),
       h("span", { class: "name" }, holdName(hold)),
-      h("span", { class: "meta" }, hold.left_out ?? ""),
+      h("span", { class: "meta" }, leftOutWords(hold)),
     ),
   );
   const title = h("div", { class: "title" }, h("h3", {}, edit.leftOut), h("p", { class: "sub" }, edit.leftOutHint));
@@ -127,7 +127,7 @@ export function leftOutList(holds: Hold[], choose: (hold: Hold) => void, close: 
 /** One of them. */
 export function leftOutCard(hold: Hold, on: Acts, close: HTMLElement): HTMLElement[] {
   const { edit } = say();
-  const title = h("div", { class: "title" }, h("h3", {}, holdName(hold)), h("p", { class: "sub" }, hold.left_out ?? ""));
+  const title = h("div", { class: "title" }, h("h3", {}, holdName(hold)), h("p", { class: "sub" }, leftOutWords(hold)));
   const swatch = h("span", { class: "swatch", style: `background:${holdSwatch(hold)}` });
   const back = button(edit.bringBack, () => on.change({ do: "keep", hold: refOf(hold) }));
   back.classList.add("main");

@@ -166,6 +166,7 @@ export class Editor {
     this.then = () => {
       const hold = this.session.result.tables.holds.get(id);
       if (hold) this.host.select(hold.route, id);
+      else this.session.undo(); // nothing grew there; the server's note says why
     };
     this.session.change({ do: "add", hold: { id, at: placeOf(point) } });
   }

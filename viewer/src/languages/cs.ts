@@ -13,6 +13,12 @@ export const cs: Language = {
     jug: "madlo", crimp: "lišta", sloper: "oblina", pinch: "stisk", pocket: "dírka",
     foothold: "stup", unknown: "neznámý", volume: "struktura", hold: "chyt",
   },
+  reasons: {
+    "few photos confirm it": "potvrzuje to málo fotek",
+    "lies on a printed plate": "leží na vytištěné desce",
+    "lies flat on the wall": "leží naplocho na stěně",
+    "taken out by hand": "vyřazeno ručně",
+  },
   counted: {
     route: { one: "cesta", few: "cesty", other: "cest" },
     hold: { one: "chyt", few: "chyty", other: "chytů" },

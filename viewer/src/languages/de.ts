@@ -13,6 +13,12 @@ export const de: Language = {
     jug: "Henkel", crimp: "Leiste", sloper: "Sloper", pinch: "Zange", pocket: "Loch",
     foothold: "Tritt", unknown: "unbekannt", volume: "Volumen", hold: "Griff",
   },
+  reasons: {
+    "few photos confirm it": "wenige Fotos bestätigen es",
+    "lies on a printed plate": "liegt auf einer gedruckten Messplatte",
+    "lies flat on the wall": "liegt flach auf der Wand",
+    "taken out by hand": "von Hand herausgenommen",
+  },
   counted: {
     route: { one: "Route", other: "Routen" },
     hold: { one: "Griff", other: "Griffe" },

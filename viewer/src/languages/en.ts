@@ -11,6 +11,8 @@ export interface Language {
   /** Names of colours and of types of holds; others are shown as the scan wrote them. */
   colours: Record<string, string>;
   types: Record<string, string>;
+  /** Why something is left out, by what the scan says. */
+  reasons: Record<string, string>;
   counted: Record<"route" | "hold" | "volume", Forms>;
   words: typeof words;
   edit: typeof edit & {
@@ -149,6 +151,7 @@ export const en: Language = {
   code: "en",
   colours: {},
   types: {},
+  reasons: {},
   counted: {
     route: { one: "route", other: "routes" },
     hold: { one: "hold", other: "holds" },

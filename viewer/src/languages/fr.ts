@@ -13,6 +13,12 @@ export const fr: Language = {
     jug: "bac", crimp: "réglette", sloper: "plat", pinch: "pince", pocket: "trou",
     foothold: "prise de pied", unknown: "inconnu", volume: "volume", hold: "prise",
   },
+  reasons: {
+    "few photos confirm it": "peu de photos le confirment",
+    "lies on a printed plate": "se trouve sur une plaque imprimée",
+    "lies flat on the wall": "est à plat sur le mur",
+    "taken out by hand": "retirée à la main",
+  },
   counted: {
     route: { one: "voie", other: "voies" },
     hold: { one: "prise", other: "prises" },
