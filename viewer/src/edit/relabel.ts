@@ -4,7 +4,7 @@ import { BufferAttribute } from "three";
 import type { BufferGeometry } from "three";
 import type { Region } from "./result";
 
-const REACH = 4; // mean distances of neighbouring triangles that a tier's surface may lie off the mesh's
+const REACH = 4; // mean distances between triangles that a tier's surface may lie off the mesh's
 
 /** As the tier came. */
 interface Original {
@@ -12,44 +12,77 @@ interface Original {
   feature: Float32Array;
 }
 
-/** The triangles of all regions, found by place. */
+/** The triangles of all regions, found by place: a hash grid whose cells are as wide as triangles lie apart. */
 class Lookup {
-  private readonly cells = new Map<number, number[]>();
+  private readonly places: Float32Array;
+  private readonly labels: Int32Array;
   private readonly size: number;
+  private readonly mask: number;
+  /** Where each cell's triangles begin in `order`. */
+  private readonly begin: Int32Array;
+  private readonly order: Int32Array;
 
   constructor(private readonly regions: Region[]) {
-    const spacing = regions.map(({ radius, labels }) => radius * Math.sqrt(Math.PI / Math.max(labels.length, 1)));
-    this.size = Math.max(1e-6, Math.min(REACH * Math.max(...spacing), Math.max(...regions.map(({ radius }) => radius))));
-    regions.forEach(({ centroids }, region) => {
-      for (let k = 0; k < centroids.length; k += 3) {
-        const cell = this.key(centroids[k]!, centroids[k + 1]!, centroids[k + 2]!, 0, 0, 0);
-        const others = this.cells.get(cell);
-        if (others) others.push(region, k);
-        else this.cells.set(cell, [region, k]);
-      }
-    });
+    const count = regions.reduce((sum, { labels }) => sum + labels.length, 0);
+    this.places = new Float32Array(3 * count);
+    this.labels = new Int32Array(count);
+    let at = 0;
+    let area = 0;
+    for (const { centroids, labels, radius } of regions) {
+      this.places.set(centroids, 3 * at);
+      this.labels.set(labels, at);
+      at += labels.length;
+      area += Math.PI * radius * radius;
+    }
+    this.size = Math.max(1e-6, Math.sqrt(area / Math.max(count, 1)));
+    this.mask = 2 ** Math.ceil(Math.log2(count + 2)) - 1;
+    this.begin = new Int32Array(this.mask + 2);
+    this.order = new Int32Array(count);
+    const cells = Int32Array.from({ length: count }, (_, k) => this.cellAt(3 * k));
+    for (const cell of cells) this.begin[cell + 1]!++;
+    for (let cell = 0; cell <= this.mask; cell++) this.begin[cell + 1]! += this.begin[cell]!;
+    const next = this.begin.slice();
+    cells.forEach((cell, k) => (this.order[next[cell]!++] = k));
   }
 
-  private key(x: number, y: number, z: number, dx: number, dy: number, dz: number): number {
-    const [a, b, c] = [x, y, z].map((v) => Math.floor(v / this.size)) as [number, number, number];
-    return ((a + dx) * 2 ** 17 + (b + dy)) * 2 ** 17 + (c + dz);
+  private cellAt(k: number): number {
+    const { places, size } = this;
+    return this.hash(Math.floor(places[k]! / size), Math.floor(places[k + 1]! / size), Math.floor(places[k + 2]! / size));
   }
 
-  /** The label of the nearest triangle; null where none is near, or the place lies in no region. */
+  private hash(a: number, b: number, c: number): number {
+    const mixed = Math.imul(a, 73856093) ^ Math.imul(b, 19349663) ^ Math.imul(c, 83492791);
+    return (mixed ^ (mixed >>> 15)) & this.mask;
+  }
+
+  /** The label of the nearest triangle; null where the place lies in no region, or none is near. */
   label(x: number, y: number, z: number): number | null {
-    const within = this.regions.some(({ at, radius }) => (x - at[0]) ** 2 + (y - at[1]) ** 2 + (z - at[2]) ** 2 <= radius * radius);
-    if (!within) return null;
-    let least = this.size * this.size;
-    let found: number | null = null;
-    for (let cell = 0; cell < 27; cell++) {
-      const inside = this.cells.get(this.key(x, y, z, (cell % 3) - 1, (Math.floor(cell / 3) % 3) - 1, Math.floor(cell / 9) - 1));
-      for (let n = 0; inside && n < inside.length; n += 2) {
-        const { centroids, labels } = this.regions[inside[n]!]!;
-        const k = inside[n + 1]!;
-        const square = (x - centroids[k]!) ** 2 + (y - centroids[k + 1]!) ** 2 + (z - centroids[k + 2]!) ** 2;
-        if (square > least) continue;
-        least = square;
-        found = labels[k / 3]!;
+    if (!this.regions.some(({ at: [a, b, c], radius }) => (x - a) ** 2 + (y - b) ** 2 + (z - c) ** 2 <= radius * radius)) return null;
+    for (let reach = 1; reach <= REACH; reach *= 2) {
+      const found = this.nearest(x, y, z, reach);
+      if (found >= 0) return this.labels[found]!;
+    }
+    return null;
+  }
+
+  /** The nearest within `reach` cells; -1: none is. */
+  private nearest(x: number, y: number, z: number, reach: number): number {
+    const { places, size, begin, order } = this;
+    const [a, b, c] = [Math.floor(x / size), Math.floor(y / size), Math.floor(z / size)];
+    let least = (reach * size) ** 2;
+    let found = -1;
+    for (let i = a - reach; i <= a + reach; i++) {
+      for (let j = b - reach; j <= b + reach; j++) {
+        for (let k = c - reach; k <= c + reach; k++) {
+          const cell = this.hash(i, j, k);
+          for (let n = begin[cell]!; n < begin[cell + 1]!; n++) {
+            const p = 3 * order[n]!;
+            const square = (x - places[p]!) ** 2 + (y - places[p + 1]!) ** 2 + (z - places[p + 2]!) ** 2;
+            if (square > least) continue;
+            least = square;
+            found = order[n]!;
+          }
+        }
       }
     }
     return found;
@@ -89,24 +122,28 @@ export class Relabelled {
     const corners = count + index.length > 65535 ? new Uint32Array(index) : index.slice();
     const copied: number[] = [];
     const labels: number[] = [];
-    const known = new Map<string, number>();
+    const known = new Map<number, Map<number, number>>(); // by label, then by vertex
     for (let k = 0; given && k < index.length; k += 3) {
       const [a, b, c] = [3 * index[k]!, 3 * index[k + 1]!, 3 * index[k + 2]!];
-      const middle = (axis: number): number => (places[a + axis]! + places[b + axis]! + places[c + axis]!) / 3;
-      const label = given.label(middle(0), middle(1), middle(2));
+      const label = given.label(
+        (places[a]! + places[b]! + places[c]!) / 3,
+        (places[a + 1]! + places[b + 1]! + places[c + 1]!) / 3,
+        (places[a + 2]! + places[b + 2]! + places[c + 2]!) / 3,
+      );
       if (label === null || label === feature[index[k]!]) continue;
       // Vertices are never shared over a border: the triangle gets some of its own.
+      const own = known.get(label) ?? new Map<number, number>();
+      known.set(label, own);
       for (let corner = k; corner < k + 3; corner++) {
         const from = index[corner]!;
-        const key = `${from} ${label}`;
-        let own = known.get(key);
-        if (own === undefined) {
-          own = count + copied.length;
-          known.set(key, own);
+        let copy = own.get(from);
+        if (copy === undefined) {
+          copy = count + copied.length;
+          own.set(from, copy);
           copied.push(from);
           labels.push(label);
         }
-        corners[corner] = own;
+        corners[corner] = copy;
       }
     }
     this.replace(count, corners, copied, labels);
