@@ -13,10 +13,12 @@ from walltopo.export.stage import export_wall
 from walltopo.export.wall import Wall
 from walltopo.meshes.ply import write_ply
 from walltopo.pipeline.runner import run_stage
-from walltopo.scans.attributes import Attributes, Hold
+from walltopo.scans.attributes import Attributes, Hold, RawAttributes
 from walltopo.scans.cutouts import INDEX, CutoutIndex
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.holds import Holds, hold_rows
 from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTable
+from walltopo.scans.light import SceneLight
 from walltopo.scans.manifest import Manifest, Metrics, StageRecord
 from walltopo.scans.photo_list import Photo, PhotoList, SkippedFile
 from walltopo.scans.routes import Route, Routes
@@ -103,6 +105,7 @@ def build_scan(root: Path, holds: int = 12, cells: int = 90, metric: bool = True
     colour_of = [names[(k // rows) % 3] for k in range(holds)]
     instances = [made_hold(k, places[k - 1], radius, colour_of[k - 1]) for k in range(1, holds + 1)]
     Attributes(instances=tuple(instances)).save(scan.attributes)
+    RawAttributes(instances=tuple(instances)).save(scan.attributes_raw)
     InstanceRecords(
         classes={"1": "hold"},
         instances=tuple(
@@ -114,7 +117,12 @@ def build_scan(root: Path, holds: int = 12, cells: int = 90, metric: bool = True
     for number in range(1, holds + 1):
         members.setdefault((number - 1) // rows + 1, []).append(number)
     routes = [made_route(k, ids, colour_of[ids[0] - 1]) for k, ids in members.items()]
-    Routes(routes=tuple(routes)).save(scan.routes)
+    for path in (scan.routes, scan.routes_raw):
+        Routes(routes=tuple(routes)).save(path)
+    scores = {k: 0.4 + 0.05 * (k % 12) for k in range(1, holds + 1)}
+    rows = hold_rows(tuple(instances), scores, tuple(routes))
+    Holds(metric=metric, holds=rows).save(scan.holds)
+    made_light(len(COLOURS)).save(scan.light)
     made_scale(metric).save(scan.scale)
     write_texture(scan.texture, places, radius, [COLOURS[c] for c in colour_of])
     TextureUv(uv).save(scan.texture_uv)
@@ -150,6 +158,12 @@ def made_route(number: int, holds: list[int], colour: str) -> Route:
         number, MARKUP if number == 2 else "", colour, tuple(holds), length=3.2,
         steepness_deg=10.0, start=tuple(holds[:1]), top=tuple(holds[-1:]),
     )  # fmt: skip
+
+
+def made_light(photos: int) -> SceneLight:
+    """The same light in all photos, and all over the wall."""
+    none = np.zeros((0, 3))
+    return SceneLight(np.zeros((photos, 3)), none, np.zeros(0), none, 0.5, 1.0)
 
 
 def made_scale(metric: bool) -> Scale:
@@ -192,7 +206,7 @@ def export_alone(root: Path, wall: Wall, settings: ExportSettings) -> ScanFolder
     scan, scratch = ScanFolder(root), root / "scratch"
     scratch.mkdir(parents=True)
     made = export_wall(wall, settings, scratch, Silent())
-    made.holds.save(scan.holds)
+    Holds(metric=wall.metric, holds=tuple(wall.holds)).save(scan.holds)
     made.glb.save(scan.glb)
     made.page_assets.save(scan.page_assets)
     made.page.save(scan.page)

@@ -8,15 +8,28 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from walltopo.desk.desk import Desk
 from walltopo.export.server.run import Server
+from walltopo.scans.folder import ScanFolder
+
+
+class StillDesk(Desk):
+    """Saves, and lets nothing follow from it."""
+
+    def follow(self) -> None:
+        pass
 
 
 @contextmanager
 def served(
-    root: Path, edit: bool, embed: Sequence[str] = (), host: str = "127.0.0.1"
+    root: Path,
+    edit: bool,
+    embed: Sequence[str] = (),
+    host: str = "127.0.0.1",
+    desk: type[Desk] = StillDesk,
 ) -> Iterator[Server]:
     """A server on a free port, as long as the block takes."""
-    server = Server(root, 0, edit, host, embed)
+    server = Server(root, 0, host, embed, desk=desk(ScanFolder(root)) if edit else None)
     thread = threading.Thread(target=server.run, daemon=True)
     thread.start()
     try:

@@ -1,4 +1,4 @@
-"""Edit files, what they do to the export, and the server that saves them."""
+"""What a page of an older walltopo saves, and what relabelled triangles do to the export."""
 
 from __future__ import annotations
 
@@ -13,17 +13,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from walltopo.core import EnvironmentLacksError, InputError
+from walltopo.export.server.desk import EditsChangedError
 from walltopo.export.server.edits import (
     EditDocument,
-    EditsChangedError,
     edits_version,
-    read_edits,
+    read_old,
     save_edits,
 )
 from walltopo.export.wall import read_wall
-from walltopo.scans.attributes import Attributes
-from walltopo.scans.edits import HoldEdit, HoldEdits, Rename, RouteEdits, Stroke, apply_strokes
+from walltopo.scans.edits import EditLog, Ref, Remove
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.holds import Holds
+from walltopo.scans.old_edits import HoldEdits, Rename, RouteEdits
+from walltopo.scans.relabelled import Relabelled
 
 MakeScan = Callable[..., ScanFolder]
 HERE = (1.0, -0.1, 2.0)
@@ -39,13 +41,6 @@ def save(scan: ScanFolder, edits: HoldEdits) -> None:
     """Save as the editor does."""
     document = EditDocument(edits, RouteEdits())
     save_edits(scan, msgspec.to_builtins(document), edits_version(scan))
-
-
-def delete_hold(scan: ScanFolder, number: int) -> None:
-    """What the classify stage does about a deleted hold: it is not in attributes.json."""
-    found = Attributes.load(scan.attributes)
-    kept = tuple(hold for hold in found.instances if hold.id != number)
-    msgspec.structs.replace(found, instances=kept).save(scan.attributes)
 
 
 @settings(deadline=None)
@@ -95,36 +90,20 @@ def test_broken_edits_are_refused_and_nothing_is_written(
     assert sorted(path.name for path in scan.root.iterdir()) == before
 
 
-def test_strokes_and_deleted_holds_reach_the_model(make_scan: MakeScan) -> None:
+def test_relabelled_triangles_and_removed_holds_reach_the_model(make_scan: MakeScan) -> None:
     scan = make_scan()
     plain = read_wall(scan)
-    x, y, z = plain.mesh.centroids[np.flatnonzero(plain.face_instance == 0)[100]].tolist()
-    place = (x, y, z)
-    save(scan, HoldEdits(strokes=(Stroke(hold=3, at=place, radius_m=0.2),)))
-    delete_hold(scan, 7)
+    face = np.flatnonzero(plain.face_instance == 0)[:100].astype(np.int32)
+    Relabelled(face, np.full(100, 3, np.int32)).save(scan.relabelled)
+    table = Holds.load(scan.holds)
+    kept = tuple(row for row in table.holds if row.id != 7)
+    msgspec.structs.replace(table, holds=kept).save(scan.holds)
     painted = read_wall(scan)
-    near = np.linalg.norm(plain.mesh.centroids - place, axis=1) <= 0.2
-    assert (painted.face_instance[near] == 3).all()
+    assert (painted.face_instance[face] == 3).all()
     assert not (painted.face_instance == 7).any()
-
-
-def test_strokes_give_the_model_the_triangles_that_classify_measures(make_scan: MakeScan) -> None:
-    scan = make_scan()
-    plain = read_wall(scan)
-    x, y, z = plain.mesh.centroids[np.flatnonzero(plain.face_instance == 3)[0]].tolist()
-    strokes = (
-        Stroke(hold=7, at=(x, y, z), radius_m=0.1),  # by a hold that is deleted afterwards
-        Stroke(hold=0, at=plain.holds[0].position, radius_m=0.05),
-        Stroke(hold=5, at=plain.holds[0].position, radius_m=0.02),
-    )
-    deleted = HoldEdit(id=7, at=plain.holds[6].position, deleted=True)
-    save(scan, HoldEdits(holds=(deleted,), strokes=strokes))
-    delete_hold(scan, 7)
-    expected = apply_strokes(plain.mesh, plain.face_instance, strokes)
-    assert (expected != plain.face_instance).any()
-    assert (expected == 7).sum() > (plain.face_instance == 7).sum()
-    expected[expected == 7] = 0
-    np.testing.assert_array_equal(read_wall(scan).face_instance, expected)
+    Relabelled(np.array([10**6], np.int32), np.array([3], np.int32)).save(scan.relabelled)
+    with pytest.raises(InputError, match="triangle 1000000"):
+        read_wall(scan)
 
 
 @pytest.mark.parametrize("name", ["hold_edits", "route_edits"])
@@ -178,8 +157,8 @@ def test_of_many_who_save_on_the_same_edits_one_does(make_scan: MakeScan) -> Non
     assert len(saved) == 1
     assert len(refused) == 7
     number, after = saved[0]
-    edits, now = read_edits(scan)
-    assert (edits["routes"]["rename"][0]["name"], now) == (f"route of {number}", after)
+    found = read_old(scan)["routes"]["rename"][0]["name"], edits_version(scan)
+    assert found == (f"route of {number}", after)
 
 
 def test_edits_by_hand_count_as_a_change(make_scan: MakeScan) -> None:
@@ -188,7 +167,7 @@ def test_edits_by_hand_count_as_a_change(make_scan: MakeScan) -> None:
     rename("By hand").save(scan.route_edits)
     with pytest.raises(EditsChangedError):
         save_edits(scan, {"holds": {}, "routes": {}}, version)
-    assert read_edits(scan)[0]["routes"]["rename"][0]["name"] == "By hand"
+    assert read_old(scan)["routes"]["rename"][0]["name"] == "By hand"
 
 
 @pytest.mark.parametrize(
@@ -199,3 +178,11 @@ def test_edit_files_that_no_toml_reader_takes(make_scan: MakeScan, text: str) ->
     scan.route_edits.write_text(text)
     with pytest.raises(InputError, match="not valid TOML"):
         RouteEdits.load(scan.route_edits)
+
+
+def test_an_old_page_does_not_replace_newer_edits(make_scan: MakeScan) -> None:
+    scan = make_scan(cells=20)
+    EditLog(edits=(Remove(hold=Ref(1, HERE)),)).save(scan.edits)
+    with pytest.raises(InputError, match="older walltopo"):
+        save_edits(scan, {"holds": {}, "routes": {}}, edits_version(scan))
+    assert not scan.hold_edits.exists()

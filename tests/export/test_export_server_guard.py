@@ -14,15 +14,16 @@ from made_scan import build_scan  # type: ignore[import-not-found]
 from served import connect, head, rest, served, talk  # type: ignore[import-not-found]
 
 from walltopo.core import SettingsError
+from walltopo.desk.log_file import read_log
 from walltopo.export.server.address import check_origin, listen
-from walltopo.export.server.edits import read_edits
 from walltopo.export.server.guard import MOST_BODY
 from walltopo.export.server.run import Server
+from walltopo.scans.edits import SetHold
 from walltopo.scans.folder import ScanFolder
 
-BODY = json.dumps(
-    {"holds": {"holds": [{"id": 3, "at": [1, 0, 2], "colour": "red"}]}, "routes": {}}
-).encode()
+EDITS = [{"do": "hold", "hold": {"id": 3, "at": [1, 0, 2]}, "colour": "red"}]
+# "--" is the version of a scan that nobody has edited.
+BODY = json.dumps({"version": "--", "edits": {"version": 2, "edits": EDITS}}).encode()
 
 
 def build(root: Path) -> ScanFolder:
@@ -52,8 +53,7 @@ def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 def server(running: Server) -> Iterator[Server]:
     """The same, without what an earlier test has saved."""
     yield running
-    for path in (running.scan.hold_edits, running.scan.route_edits):
-        path.unlink(missing_ok=True)
+    running.scan.edits.unlink(missing_ok=True)
 
 
 @pytest.fixture
@@ -80,7 +80,6 @@ def write_headers(server: Server, **changed: str | None) -> dict[str, str]:
         "Content_Type": "application/json",
         "Content_Length": str(len(BODY)),
         "X_Walltopo_Token": server.token,
-        "If_Match": '"-"',
     }
     return {name: value for name, value in (own | changed).items() if value is not None}
 
@@ -89,9 +88,11 @@ def test_a_save_as_the_page_sends_it(server: Server, scan: ScanFolder) -> None:
     asked = write_headers(server, Connection="close", Sec_Fetch_Site="same-origin")
     said = talk(server, head("POST", "/api/edits", **asked), BODY)
     assert said.startswith(b"HTTP/1.1 200")
-    edits, version = read_edits(scan)
-    assert edits["holds"]["holds"][0]["colour"] == "red"
-    assert f'etag: "{version}"'.encode() in said
+    log, version = read_log(scan)
+    assert [type(edit) for edit in log.edits] == [SetHold]
+    answer = json.loads(said.split(b"\r\n\r\n")[1])
+    assert answer["version"] == version
+    assert [row["colour"] for row in answer["result"]["holds"] if row["id"] == 3] == ["red"]
 
 
 # What may be wrong with a write, and the answer.
@@ -121,7 +122,6 @@ WRONG: dict[str, tuple[dict[str, str | None], int]] = {
     "a length without end": ({"Content_Length": "9" * 19}, 413),
     "a length of 5,000 digits": ({"Content_Length": "9" * 5000}, 400),
     "too much": ({"Content_Length": str(MOST_BODY + 1)}, 413),
-    "no version": ({"If_Match": None}, 428),
 }
 
 
@@ -141,12 +141,12 @@ def test_a_refused_write_saves_nothing_and_its_body_is_no_request(
     # A body that is no chunk may be seen before the head is refused.
     assert codes == [status] or (kind == "chunks" and codes == [400])
     assert b"connection: close" in said.lower()
-    assert not scan.hold_edits.exists()
+    assert not scan.edits.exists()
     # The inner one alone is saved: the attack was a real one.
     with connect(server) as wire:
         wire.sendall(inner)
         assert wire.recv(12) == b"HTTP/1.1 200"
-    assert scan.hold_edits.exists()
+    assert scan.edits.exists()
 
 
 def test_a_save_on_old_edits_is_refused(server: Server, scan: ScanFolder) -> None:
@@ -154,11 +154,11 @@ def test_a_save_on_old_edits_is_refused(server: Server, scan: ScanFolder) -> Non
     with connect(server) as wire:
         wire.sendall(asked + BODY)
         assert wire.recv(12) == b"HTTP/1.1 200"
-    before = scan.hold_edits.read_bytes()
+    before = scan.edits.read_bytes()
     said = talk(server, asked, BODY.replace(b"red", b"tan"))
     assert said.startswith(b"HTTP/1.1 412")
     assert b"other edits were saved" in said
-    assert scan.hold_edits.read_bytes() == before
+    assert scan.edits.read_bytes() == before
 
 
 @pytest.mark.parametrize("method", ["GET", "HEAD", "PUT", "DELETE", "OPTIONS", "TRACE", "PATCH"])
@@ -172,7 +172,7 @@ def test_a_body_where_none_belongs_is_no_request(
     codes = re.findall(rb"HTTP/1\.1 (\d+)", said)
     assert len(codes) == 1
     assert codes[0] in (b"400", b"403", b"405")
-    assert not scan.hold_edits.exists()
+    assert not scan.edits.exists()
 
 
 @pytest.mark.parametrize(
@@ -182,10 +182,13 @@ def test_a_body_where_none_belongs_is_no_request(
         b"[" * 100_000,
         b"1" * 5000,
         b"\xff\xfe",
-        b'{"holds": {}, "routes": {"rename": [{"route": 1, "at": [0,0,0], "name": "\\ud800"}]}}',
-        b'{"holds": {"holds": [{"id": 1e20, "at": [0,0,0]}]}, "routes": {}}',
-        b'{"holds": {"holds": [{"id": 1, "at": [0,0,1e300]}]}, "routes": {}}',
-        b'{"holds": {}, "routes": {"merge": [{"routes": [1,2,3], "at": [[0,0,0],[1,0,0]]}]}}',
+        BODY.replace(b'"version": "--", ', b""),
+        BODY.replace(b"red", b"\\ud800"),
+        BODY.replace(b'"id": 3', b'"id": 1e20'),
+        BODY.replace(b"[1, 0, 2]", b"[1, 0, 1e300]"),
+        BODY.replace(b'"hold", "hold"', b'"blow", "hold"'),
+        BODY.replace(b'"hold": {', b'"holds": {'),
+        BODY.replace(b'"version": 2', b'"version": 3'),
     ],
 )
 def test_a_body_that_cannot_be_saved_gives_a_sentence(
@@ -197,8 +200,7 @@ def test_a_body_that_cannot_be_saved_gives_a_sentence(
     text = json.loads(said.split(b"\r\n\r\n")[1])["error"]
     assert len(text) > 10
     assert str(scan.root) not in text
-    assert not scan.hold_edits.exists()
-    assert not scan.route_edits.exists()
+    assert not scan.edits.exists()
 
 
 @pytest.mark.parametrize(
@@ -333,7 +335,7 @@ def test_without_edit_nothing_is_read_or_saved(scan: ScanFolder) -> None:
             assert said.startswith(b"HTTP/1.1 404")
         assert get(server, "/api/edits")[0] == 404
         assert " edit " not in get(server, "/?token=None")[1]
-    assert not scan.hold_edits.exists()
+    assert not scan.edits.exists()
 
 
 SECRETS = [
@@ -341,7 +343,8 @@ SECRETS = [
     "/page/..%2fscan.json", "/page%2ffirst.js", "/page%5cfirst.js", "/../../etc/passwd",
     "//etc/passwd", "/etc/passwd", "/page", "/page/", "/page/.hidden", "/.lock", "/page/%00",
     "/page/first.js%00.png", "/page/first.js/", "/page//first.js", "/page/./first.js",
-    "/page/%0a", "/holds.edits.json", "/%69ndex.html", "/page/link.js", "/page/inside.js",
+    "/page/%0a", "/holds.edits.json", "/edits.json", "/%69ndex.html", "/page/link.js",
+    "/page/inside.js",
     "/cutouts/folder", "/page/%c3%28", "/page/" + "a" * 300, "http://evil.example/index.html",
 ]  # fmt: skip
 
@@ -424,6 +427,6 @@ def test_in_a_network_reading_is_open_and_saving_needs_the_token(tmp_path: Path)
         asked = write_headers(server, Host=own, Origin=f"http://{own}")
         without = head("POST", "/api/edits", **asked | {"X_Walltopo_Token": ""})
         assert talk(server, without, BODY).startswith(b"HTTP/1.1 403")
-        assert not scan.hold_edits.exists()
+        assert not scan.edits.exists()
         assert talk(server, head("POST", "/api/edits", **asked), BODY).startswith(b"HTTP/1.1 200")
         assert any("Nothing is encrypted" in line for line in server.notes())

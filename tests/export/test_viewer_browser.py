@@ -13,6 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 from likeness import MEAN_BOUND, TILE_BOUND, alike, difference, small  # type: ignore[import-not-found]
@@ -20,9 +21,12 @@ from made_scan import build_scan, export_alone, export_scan, panel  # type: igno
 from PIL import Image
 from served import served  # type: ignore[import-not-found]
 
+from walltopo.desk.desk import Desk
+from walltopo.edit.on_holds import REMOVED
 from walltopo.export.contract import ExportSettings
 from walltopo.export.wall import read_wall
-from walltopo.scans.edits import HoldEdits, RouteEdits
+from walltopo.holds.doubtful import FAINT, FLAT, PLATED
+from walltopo.scans.edits import EditLog
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.holds import HoldRow
 from walltopo.scans.in_words import count_words, steepness_words
@@ -39,6 +43,8 @@ FILES = [
         "foreign",
         "page",
         "borders",
+        "tasks",
+        "reset",
     )
 ]
 NAMES = [
@@ -73,12 +79,13 @@ wall-topo::part(card){background:rgb(1 2 3)}</style>
 </wall-topo></main><script src="page/viewer.js"></script>"""
 
 
-def said() -> dict[str, list[list[object]]]:
+def said() -> dict[str, list[Any]]:
     """What the terminal and the report say, for the page to say too."""
     degrees = (-20.4, -6, -5.4, -3, 0, 3.4, 4.6, 5.4, 5.6, 6.9, 10, 16.7, 34.6, 60)
     counts = ((0, 0, 0), (1, 1, 0), (4, 31, 2), (2, 5, 1))
     kind = {"hold": made_row(1, "hold"), "volume": made_row(2, "volume")}
     return {
+        "reasons": [FAINT, FLAT, PLATED, REMOVED],
         "steepness": [[value, steepness_words(value)] for value in degrees],
         "counts": [
             [r, h, v, count_words(r, [kind["hold"]] * h + [kind["volume"]] * v)]
@@ -213,21 +220,27 @@ def endless_model() -> bytes:
 
 
 def edited_files(scan: ScanFolder) -> str:
-    """What is wrong with the files that the editor's check saved; "" when nothing is."""
-    holds, routes = HoldEdits.load(scan.hold_edits), RouteEdits.load(scan.route_edits)
-    entries = {entry.id: (entry.colour, entry.type, entry.deleted) for entry in holds.holds}
-    strokes = [stroke.hold for stroke in holds.strokes]
+    """What is wrong with the log that the editor's checks saved; "" when nothing is."""
+    found = [msgspec.to_builtins(edit) for edit in EditLog.load(scan.edits).edits]
+    for edit in found:
+        for key in ("hold", "route"):
+            edit[key] = edit[key]["id"] if key in edit else None
     expected = [
-        entries.get(2, [""])[0] == "red",
-        entries.get(5, [""])[:2] == ("green", "crimp"),
-        entries.get(9, [False])[-1] is True,
-        strokes[:1] == [7] and strokes[-1:] == [0],
-        [entry.holds for entry in routes.split[:1]] == [(2, 6)],
-        [entry.routes for entry in routes.merge[:1]] == [(3, 4)],
-        [entry.name for entry in routes.rename[:1]] == ["<b>Heron</b>"],
-        routes.assign == (),
+        {"do": "hold", "hold": 2},
+        {"do": "hold", "hold": 5, "colour": "green"},
+        {"do": "hold", "hold": 5, "type": "crimp"},
+        {"do": "split", "new": 5},
+        {"do": "route", "route": 3, "name": "<b>Heron</b>"},
+        {"do": "route", "route": 3, "grade": "6b"},
+        {"do": "route", "route": 3, "setter": "Anna"},
+        {"do": "route", "route": 3, "date": "2026-03-01"},
+        {"do": "merge"},
+        {"do": "hold", "hold": 12, "type": "sloper"},
     ]
-    return "" if all(expected) else f"{expected}: {holds} {routes}"
+    same = len(found) == len(expected) and all(
+        wanted.items() <= edit.items() for wanted, edit in zip(expected, found, strict=True)
+    )
+    return "" if same else json.dumps(found)
 
 
 def run_checks(listing: Path, word: str = "", sabotage: str = "") -> dict[str, str]:
@@ -283,8 +296,14 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Sca
         "odd": {kind: page.as_uri() for kind, page in odd.items()},
         "shots": str(SHOTS),
     }
-    with served(scan.root, edit=False) as web, served(editing.root, edit=True) as edit:
-        listing.write_text(json.dumps(found | {"web": web.url, "edit": edit.url}))
+    after = exported(room / "reset")
+    with (
+        served(scan.root, edit=False) as web,
+        served(editing.root, edit=True, desk=Desk) as edit,
+        served(after.root, edit=True, desk=Desk) as reset,
+    ):
+        found |= {"web": web.url, "edit": edit.url, "reset": reset.url}
+        listing.write_text(json.dumps(found))
         yield listing, editing
 
 

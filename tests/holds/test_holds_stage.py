@@ -18,9 +18,8 @@ from walltopo.holds.palette import REFERENCE
 from walltopo.meshes.ply import write_ply
 from walltopo.pipeline.runner import run_stage
 from walltopo.raycast import render_ids
-from walltopo.scans.attributes import Attributes, Hold
+from walltopo.scans.attributes import Hold, RawAttributes
 from walltopo.scans.cutouts import Cutouts
-from walltopo.scans.edits import HoldEdit, HoldEdits
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTable
 from walltopo.scans.manifest import Metrics
@@ -37,7 +36,7 @@ def classify(scan: ScanFolder, settings: ClassifySettings | None = None) -> Metr
 
 
 def read_holds(scan: ScanFolder) -> tuple[Hold, ...]:
-    return Attributes.load(scan.attributes).instances
+    return RawAttributes.load(scan.attributes_raw).instances
 
 
 def bumpy_wall() -> tuple[Mesh, np.ndarray]:
@@ -144,9 +143,9 @@ def test_cutouts_carry_the_mask_and_the_pixel_count(scan: ScanFolder) -> None:
 
 def test_the_same_twice(scan: ScanFolder) -> None:
     classify(scan)
-    first = scan.attributes.read_bytes()
+    first = scan.attributes_raw.read_bytes()
     classify(scan)
-    assert scan.attributes.read_bytes() == first
+    assert scan.attributes_raw.read_bytes() == first
 
 
 def test_a_palette_file_names_colours_and_roles(scan: ScanFolder, tmp_path: Path) -> None:
@@ -162,14 +161,6 @@ def test_a_palette_file_names_colours_and_roles(scan: ScanFolder, tmp_path: Path
     holds = {hold.id: hold for hold in read_holds(scan)}
     assert [holds[k].colour for k in (1, 2, 3, 4)] == ["scarlet", "sea", "sun", "scarlet"]
     assert holds[2].role == "downclimb"
-
-
-def test_hold_edits_are_applied(scan: ScanFolder) -> None:
-    classify(scan)
-    edit = HoldEdit(id=1, at=read_holds(scan)[0].position, colour="pink")
-    HoldEdits(holds=(edit,)).save(scan.hold_edits)
-    classify(scan)
-    assert read_holds(scan)[0].colour == "pink"
 
 
 def test_labels_of_another_mesh_are_refused(scan: ScanFolder) -> None:
@@ -196,30 +187,24 @@ def test_shape_does_not_depend_on_where_the_wall_stands() -> None:
     assert there[1].protrusion_m == pytest.approx(0.06, abs=0.02)
 
 
-def test_a_doubtful_instance_is_listed_and_not_a_hold_unless_a_setter_keeps_it(
+def test_a_doubtful_instance_is_listed_and_not_a_hold(
     scan: ScanFolder,
 ) -> None:
     table = InstanceRecords.load(scan.instance_records)
     records = [with_(r, score=0.1) if r.id == 4 else r for r in table.instances]
     with_(table, instances=tuple(records)).save(scan.instance_records)
     metrics = classify(scan)
-    found = Attributes.load(scan.attributes)
+    found = RawAttributes.load(scan.attributes_raw)
     assert [hold.id for hold in found.instances] == [1, 2, 3, 5, 6]
     (row,) = found.left_out
-    assert (row.id, row.score) == (4, 0.1)
-    assert row.photos
+    assert (row.hold.id, row.score) == (4, 0.1)
+    assert row.hold.photos
+    assert row.hold.colour != "unknown", "all is known of it, for who keeps it"
     assert metrics["left_out"] == 1
     assert sum(entry.id == 4 for entry in Cutouts.load(scan.cutouts).index) == 1
 
-    HoldEdits(holds=(HoldEdit(id=4, at=row.position, kept=True),)).save(scan.hold_edits)
-    classify(scan)
-    found = Attributes.load(scan.attributes)
-    assert 4 in [hold.id for hold in found.instances]
-    assert found.left_out == ()
-
-    scan.hold_edits.unlink()
     classify(scan, ClassifySettings(least_score=0.1))
-    assert Attributes.load(scan.attributes).left_out == ()
+    assert RawAttributes.load(scan.attributes_raw).left_out == ()
 
 
 def test_a_classifier_of_cutouts_names_types_and_roles(scan: ScanFolder, tmp_path: Path) -> None:
@@ -253,7 +238,7 @@ def test_a_classifier_of_cutouts_names_types_and_roles(scan: ScanFolder, tmp_pat
     assert [holds[k].type for k in (1, 2, 4, 5)] == ["jug", "jug", "jug", "volume"]
     assert (holds[1].colour, holds[1].role) == ("red", "hold")
     assert (holds[2].colour, holds[2].role) == ("sea", "downclimb")
-    assert "sea" in {entry.name for entry in Attributes.load(scan.attributes).palette}
+    assert "sea" in {entry.name for entry in RawAttributes.load(scan.attributes_raw).palette}
     assert holds[6].type == "unknown"  # no photo shows it
 
 
@@ -274,6 +259,6 @@ def test_what_lies_on_a_printed_plate_is_no_hold(scan: ScanFolder) -> None:
     ):
         with_(METRES, plates=plates).save(scan.scale)
         classify(scan)
-        rows = Attributes.load(scan.attributes).left_out
-        assert [row.id for row in rows] == left_out
+        rows = RawAttributes.load(scan.attributes_raw).left_out
+        assert [row.hold.id for row in rows] == left_out
     assert rows[0].reason == "lies on a printed plate"

@@ -94,13 +94,13 @@ def test_damage_that_left_size_and_times_is_found_by_verify(wall: Path) -> None:
     entries[str(table)][0] = json.loads(tmp_ledger.read_text())[str(table)][0]
     ledger.write_text(json.dumps(entries))
     assert scan([], wall, SETTINGS).ran == ()
-    assert scan([], wall, SETTINGS, verify=True).ran == ("routes",)
+    assert scan([], wall, SETTINGS, verify=True).ran == ("edit",)
 
 
 def test_what_a_user_put_there_is_kept_aside(wall: Path, tiny_scan: Path) -> None:
     mine = wall / "routes.json"
     mine.write_text('{"routes": "mine"}')
-    assert scan([], wall, SETTINGS).ran == ("routes",)
+    assert scan([], wall, SETTINGS).ran == ("edit",)
     assert (wall / "set-aside" / "routes.json").read_text() == '{"routes": "mine"}'
     mine.write_text("mine again")
     scan([], wall, SETTINGS)
@@ -143,7 +143,7 @@ def test_a_scan_of_an_older_walltopo_is_adopted(wall: Path) -> None:
     (wall / "scan.json").write_text(json.dumps(data))
     assert scan([], wall, SETTINGS).ran == ()
     (wall / "routes.json").unlink()
-    assert scan([], wall, SETTINGS).ran == ("routes",)
+    assert scan([], wall, SETTINGS).ran == ("edit",)
 
 
 def test_status_tells_how_the_stages_stand(
@@ -160,7 +160,7 @@ def test_status_tells_how_the_stages_stand(
     states = {found.stage: found.state for found in stages_health(ScanFolder(wall))}
     assert states["dense"] == "done"
     assert states["lift"] == "killed"
-    assert states["routes"] == "stale"
+    assert states["edit"] == "stale"
     assert states["export"] == "damaged"
     assert main(["status", str(wall)]) == 1
     assert "wall.glb" in capsys.readouterr().out

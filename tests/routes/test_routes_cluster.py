@@ -24,7 +24,7 @@ from walltopo.routes.grouping import (
     similarity,
 )
 from walltopo.routes.stage import find_routes
-from walltopo.scans.attributes import Attributes, Hold
+from walltopo.scans.attributes import Hold, RawAttributes
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.routes import Routes
 
@@ -224,12 +224,12 @@ def test_stage_reads_and_writes_the_scan_folder(tmp_path: Path) -> None:
     write_ply(scan.mesh, wall())
     holds = [*column(1.0, "red", 1), Hold(50, "volume", position=(4, 0, 2), role="volume")]
     METRES.save(scan.scale)
-    Attributes(instances=tuple(holds)).save(scan.attributes)
+    RawAttributes(instances=tuple(holds)).save(scan.attributes_raw)
     metrics = run_stage(scan, "routes", BY_NAME)
     assert metrics["routes"] == 1
-    found = Routes.load(scan.routes)
+    found = Routes.load(scan.routes_raw)
     assert found.volumes == (50,)
     assert found.routes[0].holds == tuple(range(1, 9))
-    scan.attributes.write_text('{"instances": [{"id": 1}]}')
+    scan.attributes_raw.write_text('{"instances": [{"id": 1}]}')
     with pytest.raises(InputError, match=r"instances\[0\]"):
         run_stage(scan, "routes", BY_NAME)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from walltopo.holds.light import SceneLight
 from walltopo.imaging.srgb import linear_from_srgb8
 from walltopo.routes.grouping import group_by_paint
 from walltopo.routes.paint import (
@@ -16,6 +15,7 @@ from walltopo.routes.paint import (
     likeness,
     may_be_linked,
 )
+from walltopo.scans.light import SceneLight
 
 RED, ORANGE, GREY = (190, 25, 35), (240, 110, 20), (125, 125, 125)
 
@@ -64,7 +64,7 @@ def test_a_wall_of_one_tint_changes_nothing() -> None:
 def test_tint_is_that_of_the_wall_nearby() -> None:
     points = np.array([[0.0, 0, 0], [0.2, 0, 0], [9.0, 0, 0]])
     colour = np.log(np.array([[0.4, 0.2, 0.1], [0.4, 0.2, 0.1], [0.1, 0.1, 0.1]]))
-    light = SceneLight(np.zeros((1, 3)), points, np.zeros(3), 0.2, colour)
+    light = SceneLight(np.zeros((1, 3)), points, np.zeros(3), colour, 0.2)
     warm, neutral = light.tint_at(np.array([[0.1, 0, 0], [9.1, 0, 0]]), 1.0)
     assert warm == pytest.approx([2.0, 1.0, 0.5])
     assert neutral == pytest.approx([1.0, 1.0, 1.0])
@@ -73,7 +73,7 @@ def test_tint_is_that_of_the_wall_nearby() -> None:
 
 
 def test_no_wall_seen_means_no_tint() -> None:
-    blind = SceneLight(np.zeros((1, 3)), np.zeros((0, 3)), np.zeros(0))
+    blind = SceneLight(np.zeros((1, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3)))
     assert (blind.tint_at(np.zeros((2, 3)), 1.0) == 1).all()
 
 

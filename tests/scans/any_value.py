@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, TypeVar
 import msgspec
 from hypothesis import strategies as st
 
-from walltopo.scans.edits import Merge, Split
+from walltopo.scans.old_edits import Merge, Split
 
 T = TypeVar("T", bound=msgspec.Struct)
 
@@ -69,12 +69,15 @@ def _any(hint: Any) -> st.SearchStrategy[Any]:
 
 
 def _bounded(kind: Any, meta: msgspec.Meta) -> st.SearchStrategy[Any]:
+    if kind is str and meta.extra == {"is": "date"}:
+        return st.just("") | st.dates().map(str)
     if kind is str and meta.extra:
         return st.from_regex(r"[a-z]{1,8}(/[a-z]{1,8})?\.jpg", fullmatch=True)
     if kind is str:
         return st.text(max_size=min(20, meta.max_length or 20))
     if typing.get_origin(kind) is tuple:
-        return _any(kind)
+        least = meta.min_length or 0
+        return _any(kind).filter(lambda values: len(values) >= least)
     if kind is int:
         return st.integers(int(meta.ge or 0), int(meta.le or 2**63 - 1))
     low, high = (meta.ge if meta.gt is None else meta.gt), (meta.le if meta.lt is None else meta.lt)

@@ -9,8 +9,8 @@ import pytest
 from walltopo.core import InputError
 from walltopo.pipeline.stages import STAGES
 from walltopo.scans.artifacts import ARTIFACTS, load_artifact, store_artifact
-from walltopo.scans.edits import HoldEdits, RouteEdits
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.old_edits import HoldEdits, RouteEdits
 from walltopo.scans.scale import Frame
 
 READ = sorted({name for stage in STAGES for name in stage.reads})

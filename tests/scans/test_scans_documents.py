@@ -16,10 +16,10 @@ from walltopo.core import InputError
 from walltopo.scans.aligned import Aligned
 from walltopo.scans.attributes import Attributes, Hold
 from walltopo.scans.cutouts import CutoutIndex
-from walltopo.scans.edits import HoldEdits, Rename, RouteEdits
 from walltopo.scans.holds import Holds, hold_rows
 from walltopo.scans.instances import InstanceRecords
 from walltopo.scans.manifest import Manifest
+from walltopo.scans.old_edits import HoldEdits, Rename, RouteEdits
 from walltopo.scans.photo_list import PhotoList
 from walltopo.scans.routes import Route, Routes
 from walltopo.scans.scale import Scale

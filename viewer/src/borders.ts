@@ -5,14 +5,13 @@
  * as hold. Picking and the tables keep the triangles.
  */
 
-import type { BufferGeometry } from "three";
 import { inside, loopLength, smoothCurve } from "./curve";
 import type { Curve } from "./curve";
+import type { Net } from "./surface";
 
 const SCRAP = 0.12; // of the hold's largest piece by surface: less is no part of it
 const PINHOLE = 0.3; // of the hold's outer border by length: less is no hole
 const RINGS = 3; // triangles on each side of a border that its curve may cross
-const CHUNK = 20_000; // vertices or triangles between two chances to stop
 
 export interface Borders {
   /** Of each vertex: the hold whose border is near, and how far inside it; negative outside. */
@@ -22,10 +21,7 @@ export interface Borders {
 
 type Ids = Int32Array<ArrayBuffer>;
 
-interface Net {
-  places: ArrayLike<number>;
-  index: ArrayLike<number>;
-  feature: ArrayLike<number>;
+interface Welded extends Net {
   /** Number of each vertex's place: vertices at one place, split at a border, share it. */
   weld: Ids;
   /** A vertex at each place. */
@@ -33,7 +29,7 @@ interface Net {
 }
 
 /** Vertices at the same place get the same number. */
-function* welded(places: Float32Array): Generator<void, { weld: Ids; vertex: Ids }> {
+function welded(places: Float32Array): { weld: Ids; vertex: Ids } {
   const count = places.length / 3;
   const bits = new Int32Array(places.buffer, places.byteOffset, places.length);
   const size = 2 ** Math.ceil(Math.log2(2 * count + 1));
@@ -42,7 +38,6 @@ function* welded(places: Float32Array): Generator<void, { weld: Ids; vertex: Ids
   const vertex = new Int32Array(count);
   let next = 0;
   for (let v = 0; v < count; v++) {
-    if (v % CHUNK === 0) yield;
     const [x, y, z] = [bits[3 * v]!, bits[3 * v + 1]!, bits[3 * v + 2]!];
     let slot = (Math.imul(x, 73856093) ^ Math.imul(y, 19349663) ^ Math.imul(z, 83492791)) >>> 0;
     slot = (slot ^ (slot >>> 15)) & (size - 1);
@@ -64,10 +59,9 @@ function* welded(places: Float32Array): Generator<void, { weld: Ids; vertex: Ids
 }
 
 /** Triangles of each hold; those of the wall under 0. */
-function* grouped({ index, feature }: Net): Generator<void, Map<number, number[]>> {
+function grouped({ index, feature }: Welded): Map<number, number[]> {
   const groups = new Map<number, number[]>();
   for (let k = 0; k < index.length; k += 3) {
-    if (k % (3 * CHUNK) === 0) yield;
     const id = feature[index[k]!]!;
     const group = groups.get(id);
     if (group) group.push(k);
@@ -76,21 +70,21 @@ function* grouped({ index, feature }: Net): Generator<void, Map<number, number[]
   return groups;
 }
 
-const centre = (net: Net, k: number, axis: number): number =>
-  (net.places[3 * net.index[k]! + axis]! +
-    net.places[3 * net.index[k + 1]! + axis]! +
-    net.places[3 * net.index[k + 2]! + axis]!) /
+const centre = (net: Welded, k: number, axis: number): number =>
+  (net.position[3 * net.index[k]! + axis]! +
+    net.position[3 * net.index[k + 1]! + axis]! +
+    net.position[3 * net.index[k + 2]! + axis]!) /
   3;
 
-function area({ places, index }: Net, k: number): number {
+function area({ position, index }: Welded, k: number): number {
   const [a, b, c] = [3 * index[k]!, 3 * index[k + 1]!, 3 * index[k + 2]!];
-  const u = [0, 1, 2].map((i) => places[b + i]! - places[a + i]!) as [number, number, number];
-  const v = [0, 1, 2].map((i) => places[c + i]! - places[a + i]!) as [number, number, number];
+  const u = [0, 1, 2].map((i) => position[b + i]! - position[a + i]!) as [number, number, number];
+  const v = [0, 1, 2].map((i) => position[c + i]! - position[a + i]!) as [number, number, number];
   return Math.hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]);
 }
 
 /** Loops of places around some triangles, the triangles on their left. */
-function loopsOf({ index, weld }: Net, triangles: number[]): number[][] {
+function loopsOf({ index, weld }: Welded, triangles: number[]): number[][] {
   const many = 2 ** 26;
   const edges = new Set<number>();
   for (const k of triangles) {
@@ -122,7 +116,7 @@ function loopsOf({ index, weld }: Net, triangles: number[]): number[][] {
 }
 
 /** The pieces of a hold that touch each other, each with its surface. */
-function piecesOf(net: Net, triangles: number[]): { triangles: number[]; area: number }[] {
+function piecesOf(net: Welded, triangles: number[]): { triangles: number[]; area: number }[] {
   const { index, weld } = net;
   const parent = new Map<number, number>();
   const root = (place: number): number => {
@@ -159,45 +153,42 @@ class Shaper {
   /** Triangles at each place where two ids meet. */
   private readonly around = new Map<number, number[]>();
 
-  constructor(private readonly net: Net) {
+  constructor(private readonly net: Welded) {
     const count = net.weld.length;
     this.found = { near: new Float32Array(count), inside: new Float32Array(count) };
     this.owner = new Int32Array(net.vertex.length).fill(-1);
   }
 
-  *run(): Generator<void, Borders> {
+  run(): Borders {
     const { feature } = this.net;
     const { near, inside: depth } = this.found;
     let most = 0;
-    for (let k = 0; k < this.net.places.length; k++) most = Math.max(most, Math.abs(this.net.places[k]!));
+    for (let k = 0; k < this.net.position.length; k++) most = Math.max(most, Math.abs(this.net.position[k]!));
     for (let v = 0; v < near.length; v++) {
       near[v] = feature[v]!;
       depth[v] = feature[v]! > 0 ? most : -most;
     }
-    const groups = yield* grouped(this.net);
-    yield* this.meet();
+    const groups = grouped(this.net);
+    this.meet();
     for (const [id, triangles] of groups) {
       if (id === 0) continue;
       this.hold(id, triangles, most);
-      yield;
     }
-    yield* this.wall(groups.get(0) ?? [], most);
+    this.wall(groups.get(0) ?? [], most);
     return this.found;
   }
 
   /** Which triangles lie around the places where two ids meet. */
-  private *meet(): Generator<void> {
+  private meet(): void {
     const { index, feature, weld } = this.net;
     const first = new Int32Array(this.owner.length).fill(-1);
     const mixed = new Uint8Array(this.owner.length);
     for (let k = 0; k < index.length; k++) {
-      if (k % CHUNK === 0) yield;
       const [place, id] = [weld[index[k]!]!, feature[index[k]!]!];
       if (first[place]! < 0) first[place] = id;
       else if (first[place] !== id) mixed[place] = 1;
     }
     for (let k = 0; k < index.length; k++) {
-      if (k % CHUNK === 0) yield;
       const place = weld[index[k]!]!;
       if (!mixed[place]) continue;
       const triangles = this.around.get(place);
@@ -241,9 +232,9 @@ class Shaper {
   }
 
   private placesOf(loop: number[]): Float64Array {
-    const { places, vertex } = this.net;
+    const { position, vertex } = this.net;
     return Float64Array.from({ length: 3 * loop.length }, (_, k) => {
-      return places[3 * vertex[loop[Math.floor(k / 3)]!]! + (k % 3)]!;
+      return position[3 * vertex[loop[Math.floor(k / 3)]!]! + (k % 3)]!;
     });
   }
 
@@ -258,7 +249,7 @@ class Shaper {
         for (const k of this.around.get(place) ?? []) {
           (this.net.feature[this.net.index[k]!] === id ? own : others).push(centre(this.net, k, axis));
         }
-        const here = this.net.places[3 * this.net.vertex[place]! + axis]!;
+        const here = this.net.position[3 * this.net.vertex[place]! + axis]!;
         const mean = (values: number[]): number =>
           values.length ? values.reduce((sum, value) => sum + value, 0) / values.length - here : 0;
         sums[axis] = mean(others) - mean(own);
@@ -289,18 +280,17 @@ class Shaper {
   }
 
   private depth(id: number, v: number): number {
-    const { places } = this.net;
-    return inside(this.curves.get(id)!, places[3 * v]!, places[3 * v + 1]!, places[3 * v + 2]!);
+    const { position } = this.net;
+    return inside(this.curves.get(id)!, position[3 * v]!, position[3 * v + 1]!, position[3 * v + 2]!);
   }
 
   /** The wall's vertices near a border: whose, and how far outside. */
-  private *wall(triangles: number[], most: number): Generator<void> {
+  private wall(triangles: number[], most: number): void {
     const { index, weld } = this.net;
     const { near, inside: depth } = this.found;
     for (let ring = 0; ring < RINGS; ring++) {
       const claims: [place: number, id: number, filled: boolean][] = [];
       for (let t = 0; t < triangles.length; t++) {
-        if (t % CHUNK === 0) yield;
         const k = triangles[t]!;
         const places = [weld[index[k]!]!, weld[index[k + 1]!]!, weld[index[k + 2]!]!];
         const from = places.find((place) => this.owner[place]! >= 0);
@@ -316,7 +306,6 @@ class Shaper {
       }
     }
     for (let t = 0; t < triangles.length; t++) {
-      if (t % 2000 === 0) yield;
       for (let c = 0; c < 3; c++) {
         const v = index[triangles[t]! + c]!;
         const place = weld[v]!;
@@ -329,11 +318,6 @@ class Shaper {
   }
 }
 
-/** In steps, so that whoever runs it can let the page live in between. */
-export function* bordersOf(geometry: BufferGeometry): Generator<void, Borders> {
-  const places = geometry.getAttribute("position").array as Float32Array;
-  const index = geometry.getIndex()!.array;
-  const feature = geometry.getAttribute("feature").array;
-  const welding = yield* welded(places);
-  return yield* new Shaper({ places, index, feature, ...welding }).run();
+export function bordersOf(net: Net): Borders {
+  return new Shaper({ ...net, ...welded(net.position) }).run();
 }

@@ -11,6 +11,7 @@ import {
   metres,
   routeFacts,
   routeName,
+  routeOrigin,
   steepness,
   swatch,
   typeName,
@@ -57,7 +58,11 @@ function actions(act: CardActions): HTMLElement {
 export function routeCard(route: Route, tables: Tables, act: CardActions): HTMLElement[] {
   const close = button(say().words.showAll, "close", () => act.close());
   const text = routeFacts(route, tables.metric);
-  return [top(swatch(route, tables), routeName(route), text, close), actions(act)];
+  const parts = [top(swatch(route, tables), routeName(route), text, close)];
+  const origin = routeOrigin(route);
+  if (origin) parts.push(h("p", { class: "told" }, origin));
+  if (route.description) parts.push(h("p", { class: "told" }, route.description));
+  return [...parts, actions(act)];
 }
 
 export function holdCard(hold: Hold, tables: Tables, act: CardActions): HTMLElement[] {

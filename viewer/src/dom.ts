@@ -34,6 +34,7 @@ const SHAPES = {
   close: "M6 6l12 12M18 6L6 18",
   list: "M8 6h13M8 12h13M8 18h13M3.5 6h.01M3.5 12h.01M3.5 18h.01",
   undo: "M9 7L4 12l5 5M4 12h10a6 6 0 010 8h-2",
+  redo: "M15 7l5 5-5 5M20 12H10a6 6 0 000 8h2",
   save: "M5 4h11l3 3v13H5zM8 4v5h7V4M8 20v-6h8v6",
 } as const;
 

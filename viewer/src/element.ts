@@ -1,34 +1,37 @@
 /** `<wall-topo src="wall.glb">`: the viewer as one element. Documented in docs/viewer.md. */
 
 import { Vector3 } from "three";
+import { Arrangement } from "./arrange";
+import { Background } from "./background";
+import { breath } from "./breath";
 import { holdCard, routeCard } from "./card";
 import type { CardActions } from "./card";
-import { h, icon } from "./dom";
-import type { Shape } from "./dom";
+import { h } from "./dom";
+import { Editor } from "./edit/editor";
+import { Server } from "./edit/server";
+import type { Insets } from "./fit";
 import { Grab, grabMode } from "./grab";
+import { pressed } from "./keys";
 import { say, speak } from "./languages";
-import { readPlace, writePlace } from "./link";
+import { readPlace } from "./link";
+import type { Place } from "./link";
 import { fetchBytes, parseWall, reasonOf } from "./load";
-import { Editor } from "./editor";
-import { Saver } from "./saver";
 import { Message } from "./message";
 import { Overlay } from "./overlay";
 import { Panel } from "./panel";
 import { compose } from "./picture";
 import type { Caption } from "./picture";
+import { Address, copyLink, download, linkTo } from "./sharing";
 import { Stage } from "./stage";
-import type { Insets } from "./stage";
 import { Outline } from "./state";
 import style from "./style.css?inline";
 import { listenForTaps } from "./tap";
-import type { Hold, Route, Tables } from "./types";
+import { Toast } from "./toast";
+import { Tools } from "./tools";
+import type { Hold, Route, Tables, Vec3 } from "./types";
 import { Views } from "./views";
 import { holdName, routeFacts, routeName, swatch, wallFacts } from "./words";
 
-const LOW = 470; // CSS pixels: a phone on its side
-const NARROW = 760; // CSS pixels: no room for a list beside the wall
-const EDGE = 16; // CSS pixels kept free around what is looked at
-const FLAG = 34; // CSS pixels that the words "Start" and "Top" take
 const EMPTY: Tables = { title: "", metric: true, holds: new Map(), routes: new Map() };
 
 export class WallTopo extends HTMLElement {
@@ -42,24 +45,31 @@ export class WallTopo extends HTMLElement {
   private grab: Grab | null = null;
   private readonly shell = h("div", { class: "shell" });
   private readonly view = h("div", { class: "view", part: "view" });
-  private readonly bar = h("div", { class: "tools", part: "tools", role: "toolbar" });
+  private readonly bar = new Tools();
   private readonly root: ShadowRoot;
   private canvas = h("canvas");
   private readonly card = h("section", { class: "card", part: "card", hidden: true });
-  private readonly toast = h("div", { class: "toast", part: "toast", role: "status" });
+  private readonly arrangement = new Arrangement({
+    element: this,
+    shell: this.shell,
+    view: this.view,
+    bar: this.bar.root,
+    card: this.card,
+  });
+  private readonly toast = new Toast();
   private readonly message = new Message();
   private readonly thread = h("div", { class: "thread", hidden: true }, h("i"));
-  private readonly tools = new Map<string, HTMLButtonElement>();
   private route: number | null = null;
   private hold: number | null = null;
   private touched: Vector3 | null = null;
   private measuring = false;
   private editor: Editor | null = null;
+  /** Reads the tiers; started before they have come. */
+  private reader: Background | null = null;
   private loading: AbortController | null = null;
   private gone = new AbortController();
   private wished: "low" | "half" | "full" = "half";
-  private toastTimer = 0;
-  private linkTimer = 0;
+  private readonly address = new Address();
   private readonly dark = matchMedia("(prefers-color-scheme: dark)");
 
   constructor() {
@@ -76,8 +86,8 @@ export class WallTopo extends HTMLElement {
     this.shell.lang = code;
     // A canvas whose context was given back cannot draw again: each life has its own.
     this.canvas = h("canvas", { tabindex: 0, role: "img", part: "canvas", "aria-label": words.picture });
-    if (this.getAttribute("loading") === "lazy") this.whenNear(() => this.begin());
-    else this.begin();
+    if (this.getAttribute("loading") === "lazy") this.whenNear(() => void this.begin());
+    else void this.begin();
   }
 
   /** Once the element is within a screen of what is seen; until then it only shows its poster. */
@@ -97,26 +107,31 @@ export class WallTopo extends HTMLElement {
     this.gone.signal.addEventListener("abort", () => watcher.disconnect());
   }
 
-  private begin(): void {
+  private async begin(): Promise<void> {
+    const { signal } = this.gone;
+    this.build();
+    this.reader = new Background();
+    await breath();
+    if (signal.aborted) return;
     try {
       this.stage = new Stage(this.canvas);
     } catch {
-      this.build(null);
-      this.fail(say().words.noWebGl);
-      return;
+      return this.fail(say().words.noWebGl);
     }
-    this.build(this.stage);
+    this.overlay = new Overlay(this.stage);
+    this.canvas.after(this.overlay.root);
     this.wire(this.stage);
     this.applyTheme();
-    void this.load();
+    await this.load();
   }
 
   disconnectedCallback(): void {
     this.gone.abort();
     this.loading?.abort();
-    clearTimeout(this.linkTimer);
+    this.address.dispose();
     this.editor?.dispose();
     this.editor = null;
+    this.reader?.end();
     this.stage?.dispose();
     this.stage = null;
     this.views = null;
@@ -196,10 +211,7 @@ export class WallTopo extends HTMLElement {
 
   /** The address of this page with route, hold and camera in it. */
   link(): string {
-    const url = new URL(location.href);
-    url.searchParams.delete("token"); // who is shown a route need not be able to save
-    url.hash = writePlace({ route: this.route, hold: this.hold, camera: this.cameraToShare() });
-    return url.href;
+    return linkTo(this.place);
   }
 
   /** Eye and target, six numbers in the scan's frame; null before a wall stands. */
@@ -234,10 +246,16 @@ export class WallTopo extends HTMLElement {
     try {
       const bytes = await fetchBytes(source, progress, signal);
       progress(1);
-      const wall = await parseWall(bytes, this.getAttribute("heading") ?? say().words.wall);
+      const wall = await parseWall(this.reader!, bytes, this.getAttribute("heading") ?? say().words.wall);
+      await breath();
       if (signal.aborted || !this.stage) return;
       this.tables = wall.tables;
       if (this.hasAttribute("heading")) this.tables.title = this.getAttribute("heading")!;
+      this.stage.prepare(wall);
+      await breath();
+      this.panel.fill(this.tables);
+      await breath();
+      if (signal.aborted) return;
       this.stage.show(wall, false);
       this.loaded(this.stage);
     } catch (error) {
@@ -248,18 +266,15 @@ export class WallTopo extends HTMLElement {
   }
 
   private loaded(stage: Stage): void {
-    this.panel.fill(this.tables);
-    const room = this.tables.routes.size > 0 && this.clientHeight >= LOW;
-    this.panel.sheet.set(room ? "half" : "low");
+    this.panel.sheet.set(this.tables.routes.size > 0 && this.arrangement.roomy ? "half" : "low");
     this.message.hide();
-    this.layout();
+    this.arrange();
     this.choose(null, null);
     this.views!.wall(false);
     this.applyPlace(false);
     if (this.hasAttribute("edit")) this.startEditor();
     stage.drawNow();
     this.setAttribute("data-ready", "first");
-    setTimeout(() => this.stage?.preparePicking(), 100);
     this.emit("wall-load", { routes: this.tables.routes.size, holds: this.tables.holds.size });
   }
 
@@ -281,13 +296,21 @@ export class WallTopo extends HTMLElement {
         this.choose(route !== null && tables.routes.has(route) ? route : null, hold);
       },
       select: (route: number | null, hold: number | null) => this.choose(route, hold),
-      look: (hold: Hold) => this.views?.closer(new Vector3(...hold.position)),
-      repaint: () => this.repaint(),
+      look: (place: Vec3) => this.views?.closer(new Vector3(...place)),
+      refresh: () => {
+        this.repaint();
+        this.showCard();
+      },
+      dots: (places: Vec3[]) => {
+        this.overlay?.mark(places);
+        this.stage?.redraw();
+      },
       say: (text: string) => this.say(text),
     };
     this.editor?.dispose();
+    this.shell.classList.add("editing");
     const token = this.getAttribute("token") ?? "";
-    this.editor = new Editor(host, this.tables, new Saver(address, token));
+    this.editor = new Editor(host, this.tables, new Server(address, token));
     void this.editor.start();
     this.views?.refit(false);
   }
@@ -300,8 +323,12 @@ export class WallTopo extends HTMLElement {
       this.thread.hidden = false;
       const line = this.thread.querySelector("i")!;
       const progress = (share: number): void => void (line.style.width = `${share * 100}%`);
-      const wall = await parseWall(await fetchBytes(source, progress, signal), "");
+      const wall = await parseWall(this.reader!, await fetchBytes(source, progress, signal), "");
+      await breath();
       if (signal.aborted || !this.stage) return;
+      this.stage.prepare(wall);
+      await breath();
+      if (signal.aborted) return;
       this.stage.show(wall, true);
       this.stage.drawNow();
       this.setAttribute("data-ready", "detail");
@@ -334,7 +361,7 @@ export class WallTopo extends HTMLElement {
     this.emit("route-select", { route: route === null ? null : this.tables.routes.get(route) });
     const name = route === null ? "" : routeName(this.tables.routes.get(route)!);
     const what = hold === null ? "" : holdName(this.tables.holds.get(hold)!);
-    this.announce([what, name].filter(Boolean).join(", ") || say().words.allRoutes);
+    this.toast.announce([what, name].filter(Boolean).join(", ") || say().words.allRoutes);
   }
 
   /** While nobody has moved the camera it shows what is chosen; beside the list there is room for all. */
@@ -342,8 +369,7 @@ export class WallTopo extends HTMLElement {
     const subject = this.views?.subject;
     const route = this.tables.routes.get(this.route ?? -1);
     if (!route && subject === "route") this.views!.wall(true);
-    const tall = this.shell.classList.contains("tall");
-    if (route && subject && (tall || subject === "route")) this.views!.route(route, this.tables);
+    if (route && subject && (this.arrangement.tall || subject === "route")) this.views!.route(route, this.tables);
   }
 
   private repaint(): void {
@@ -368,12 +394,10 @@ export class WallTopo extends HTMLElement {
     };
     const hold = this.hold === null ? undefined : this.tables.holds.get(this.hold);
     const route = this.route === null ? undefined : this.tables.routes.get(this.route);
-    const parts = hold
-      ? holdCard(hold, this.tables, act)
-      : route
-        ? routeCard(route, this.tables, act)
-        : [];
-    if (this.editor) parts.push(...this.editor.controls(route ?? null, hold ?? null));
+    const plain = hold ? holdCard(hold, this.tables, act) : route ? routeCard(route, this.tables, act) : [];
+    const { editor } = this;
+    // The fields say what the plain card says, and a phone has no room for both.
+    const parts = editor ? (editor.card() ?? [...plain.slice(0, 1), ...editor.controls(route ?? null, hold ?? null)]) : plain;
     const before = this.card.hidden;
     if (parts.length > 0) parts.push(h("slot", { name: "card" }));
     this.card.replaceChildren(...parts);
@@ -397,31 +421,17 @@ export class WallTopo extends HTMLElement {
 
   // Page ------------------------------------------------------------------------------------
 
-  private build(stage: Stage | null): void {
-    const { words } = say();
-    this.bar.replaceChildren();
-    this.bar.setAttribute("aria-label", words.view);
-    this.card.setAttribute("aria-label", words.chosen);
-    const add = (key: string, label: string, shape: Shape, act: () => void): void => {
-      const named = { part: "tool", "aria-label": label, title: label };
-      const button = h("button", { class: "tool", ...named }, icon(shape));
-      button.addEventListener("click", act);
-      this.tools.set(key, button);
-      this.bar.append(button);
-    };
-    add("home", `${words.home} (H)`, "home", () => this.home());
-    add("climber", `${words.climber} (C)`, "climber", () => this.climberView());
-    add("measure", `${words.measure} (M)`, "measure", () => this.toggleMeasure());
-    add("share", words.share, "share", () => void this.share());
-    add("picture", words.save, "camera", () => void this.savePicture());
-    this.tools.get("measure")!.setAttribute("aria-pressed", "false");
-    this.bar.append(h("slot", { name: "tools" }));
+  private build(): void {
+    this.card.setAttribute("aria-label", say().words.chosen);
+    this.bar.build({
+      home: () => this.home(),
+      climber: () => this.climberView(),
+      measure: () => this.toggleMeasure(),
+      share: () => void copyLink(this.link()).then((text) => this.say(text)),
+      picture: () => void this.savePicture(),
+    });
     this.panel = new Panel();
-    this.view.replaceChildren(this.canvas, this.bar, this.thread, this.toast);
-    if (stage) {
-      this.overlay = new Overlay(stage);
-      this.canvas.after(this.overlay.root);
-    }
+    this.view.replaceChildren(this.canvas, this.bar.root, this.thread, this.toast.root);
     this.shell.replaceChildren(this.panel.root, this.view, this.card, this.message.root);
     this.root.append(this.shell);
     this.panel.onRoute = (id) => this.selectRoute(id, { move: true });
@@ -429,43 +439,25 @@ export class WallTopo extends HTMLElement {
     this.panel.sheet.onHeight = () => this.layout(true);
   }
 
-  /** Which of the three arrangements fits: list beside the wall, on a low screen, or below it. */
   private layout(animate = false): void {
-    const { clientWidth: width, clientHeight: height } = this;
-    const tall = width < NARROW && (height > width || width < 560);
-    this.shell.classList.toggle("tall", tall);
-    this.shell.classList.toggle("short", !tall && height < LOW);
-    const share = this.stage?.front?.aspect;
-    if (tall && share) {
-      // As much of the screen as the wall fills when it is as wide as the screen; the list the rest.
-      const wall = (width - 2 * EDGE) / share + this.insets().top + 2 * EDGE;
-      this.shell.style.setProperty("--wall", `${Math.min(0.6, Math.max(0.36, wall / height)) * 100}cqh`);
-    }
-    this.chooseGrab();
-    this.stage?.resize(this.view.clientWidth, this.view.clientHeight);
+    this.arrange();
     this.views?.refit(animate);
     this.stage?.drawNow();
   }
 
-  /** What of the canvas is covered by buttons and the card, with some room around. */
+  private arrange(): void {
+    this.arrangement.arrange(this.stage?.front?.aspect, this.insets());
+    this.chooseGrab();
+    this.stage?.resize(this.view.clientWidth, this.view.clientHeight);
+  }
+
   private insets(): Insets {
-    const tall = this.shell.classList.contains("tall");
-    const flags = this.route === null ? 0 : FLAG;
-    const insets = { top: EDGE + flags, right: EDGE, bottom: EDGE + flags, left: EDGE };
-    if (tall) insets.top += this.bar.offsetHeight;
-    else insets.right += this.bar.offsetWidth + 8;
-    insets.top += this.editor?.height ?? 0;
-    if (tall && !this.card.hidden) {
-      insets.bottom += this.view.getBoundingClientRect().bottom - this.card.getBoundingClientRect().top;
-    }
-    return insets;
+    return this.arrangement.insets(this.route !== null, this.editor?.height ?? 0);
   }
 
   /** As the page says; else the wall takes every touch where it is all of the page. */
   private chooseGrab(): void {
-    const { clientWidth: width, clientHeight: height } = this;
-    const alone = window.top === window && width >= innerWidth && height >= innerHeight;
-    this.grab?.set(grabMode(this.getAttribute("grab")) ?? (alone ? "always" : "two-fingers"));
+    this.grab?.set(grabMode(this.getAttribute("grab")) ?? (this.arrangement.alone ? "always" : "two-fingers"));
   }
 
   private wire(stage: Stage): void {
@@ -508,7 +500,7 @@ export class WallTopo extends HTMLElement {
       const length = this.overlay!.measure(hit.point, this.tables.metric);
       this.stage!.redraw();
       if (!length) return this.say(say().words.secondPoint);
-      this.announce(length);
+      this.toast.announce(length);
       this.emit("measure", { text: length });
       return;
     }
@@ -523,58 +515,32 @@ export class WallTopo extends HTMLElement {
   }
 
   private key(event: KeyboardEvent): void {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
     const { controls } = this.stage!;
-    const acts: Record<string, () => void> = {
-      ArrowLeft: () => void controls.rotate(-0.15, 0, true),
-      ArrowRight: () => void controls.rotate(0.15, 0, true),
-      ArrowUp: () => void controls.rotate(0, -0.1, true),
-      ArrowDown: () => void controls.rotate(0, 0.1, true),
-      "+": () => void controls.dolly(controls.distance * 0.2, true),
-      "=": () => void controls.dolly(controls.distance * 0.2, true),
-      "-": () => void controls.dolly(-controls.distance * 0.25, true),
-      "[": () => this.step(-1),
-      "]": () => this.step(1),
-      Escape: () => (this.measuring ? this.toggleMeasure() : this.choose(null, null)),
-      h: () => this.home(),
-      c: () => this.climberView(),
-      m: () => this.toggleMeasure(),
-    };
-    const act = acts[event.key];
-    if (!act) return;
-    event.preventDefault();
-    if (/^Arrow|[-+=]/.test(event.key)) this.views!.let();
-    act();
-    this.stage!.redraw();
+    const did = pressed(event, {
+      controls,
+      moved: () => this.views!.let(),
+      step: (by) => this.step(by),
+      escape: () => (this.measuring ? this.toggleMeasure() : this.choose(null, null)),
+      home: () => this.home(),
+      climber: () => this.climberView(),
+      measure: () => this.toggleMeasure(),
+    });
+    if (did) this.stage!.redraw();
   }
 
   private toggleMeasure(): void {
     this.measuring = !this.measuring;
-    this.tools.get("measure")!.setAttribute("aria-pressed", String(this.measuring));
+    this.bar.press(this.measuring);
     this.view.classList.toggle("measuring", this.measuring);
     this.overlay?.clearMeasure();
     this.stage?.redraw();
     if (this.measuring) this.say(say().words.twoPoints);
   }
 
-  private async share(): Promise<void> {
-    const url = this.link();
-    try {
-      await navigator.clipboard.writeText(url);
-      this.say(say().words.copied);
-    } catch {
-      // Without the clipboard (page from disk, old browser) the address itself is the link.
-      history.replaceState(null, "", url);
-      this.say(say().words.inAddress);
-    }
-  }
-
   private async savePicture(): Promise<void> {
     const blob = await this.picture();
-    if (!blob) return this.say(say().words.noPicture);
-    const link = h("a", { href: URL.createObjectURL(blob), download: "wall.png" });
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+    if (blob) download(blob);
+    else this.say(say().words.noPicture);
   }
 
   private applyTheme(): void {
@@ -584,11 +550,11 @@ export class WallTopo extends HTMLElement {
     this.stage?.backdrop(dark ? "#15171b" : "#eef0f3");
   }
 
-  /** Null where the page finds the view by itself: on another screen it is another camera. */
-  private cameraToShare(): number[] | null {
+  /** What is seen, without the camera where the page finds it by itself: on another screen it is another. */
+  private get place(): Place {
     const subject = this.views?.subject ?? null;
     const itself = subject === "wall" || (subject === "route" && this.hold === null);
-    return itself ? null : this.camera;
+    return { route: this.route, hold: this.hold, camera: itself ? null : this.camera };
   }
 
   private applyPlace(animate: boolean): void {
@@ -600,33 +566,12 @@ export class WallTopo extends HTMLElement {
   }
 
   private saveLink(): void {
-    if (!this.hasAttribute("links") || !this.hasAttribute("data-ready")) return;
-    clearTimeout(this.linkTimer);
-    this.linkTimer = window.setTimeout(() => {
-      const hash = writePlace({ route: this.route, hold: this.hold, camera: this.cameraToShare() });
-      history.replaceState(null, "", hash || location.pathname + location.search);
-    }, 300);
+    if (this.hasAttribute("links") && this.hasAttribute("data-ready")) this.address.keep(() => this.place);
   }
 
   private say(text: string): void {
-    this.toast.textContent = text;
-    this.toast.style.top = `${this.underBars()}px`;
-    this.toast.classList.add("on");
-    clearTimeout(this.toastTimer);
-    this.toastTimer = window.setTimeout(() => this.toast.classList.remove("on"), Math.max(3500, 70 * text.length));
-  }
-
-  /** CSS pixels from the top where words are not under a bar that is as wide as the picture. */
-  private underBars(): number {
-    const tall = this.shell.classList.contains("tall");
-    const bars = [tall ? this.bar : null, this.view.querySelector<HTMLElement>(".edit")];
-    return 14 + Math.max(0, ...bars.map((bar) => (bar ? bar.offsetTop + bar.offsetHeight : 0)));
-  }
-
-  private announce(text: string): void {
-    // Heard by screen readers, not shown: the card shows it already.
-    this.toast.classList.remove("on");
-    this.toast.textContent = text;
+    const bars = [this.arrangement.tall ? this.bar.root : null, this.view.querySelector<HTMLElement>(".edit")];
+    this.toast.say(text, 14 + Math.max(0, ...bars.map((bar) => (bar ? bar.offsetTop + bar.offsetHeight : 0))));
   }
 
   private emit(name: string, detail: unknown): void {

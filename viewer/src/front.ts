@@ -1,7 +1,15 @@
 /** Which way a wall faces, so that the camera stays in front of it and above the mat. */
 
 import { Box3, Vector3 } from "three";
-import type { Wall } from "./load";
+import type { Surface } from "./surface";
+import type { Tables } from "./types";
+
+/** What of a wall says which way it faces. */
+export interface Seen {
+  surfaces: Surface[];
+  tables: Tables;
+  box: Box3;
+}
 
 export interface Front {
   /** Horizontal unit vector from the wall to where climbers stand. */
@@ -46,7 +54,7 @@ function matUnder(
 }
 
 /** Area-weighted mean of the steep triangles' horizontal normals, from every n-th triangle. */
-export function frontOf(wall: Wall): Front {
+export function frontOf(wall: Seen): Front {
   const sum = new Vector3();
   const [a, b, c] = [new Vector3(), new Vector3(), new Vector3()];
   let total = 0;
@@ -54,14 +62,12 @@ export function frontOf(wall: Wall): Front {
   const steep = new Box3();
   const seen: Vector3[] = [];
   const level: [height: number, area: number][] = [];
-  for (const { geometry } of wall.parts) {
-    const place = geometry.getAttribute("position");
-    const index = geometry.getIndex()!;
-    const step = 3 * Math.max(1, Math.floor(index.count / 3 / 40000));
-    for (let k = 0; k + 2 < index.count; k += step) {
-      a.fromBufferAttribute(place, index.getX(k));
-      b.fromBufferAttribute(place, index.getX(k + 1)).sub(a);
-      c.fromBufferAttribute(place, index.getX(k + 2)).sub(a);
+  for (const { position, index } of wall.surfaces) {
+    const step = 3 * Math.max(1, Math.floor(index.length / 3 / 40000));
+    for (let k = 0; k + 2 < index.length; k += step) {
+      a.fromArray(position, 3 * index[k]!);
+      b.fromArray(position, 3 * index[k + 1]!).sub(a);
+      c.fromArray(position, 3 * index[k + 2]!).sub(a);
       b.cross(c);
       const area = b.length();
       // Mats and table tops say nothing about where the wall faces.
@@ -121,7 +127,7 @@ function aspectOf(places: Vector3[], direction: Vector3): number {
  * What a picture of the whole wall must show: the holds with room around, the wall that they are on
  * up to its upper edge, and down to the mat.
  */
-function placesOf(wall: Wall, box: Box3, seen: Vector3[], direction: Vector3): Vector3[] {
+function placesOf(wall: Seen, box: Box3, seen: Vector3[], direction: Vector3): Vector3[] {
   const holds = [...wall.tables.holds.values()];
   if (holds.length <= 3) return seen;
   const size = box.getSize(new Vector3());
@@ -144,4 +150,11 @@ function placesOf(wall: Wall, box: Box3, seen: Vector3[], direction: Vector3): V
   // A scrap of surface in the air is no edge.
   around.sort((one, two) => one.z - two.z);
   return [...held, ...around.slice(0, Math.ceil(0.997 * around.length))];
+}
+
+/** A front that came from the worker: what was a vector there is one again. */
+export function revived(front: Front): Front {
+  const vector = (plain: Vector3): Vector3 => new Vector3().copy(plain);
+  const box = new Box3(vector(front.box.min), vector(front.box.max));
+  return { ...front, direction: vector(front.direction), box, places: front.places.map(vector) };
 }

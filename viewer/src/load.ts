@@ -1,11 +1,12 @@
 /** Reading a tier: over HTTP, or from its script twin where the page was opened from disk. */
 
-import { Box3, BufferAttribute, BufferGeometry, Matrix4, Mesh, Texture } from "three";
-import type { MeshBasicMaterial, Object3D } from "three";
-import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
-import { MeshoptDecoder } from "three/examples/jsm/libs/meshopt_decoder.module.js";
+import { Box3, BufferAttribute, BufferGeometry, Sphere, SRGBColorSpace, Texture, Vector3 } from "three";
+import type { Background } from "./background";
+import { revived } from "./front";
+import type { Front } from "./front";
 import { say } from "./languages";
-import type { Hold, Route, Tables, Vec3 } from "./types";
+import type { Net, Packed, Picture, Surface } from "./surface";
+import type { Tables } from "./types";
 
 /** One drawable part of the wall: positions in the scan's frame (metres, z up). */
 export interface Part {
@@ -18,6 +19,7 @@ export interface Wall {
   parts: Part[];
   box: Box3;
   tables: Tables;
+  front: Front;
   /** The highest feature id in the geometry; 0 when the file carries no ids. */
   most: number;
 }
@@ -28,10 +30,8 @@ declare global {
   }
 }
 
-// glTF is y up, scans are z up.
-const TO_Z_UP = new Matrix4().set(1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1);
-
-function fromScript(url: string): Promise<ArrayBuffer> {
+/** In base64: turning it into bytes is the worker's. */
+function fromScript(url: string): Promise<string> {
   const name = url.split("/").pop() ?? url;
   return new Promise((resolve, reject) => {
     const script = document.createElement("script");
@@ -42,21 +42,18 @@ function fromScript(url: string): Promise<ArrayBuffer> {
       const text = window.wallTopoTiers?.[name];
       if (text === undefined) return reject(new Error(`${script.src} holds no model`));
       delete window.wallTopoTiers?.[name];
-      const raw = atob(text);
-      const bytes = new Uint8Array(raw.length);
-      for (let k = 0; k < raw.length; k++) bytes[k] = raw.charCodeAt(k);
-      resolve(bytes.buffer);
+      resolve(text);
     };
     document.head.append(script);
   });
 }
 
-/** The bytes of a file; `progress` gets a share from 0 to 1 where the size is known. */
+/** The bytes of a file, or their base64; `progress` gets a share from 0 to 1 where the size is known. */
 export async function fetchBytes(
   url: string,
   progress: (share: number) => void,
   signal?: AbortSignal,
-): Promise<ArrayBuffer> {
+): Promise<ArrayBuffer | string> {
   const absolute = new URL(url, document.baseURI);
   if (absolute.protocol === "file:") return fromScript(absolute.href);
   const response = await fetch(absolute, { signal });
@@ -82,69 +79,39 @@ export async function fetchBytes(
   return bytes.buffer;
 }
 
-function partOf(mesh: Mesh): Part {
-  const source = mesh.geometry;
-  const position = source.getAttribute("position");
-  const count = position.count;
-  const places = new Float32Array(count * 3);
-  for (let k = 0; k < count; k++) {
-    places[3 * k] = position.getX(k);
-    places[3 * k + 1] = position.getY(k);
-    places[3 * k + 2] = position.getZ(k);
-  }
+function attribute({ array, size, normalized }: Packed): BufferAttribute {
+  return new BufferAttribute(array, size, normalized);
+}
+
+function mapOf({ image, ...look }: Picture): Texture {
+  const map = Object.assign(new Texture(image), look, { flipY: false, colorSpace: SRGBColorSpace });
+  map.needsUpdate = true;
+  return map;
+}
+
+function partOf(surface: Surface): Part {
+  const { position, feature, index, uv, color, picture } = surface;
   const geometry = new BufferGeometry();
-  geometry.setAttribute("position", new BufferAttribute(places, 3));
-  geometry.applyMatrix4(new Matrix4().multiplyMatrices(TO_Z_UP, mesh.matrixWorld));
-  const feature = source.getAttribute("_feature_id_0");
-  const ids = new Float32Array(count);
-  if (feature) for (let k = 0; k < count; k++) ids[k] = feature.getX(k);
-  geometry.setAttribute("feature", new BufferAttribute(ids, 1));
+  geometry.setAttribute("position", new BufferAttribute(position, 3));
+  geometry.setAttribute("feature", new BufferAttribute(feature, 1));
   // Until the smooth borders are found (borders.ts), holds end where their triangles do.
-  geometry.setAttribute("near", new BufferAttribute(ids.slice(), 1));
-  geometry.setAttribute("depth", new BufferAttribute(ids.map((id) => (id > 0 ? 1 : -1)), 1));
-  const uv = source.getAttribute("uv");
-  const color = source.getAttribute("color");
-  if (uv) geometry.setAttribute("uv", uv);
-  if (color) geometry.setAttribute("color", color);
-  geometry.setIndex(source.getIndex() ?? [...Array(count).keys()]);
-  const material = mesh.material as MeshBasicMaterial;
-  return { geometry, map: uv ? (material.map ?? null) : null, coloured: Boolean(color) };
+  geometry.setAttribute("near", new BufferAttribute(feature.slice(), 1));
+  geometry.setAttribute("depth", new BufferAttribute(feature.map((id) => (id > 0 ? 1 : -1)), 1));
+  if (uv) geometry.setAttribute("uv", attribute(uv));
+  if (color) geometry.setAttribute("color", attribute(color));
+  geometry.setIndex(new BufferAttribute(index, 1));
+  geometry.boundingBox = new Box3(new Vector3(...surface.low), new Vector3(...surface.high));
+  geometry.boundingSphere = geometry.boundingBox.getBoundingSphere(new Sphere());
+  return { geometry, map: picture && mapOf(picture), coloured: color !== null };
 }
 
-function isPlace(value: unknown): value is Vec3 {
-  return Array.isArray(value) && value.length === 3 && value.every((v) => Number.isFinite(v));
-}
-
-/** Rows with a whole number as id; what else lies there is another program's. */
-function rowsOf<T extends { id: number }>(value: unknown): T[] {
-  const rows = (Array.isArray(value) ? value : []) as (T | null)[];
-  return rows.filter((row): row is T => Number.isInteger(row?.id) && row!.id >= 0);
-}
-
-function tablesOf(scene: Object3D, title: string): Tables {
-  const raw = (scene.userData["walltopo"] ?? {}) as Record<string, unknown>;
-  const holds = new Map<number, Hold>();
-  for (const hold of rowsOf<Hold>(raw["holds"])) {
-    if (!isPlace(hold.position)) continue;
-    if (!isPlace(hold.normal)) hold.normal = [0, 0, 0];
-    if (!isPlace(hold.colour_rgb)) hold.colour_rgb = null;
-    const type = hold.type === "foot" ? "foothold" : (hold.type ?? null); // its name before 0.1
-    holds.set(hold.id, { ...hold, type, route: hold.route ?? null, score: hold.score ?? 0 });
-  }
-  const routes = new Map<number, Route>();
-  for (const route of rowsOf<Route>(raw["routes"])) {
-    const known = (Array.isArray(route.holds) ? route.holds : []).filter((id) => holds.has(id));
-    if (known.length === 0) continue;
-    routes.set(route.id, { ...route, holds: known });
-  }
-  for (const hold of holds.values()) {
-    if (hold.route !== null && !routes.has(hold.route)) hold.route = null;
-  }
-  for (const { id, holds: members } of routes.values()) {
-    for (const member of members) holds.get(member)!.route ??= id;
-  }
-  const heading = typeof raw["title"] === "string" ? raw["title"] : title;
-  return { title: heading, metric: raw["metric"] !== false, holds, routes };
+/** A part as the worker takes it. */
+export function netOf(geometry: BufferGeometry): Net {
+  return {
+    position: geometry.getAttribute("position").array as Float32Array,
+    feature: geometry.getAttribute("feature").array as Float32Array,
+    index: geometry.getIndex()!.array as Uint32Array,
+  };
 }
 
 /** Why a wall did not load, for people. A typed array that cannot be had is a RangeError. */
@@ -153,25 +120,12 @@ export function reasonOf(error: unknown): string {
   return (error as Error).message;
 }
 
-/** Turn a GLB into parts, box and tables; throws an Error whose message people can read. */
-export async function parseWall(bytes: ArrayBuffer, title: string): Promise<Wall> {
-  const magic = new Uint8Array(bytes.slice(0, 4));
-  if (String.fromCharCode(...magic) !== "glTF") throw new Error("the file is not a GLB");
-  const loader = new GLTFLoader();
-  loader.setMeshoptDecoder(MeshoptDecoder);
-  const gltf = await loader.parseAsync(bytes, "");
-  gltf.scene.updateMatrixWorld(true);
-  const parts: Part[] = [];
-  gltf.scene.traverse((node) => {
-    if (node instanceof Mesh) parts.push(partOf(node));
-  });
-  if (parts.length === 0) throw new Error("the file holds no surface");
+/** Turn a GLB into what is drawn and its tables; rejects with an Error whose message people can read. */
+export async function parseWall(reader: Background, source: ArrayBuffer | string, title: string): Promise<Wall> {
+  const handed = typeof source === "string" ? [] : [source];
+  const { surfaces, tables, most, front } = await reader.ask("read", { source, title }, handed);
+  const parts = surfaces.map(partOf);
   const box = new Box3();
-  let most = 0;
-  for (const part of parts) {
-    part.geometry.computeBoundingBox();
-    box.union(part.geometry.boundingBox!);
-    for (const id of part.geometry.getAttribute("feature").array) if (id > most) most = id;
-  }
-  return { parts, box, tables: tablesOf(gltf.scene, title), most };
+  for (const { geometry } of parts) box.union(geometry.boundingBox!);
+  return { parts, box, tables, most, front: revived(front) };
 }

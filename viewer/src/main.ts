@@ -1,3 +1,5 @@
 import { WallTopo } from "./element";
 
-if (!customElements.get("wall-topo")) customElements.define("wall-topo", WallTopo);
+// The same script runs in the worker.
+const inPage = typeof document !== "undefined";
+if (inPage && !customElements.get("wall-topo")) customElements.define("wall-topo", WallTopo);

@@ -12,10 +12,12 @@ interface Pin {
   place: Vec3;
 }
 
+type Kind = "start" | "top" | "zone";
+
 /** A word over the picture: what it says and where it points to, in CSS pixels. */
 export interface Flag {
   word: string;
-  kind: "start" | "top";
+  kind: Kind;
   x: number;
   y: number;
 }
@@ -28,6 +30,7 @@ export class Overlay {
   private pins: Pin[] = [];
   private dots: Pin[] = [];
   private ends: Vector3[] = [];
+  private marks: Pin[] = [];
 
   constructor(private readonly stage: Stage) {
     const space = "http://www.w3.org/2000/svg";
@@ -43,7 +46,7 @@ export class Overlay {
     for (const { element } of this.pins) element.remove();
     this.pins = [];
     if (!route) return;
-    const add = (ids: number[], kind: "start" | "top"): void => {
+    const add = (ids: number[], kind: Kind): void => {
       for (const id of ids) {
         const hold: Hold | undefined = tables.holds.get(id);
         if (!hold) continue;
@@ -51,21 +54,29 @@ export class Overlay {
         const element = h("div", { class: `flag ${kind}`, "data-kind": kind }, h("span", { part: "flag" }, word));
         const rise = (hold.size_m ?? 0.1) * 0.5;
         const [x, y, z] = hold.position;
-        this.pins.push({ element, place: [x, y, kind === "start" ? z - rise : z + rise] });
+        this.pins.push({ element, place: [x, y, kind === "top" ? z + rise : z - rise] });
         this.root.append(element);
       }
     };
     add(route.start ?? route.holds.slice(0, 1), "start");
     add(route.top ?? route.holds.slice(-1), "top");
+    add(route.zone ?? [], "zone");
   }
 
   /** The flags as they stand in the picture now. */
   get flagged(): Flag[] {
     return this.pins.flatMap(({ element, place }) => {
       const { x, y, ahead } = this.stage.project(place);
-      const kind = element.dataset["kind"] === "start" ? "start" : "top";
+      const kind = element.dataset["kind"] as Kind;
       return ahead ? [{ word: element.textContent ?? "", kind, x, y }] : [];
     });
+  }
+
+  /** Dots at places, in the stead of those before. */
+  mark(places: Vec3[]): void {
+    for (const { element } of this.marks) element.remove();
+    this.marks = places.map((place) => ({ element: h("div", { class: "dot" }), place }));
+    this.root.append(...this.marks.map(({ element }) => element));
   }
 
   /** One more end of the measuring line; the third begins a new one. Gives the length. */
@@ -93,7 +104,7 @@ export class Overlay {
   }
 
   update(): void {
-    for (const { element, place } of [...this.pins, ...this.dots]) {
+    for (const { element, place } of [...this.pins, ...this.dots, ...this.marks]) {
       const at = this.stage.project(place);
       element.style.transform = `translate(${at.x.toFixed(1)}px, ${at.y.toFixed(1)}px)`;
       element.style.visibility = at.ahead ? "visible" : "hidden";

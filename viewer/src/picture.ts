@@ -25,7 +25,7 @@ function flag(pen: Pen, { word, x, y, kind }: Flag): void {
   pen.textBaseline = "middle";
   pen.textAlign = "center";
   const width = pen.measureText(word).width + 16;
-  const down = kind === "start" ? 1 : -1;
+  const down = kind === "top" ? -1 : 1;
   const middle = y + down * 21;
   pen.fillStyle = PAPER;
   pen.beginPath();
@@ -33,10 +33,10 @@ function flag(pen: Pen, { word, x, y, kind }: Flag): void {
   pen.lineTo(x - 6, y + down * 11);
   pen.lineTo(x + 6, y + down * 11);
   pen.fill();
-  box(pen, x - width / 2 - 1.5, middle - 12.5, width + 3, 25, kind === "start" ? 7 : 13);
+  box(pen, x - width / 2 - 1.5, middle - 12.5, width + 3, 25, kind === "top" ? 13 : 7);
   pen.fill();
   pen.fillStyle = INK;
-  box(pen, x - width / 2, middle - 11, width, 22, kind === "start" ? 6 : 12);
+  box(pen, x - width / 2, middle - 11, width, 22, kind === "top" ? 12 : 6);
   pen.fill();
   pen.fillStyle = PAPER;
   pen.fillText(word, x, middle);

@@ -2,15 +2,12 @@
 
 import CameraControls from "camera-controls";
 import {
-  Box2,
   Box3,
   Color,
   Matrix4,
   Mesh,
   MeshBasicMaterial,
-  NearestFilter,
   PerspectiveCamera,
-  PlaneGeometry,
   Quaternion,
   Raycaster,
   Scene,
@@ -20,16 +17,21 @@ import {
   Vector2,
   Vector3,
   Vector4,
-  WebGLRenderTarget,
   WebGLRenderer,
 } from "three";
-import type { BufferAttribute, BufferGeometry, Material, ShaderMaterial, Texture } from "three";
-import { MeshBVH } from "three-mesh-bvh";
-import { bordersOf } from "./borders";
-import { frontOf, RISE } from "./front";
+import type { BufferGeometry } from "three";
+import { Background } from "./background";
+import { Relabelled } from "./edit/relabel";
+import type { Region } from "./edit/result";
+import { Drawn, mostOf } from "./drawn";
+import { fitted } from "./fit";
+import type { Insets } from "./fit";
+import { RISE } from "./front";
 import type { Front } from "./front";
 import type { Wall } from "./load";
-import { maskMaterial, outlineMaterial, wallMaterial } from "./shaders";
+import { Outlines } from "./outlines";
+import { Picking } from "./picking";
+import type { Hit } from "./picking";
 import type { WallLook } from "./shaders";
 import { HoldState } from "./state";
 import type { Vec3 } from "./types";
@@ -48,73 +50,6 @@ CameraControls.install({
   },
 });
 
-export interface Hit {
-  point: Vector3;
-  hold: number;
-  part: number;
-  /** Triangle in the part's (reordered) index. */
-  triangle: number;
-}
-
-interface Picker {
-  bvh: MeshBVH;
-  features: ArrayLike<number>;
-  index: ArrayLike<number>;
-}
-
-/** What of a canvas nothing covers, in -1..1 from its left bottom. */
-export function freeBox(insets: Insets, width: number, height: number): Box2 {
-  return new Box2(
-    new Vector2((2 * insets.left) / width - 1, (2 * insets.bottom) / height - 1),
-    new Vector2(1 - (2 * insets.right) / width, 1 - (2 * insets.top) / height),
-  );
-}
-
-/** CSS pixels at each side of the canvas that something else covers. */
-export interface Insets {
-  top: number;
-  right: number;
-  bottom: number;
-  left: number;
-}
-
-/**
- * Where a camera looks so that places fill the free part of the canvas. Places and the found target
- * are along right, up and towards the camera; `tan` is that of half the vertical field of view.
- */
-function fit(
-  places: Vector3[],
-  insets: Insets,
-  lens: { width: number; height: number; tan: number; least: number },
-): { x: number; y: number; z: number; distance: number } {
-  const free = freeBox(insets, lens.width, lens.height);
-  const room = free.getSize(new Vector2()).max(new Vector2(0.1, 0.1));
-  const aim = free.getCenter(new Vector2());
-  const box = new Box3().setFromPoints(places);
-  const { x, y, z } = box.getCenter(new Vector3());
-  const found = { x, y, z, distance: box.getSize(new Vector3()).length() + lens.least };
-  const wide = (lens.tan * lens.width) / lens.height;
-  const drawn = new Box2();
-  // Perspective makes the exact answer an equation; a few steps from near it settle it.
-  for (let step = 0; step < 8; step++) {
-    drawn.makeEmpty();
-    for (const place of places) {
-      const ahead = Math.max(1e-6, found.distance - (place.z - found.z));
-      const across = (place.x - found.x) / (ahead * wide);
-      drawn.expandByPoint(new Vector2(across, (place.y - found.y) / (ahead * lens.tan)));
-    }
-    const size = drawn.getSize(new Vector2());
-    const middle = drawn.getCenter(new Vector2());
-    const grow = Math.max(size.x / room.x, size.y / room.y, 1e-3);
-    found.distance = Math.max(lens.least, found.distance * grow);
-    found.x += (middle.x - aim.x) * wide * found.distance;
-    found.y += (middle.y - aim.y) * lens.tan * found.distance;
-  }
-  return found;
-}
-
-const SHAPE_AFTER = 50; // milliseconds, so that a tier is drawn before its borders are smoothed
-const SLICE = 12; // milliseconds of that between two looks at what the page wants
 const LIFT = 0.2; // metres that the camera keeps above the mat
 
 export class Stage {
@@ -129,15 +64,16 @@ export class Stage {
   frames = 0;
 
   private readonly scene = new Scene();
-  private readonly overlay = new Scene();
   private readonly strokes = new Scene();
-  private readonly mask: WebGLRenderTarget;
-  private readonly ink: ShaderMaterial;
+  private readonly outlines = new Outlines();
   private readonly look: WallLook;
   private readonly ray = new Raycaster();
-  private meshes: { mesh: Mesh; drawn: Material; masked: Material }[] = [];
-  private surface: BufferGeometry[] = [];
-  private pickers: Picker[] | null = null;
+  private drawn: Drawn | null = null;
+  private picking: Picking | null = null;
+  private readonly worker = new Background();
+  /** Where edits changed whose surface is whose. */
+  private regions: Region[] = [];
+  private readonly labels = new WeakMap<BufferGeometry, Relabelled>();
   private outlined = false;
   private fadeGoal = 0;
   private dirty = true;
@@ -145,8 +81,8 @@ export class Stage {
   private request = 0;
   private last = 0;
   private size = "";
-  /** Not 0 while the borders of the present tier are not smooth yet. */
-  private shaping = 0;
+  /** The borders of the present tier are not smooth yet. */
+  shaping = false;
   private readonly gone = new AbortController();
   private readonly calm: boolean;
 
@@ -167,12 +103,6 @@ export class Stage {
       uFade: { value: 0 },
       uBackdrop: { value: new Color("#ffffff") },
     };
-    // Marks must not blend into each other: nearest, not linear.
-    this.mask = new WebGLRenderTarget(1, 1, { minFilter: NearestFilter, magFilter: NearestFilter });
-    this.ink = outlineMaterial(this.mask.texture);
-    const quad = new Mesh(new PlaneGeometry(2, 2), this.ink);
-    quad.frustumCulled = false;
-    this.overlay.add(quad);
     const { signal } = this.gone;
     canvas.addEventListener("webglcontextlost", () => this.onLost(true), { signal });
     const restored = (): void => {
@@ -190,73 +120,61 @@ export class Stage {
     this.redraw();
   }
 
+  /** Send a wall's pictures to the GPU: the largest piece of showing it, best apart from the rest. */
+  prepare({ parts }: Wall): void {
+    const most = this.renderer.capabilities.getMaxAnisotropy();
+    for (const { map } of parts) {
+      if (!map) continue;
+      map.anisotropy = Math.min(8, most);
+      this.renderer.initTexture(map);
+    }
+  }
+
   /** Show a wall; a later, finer tier keeps the camera, the state and the picking surface. */
   show(wall: Wall, refine: boolean): void {
-    this.clear();
+    this.drawn?.dispose();
+    this.drawn = new Drawn(wall.parts, this.scene, this.look);
     if (!refine) {
-      this.state.dispose();
-      let most = wall.most;
-      for (const id of wall.tables.holds.keys()) if (id > most) most = id;
-      this.state = new HoldState(most);
-      this.look.uState.value = this.state.texture;
-      this.surface = wall.parts.map(({ geometry }) => geometry);
-      this.pickers = null;
-    }
-    const most = this.renderer.capabilities.getMaxAnisotropy();
-    this.meshes = wall.parts.map((part) => {
-      if (part.map) part.map.anisotropy = Math.min(8, most);
-      const drawn = wallMaterial(part, this.look);
-      const masked = maskMaterial(this.look);
-      const mesh = new Mesh(part.geometry, drawn);
-      this.scene.add(mesh);
-      return { mesh, drawn, masked };
-    });
-    if (!refine) {
-      this.front = frontOf(wall);
+      this.regions = [];
+      this.reserve(mostOf(wall));
+      this.state.reset();
+      this.picking = new Picking(wall.parts.map(({ geometry }) => geometry), this.worker);
+      this.front = wall.front;
       this.limit(wall.box);
     }
     this.redraw();
-    const jobs = wall.most > 0 ? wall.parts.map(({ geometry }) => geometry) : [];
-    this.shaping = setTimeout(() => void this.shape(jobs), SHAPE_AFTER);
+    if (refine) this.relabel(this.regions);
+    if (wall.most > 0) this.shape();
   }
 
-  /** Smooth borders of a tier's holds, found a few milliseconds at a time. */
-  private async shape(geometries: BufferGeometry[]): Promise<void> {
-    const tier = this.shaping;
-    for (const geometry of geometries) {
-      const steps = bordersOf(geometry);
-      let step = steps.next();
-      for (let began = performance.now(); !step.done; step = steps.next()) {
-        if (performance.now() - began < SLICE) continue;
-        await new Promise((resolve) => setTimeout(resolve));
-        if (tier !== this.shaping) return; // another tier has come, or the element is gone
-        began = performance.now();
-      }
-      for (const [name, values] of [["near", step.value.near], ["depth", step.value.inside]] as const) {
-        const attribute = geometry.getAttribute(name) as BufferAttribute;
-        attribute.copyArray(values);
-        attribute.needsUpdate = true;
-      }
+  /** Give triangles to other holds: in the regions as these say, elsewhere as the tiers came. */
+  relabel(regions: Region[]): void {
+    this.regions = regions;
+    const drawn = this.drawn?.parts.map(({ geometry }) => geometry) ?? [];
+    let changed = false;
+    for (const geometry of new Set([...drawn, ...(this.picking?.geometries ?? [])])) {
+      const labels = this.labels.get(geometry) ?? new Relabelled(geometry);
+      this.labels.set(geometry, labels);
+      if (labels.apply(regions)) changed = true;
     }
-    this.shaping = 0;
+    if (changed) this.shape();
+  }
+
+  /** Room for ids up to this one. */
+  reserve(most: number): void {
+    if (most < this.state.count) return;
+    this.state.dispose();
+    this.state = new HoldState(most);
+    this.look.uState.value = this.state.texture;
+  }
+
+  private shape(): void {
+    this.shaping = true;
     this.redraw();
-  }
-
-  /** Free what the GPU holds of the present tier. */
-  private clear(): void {
-    clearTimeout(this.shaping);
-    this.shaping = 0;
-    for (const { mesh, drawn, masked } of this.meshes) {
-      this.scene.remove(mesh);
-      const map = (drawn as ShaderMaterial).uniforms["uMap"]?.value as Texture | null;
-      map?.dispose();
-      // A decoded picture stays in memory until it is collected, unless it is closed.
-      if (typeof ImageBitmap !== "undefined" && map?.image instanceof ImageBitmap) map.image.close();
-      mesh.geometry.dispose();
-      drawn.dispose();
-      masked.dispose();
-    }
-    this.meshes = [];
+    void this.drawn!.shape(this.worker, () => {
+      this.shaping = false;
+      this.redraw();
+    });
   }
 
   /** Full colour only for `lit`; none: everything. Outlines as given, by hold id. */
@@ -303,9 +221,7 @@ export class Stage {
     this.size = size;
     this.renderer.setPixelRatio(dense);
     this.renderer.setSize(width, height, false);
-    this.mask.setSize(Math.round(width * dense), Math.round(height * dense));
-    this.ink.uniforms["uDense"]!.value = dense;
-    this.ink.uniforms["uPixel"]!.value.set(1 / this.mask.width, 1 / this.mask.height);
+    this.outlines.resize(width, height, dense);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
     this.redraw();
@@ -326,34 +242,12 @@ export class Stage {
     };
   }
 
-  /**
-   * The search trees of the first tier. They take longer to build than a frame to draw, so that
-   * comes first; whoever picks before they are built waits for them.
-   */
-  preparePicking(): Picker[] {
-    this.pickers ??= this.surface.map((geometry) => ({
-      bvh: new MeshBVH(geometry, { targetLeafSize: 8 }),
-      features: geometry.getAttribute("feature").array,
-      index: geometry.getIndex()!.array,
-    }));
-    return this.pickers;
-  }
-
   /** What lies under a point of the canvas, in CSS pixels from its top left. */
   pick(x: number, y: number): Hit | null {
     const { clientWidth, clientHeight } = this.canvas;
     const at = new Vector2((x / clientWidth) * 2 - 1, 1 - (y / clientHeight) * 2);
     this.ray.setFromCamera(at, this.camera);
-    let best: Hit | null = null;
-    let nearest = Infinity;
-    this.preparePicking().forEach(({ bvh, features, index }, part) => {
-      const hit = bvh.raycastFirst(this.ray.ray, 2);
-      if (!hit || hit.distance >= nearest || hit.faceIndex == null) return;
-      nearest = hit.distance;
-      const hold = Math.round(features[index[3 * hit.faceIndex]!]!);
-      best = { point: hit.point.clone(), hold, part, triangle: hit.faceIndex };
-    });
-    return best;
+    return this.picking?.first(this.ray) ?? null;
   }
 
   /** CSS pixels of a place, and whether it is in front of the camera. */
@@ -374,34 +268,17 @@ export class Stage {
    */
   frame(places: Vector3[], direction: Vector3, animate: boolean, insets: Insets): void {
     if (places.length === 0) return;
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    const tan = Math.tan((this.camera.fov * Math.PI) / 360);
+    const lens = { width, height, tan, least: this.controls.minDistance * 2 };
     const level = direction.clone().setZ(0).normalize();
     // An overhang is looked at from below, as far as the mat lets the camera down.
     for (let rise = this.front?.rise ?? RISE; ; rise = Math.min(RISE, rise + 0.05)) {
-      const { eye, target } = this.fitted(places, level.clone().setZ(rise).normalize(), insets);
+      const { eye, target } = fitted(places, level.clone().setZ(rise).normalize(), insets, lens);
       if (rise < RISE && this.front && eye.z < this.front.floor + LIFT) continue;
       this.moveTo(eye, target, animate);
       return;
     }
-  }
-
-  /** Eye and target of a look along -`way` that shows places as large as they fit. */
-  private fitted(
-    places: Vector3[],
-    way: Vector3,
-    insets: Insets,
-  ): { eye: Vector3; target: Vector3 } {
-    const right = new Vector3(0, 0, 1).cross(way).normalize();
-    const up = way.clone().cross(right);
-    const flat = places.map((p) => new Vector3(p.dot(right), p.dot(up), p.dot(way)));
-    const { clientWidth: width, clientHeight: height } = this.canvas;
-    const tan = Math.tan((this.camera.fov * Math.PI) / 360);
-    const least = this.controls.minDistance * 2;
-    const found = fit(flat, insets, { width, height, tan, least });
-    const target = new Vector3()
-      .addScaledVector(right, found.x)
-      .addScaledVector(up, found.y)
-      .addScaledVector(way, found.z);
-    return { eye: target.clone().addScaledVector(way, found.distance), target };
   }
 
   moveTo(eye: Vector3, target: Vector3, animate: boolean): void {
@@ -427,14 +304,13 @@ export class Stage {
     cancelAnimationFrame(this.request);
     this.request = 0;
     this.controls.dispose();
-    this.clear();
-    this.mask.dispose();
-    this.ink.dispose();
+    this.worker.end();
+    this.drawn?.dispose();
+    this.outlines.dispose();
     this.state.dispose();
     this.renderer.dispose();
     this.renderer.forceContextLoss();
-    this.surface = [];
-    this.pickers = null;
+    this.picking = null;
   }
 
   /** Keep the camera in front of the wall, above the mat, and near it. */
@@ -484,22 +360,8 @@ export class Stage {
     this.renderer.clear();
     this.renderer.render(this.scene, this.camera);
     if (this.strokes.children.length) this.renderer.render(this.strokes, this.camera);
-    if (this.outlined) this.drawOutlines();
+    if (this.outlined && this.drawn) this.outlines.draw(this.renderer, this.scene, this.camera, this.drawn.masks);
     this.frames++;
     this.onFrame();
-  }
-
-  private drawOutlines(): void {
-    const clear = this.renderer.getClearColor(new Color());
-    this.ink.uniforms["uStrength"]!.value = 1;
-    for (const item of this.meshes) item.mesh.material = item.masked;
-    this.renderer.setRenderTarget(this.mask);
-    this.renderer.setClearColor(0x000000, 1);
-    this.renderer.clear();
-    this.renderer.render(this.scene, this.camera);
-    for (const item of this.meshes) item.mesh.material = item.drawn;
-    this.renderer.setRenderTarget(null);
-    this.renderer.setClearColor(clear, 1);
-    this.renderer.render(this.overlay, this.camera);
   }
 }

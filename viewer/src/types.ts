@@ -16,6 +16,8 @@ export interface Hold {
   review?: boolean;
   role?: string;
   photos?: string[];
+  /** Why it is no hold, of an instance that the editor shows although it is none. */
+  left_out?: string;
 }
 
 export interface Route {
@@ -27,7 +29,16 @@ export interface Route {
   steepness_deg: number | null;
   start?: number[];
   top?: number[];
+  zone?: number[];
   footholds?: number[];
+  /** Given by a setter; `date` is ISO. */
+  grade?: string;
+  setter?: string;
+  description?: string;
+  date?: string;
+  /** Why someone should have a look. */
+  doubtful_start?: string;
+  doubtful_top?: string;
 }
 
 export interface Tables {

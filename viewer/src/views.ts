@@ -2,8 +2,9 @@
 
 import { Box3, Vector3 } from "three";
 import { standFor } from "./climber";
-import { freeBox } from "./stage";
-import type { Insets, Stage } from "./stage";
+import { freeBox } from "./fit";
+import type { Insets } from "./fit";
+import type { Stage } from "./stage";
 import type { Route, Tables, Vec3 } from "./types";
 
 const EYES = 1.65; // metres over the mat
@@ -20,8 +21,8 @@ export class Views {
     private readonly stage: Stage,
     private readonly insets: () => Insets,
   ) {
-    stage.controls.addEventListener("controlstart", () => this.let());
-    stage.controls.addEventListener("control", () => this.let()); // the wheel
+    // Not at "controlstart": a tap moves nothing.
+    stage.controls.addEventListener("control", () => this.let());
   }
 
   /** What the camera shows by itself; null where somebody moved it. */

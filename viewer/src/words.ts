@@ -1,6 +1,6 @@
 /** Numbers and names as people read them. */
 
-import { counted, decimal, say } from "./languages";
+import { counted, day, decimal, say } from "./languages";
 import { lean, whole } from "./steepness";
 import type { Hold, Route, Tables } from "./types";
 
@@ -40,6 +40,11 @@ export function typeName(type: string | null | undefined): string {
   return type ? (say().types[type] ?? type) : "–";
 }
 
+/** Why an instance is no hold. */
+export function leftOutWords({ left_out: reason = "" }: Hold): string {
+  return say().reasons[reason] ?? reason;
+}
+
 /** "4 routes · 31 holds · 2 volumes": as the terminal and the report count. */
 export function wallFacts(tables: Tables): string {
   const volumes = [...tables.holds.values()].filter((hold) => hold.class === "volume").length;
@@ -48,13 +53,18 @@ export function wallFacts(tables: Tables): string {
   return facts.join(" · ");
 }
 
-/** "12 holds · 4.0 m · 17° overhang"; what is not known or says nothing is left out. */
+/** "6b · 12 holds · 4.0 m · 17° overhang"; what is not known or says nothing is left out. */
 export function routeFacts(route: Route, metric: boolean): string {
   const length = route.length_m ?? 0;
-  const facts = [counted(route.holds.length, "hold")];
+  const facts = [route.grade ?? "", counted(route.holds.length, "hold")].filter(Boolean);
   if (length > 0) facts.push(metres(length, metric));
   if (route.steepness_deg != null) facts.push(steepness(route.steepness_deg));
   return facts.join(" · ");
+}
+
+/** "Anna · 1 March 2026": who set it and when, as far as somebody said. */
+export function routeOrigin({ setter, date }: Route): string {
+  return [setter, date && day(date)].filter(Boolean).join(" · ");
 }
 
 export function routeName(route: Route): string {

@@ -31,9 +31,8 @@ function disc() {
       }
     }
   }
-  const arrays = { position: new Float32Array(places), feature: new Float32Array(feature) };
-  const geometry = { getAttribute: (name) => ({ array: arrays[name] }), getIndex: () => ({ array: new Uint32Array(index) }) };
-  return { geometry, places, feature, index };
+  const arrays = { position: new Float32Array(places), feature: new Float32Array(feature), index: new Uint32Array(index) };
+  return { ...arrays, places };
 }
 
 /** Distances from the middle at which `value` changes its sign along the triangles' edges. */
@@ -55,10 +54,7 @@ export const borders = {
   async "a border is a smooth curve, without scraps and pinholes"() {
     const { bordersOf } = await source("borders.ts");
     const mesh = disc();
-    const steps = bordersOf(mesh.geometry);
-    let step = steps.next();
-    while (!step.done) step = steps.next();
-    const { near, inside } = step.value;
+    const { near, inside } = bordersOf(mesh);
     const smooth = crossings(mesh, (v) => inside[v]);
     assert.ok(smooth.length > 100, "there is no border");
     const off = smooth.map((radius) => Math.abs(radius - RADIUS));

@@ -96,7 +96,11 @@ export async function ready(page, tier = "first") {
   const states = tier === "first" ? ["first", "detail", "error"] : [tier, "error"];
   const selector = states.map((state) => `wall-topo[data-ready=${state}]`).join(",");
   await page.waitForSelector(selector, { timeout: 180_000 });
-  await page.waitForFunction(() => !document.querySelector("wall-topo").stage?.shaping, null, { timeout: 180_000 });
+  const idle = () => {
+    const { stage } = document.querySelector("wall-topo");
+    return !stage?.shaping && (!stage?.picking || stage.picking.trees.length > 0);
+  };
+  await page.waitForFunction(idle, null, { timeout: 180_000 });
   await settle(page);
 }
 

@@ -1,92 +1,285 @@
 // What must hold of the editor.
 
 import assert from "node:assert/strict";
-import { ask, open, settle, tapHold } from "./browser.mjs";
-import { fine } from "./checks.mjs";
+import { ask, open, placeOf, settle, tapHold, text } from "./browser.mjs";
+import { fine, graveFindings } from "./checks.mjs";
+
+/** Wait until the server has told what the last edit does. */
+export async function told(page) {
+  await page.waitForFunction(
+    () => {
+      const bar = document.querySelector("wall-topo").shadowRoot.querySelector(".edit");
+      return bar?.getAttribute("aria-busy") === "false";
+    },
+    null,
+    { timeout: 180_000 },
+  );
+  await settle(page);
+}
+
+/** A page in edit mode, once it knows what the saved log does. */
+export async function editor(browser, edit, size = {}) {
+  const opened = await open(browser, edit, { width: 1200, height: 800, ...size });
+  const { page } = opened;
+  await page.waitForFunction(() => document.querySelector("wall-topo").editor, null, { timeout: 180_000 });
+  await told(page);
+  const wall = page.locator("wall-topo");
+  const press = async (name) => {
+    await wall.getByRole("button", { name, exact: true }).click();
+    await told(page);
+  };
+  const pick = async (label, option) => {
+    await wall.getByLabel(label, { exact: true }).selectOption(option);
+    await told(page);
+  };
+  const write = async (label, value) => {
+    await wall.getByLabel(label, { exact: true }).fill(value);
+    await wall.getByLabel(label, { exact: true }).blur();
+    await told(page);
+  };
+  const saved = (words = "Saved and written") =>
+    page.waitForFunction(
+      (said) => document.querySelector("wall-topo").shadowRoot.querySelector(".edit").textContent.includes(said),
+      words,
+      { timeout: 180_000 },
+    );
+  return { ...opened, wall, press, pick, write, saved };
+}
+
+const hold = (page, id) => ask(page, (el, number) => el.holds.find((one) => one.id === number) ?? null, id);
+const route = (page, id) => ask(page, (el, number) => el.routes.find((one) => one.id === number) ?? null, id);
+
+/** Draw a finger over the picture, from a place a little to the right. */
+async function draw(page, at) {
+  await page.mouse.move(at.x, at.y);
+  await page.mouse.down();
+  await page.mouse.move(at.x + 4, at.y);
+  await page.mouse.up();
+  await told(page);
+}
+
+/** Whose the surface is at a point of the page. */
+const under = (page, at) =>
+  ask(
+    page,
+    (el, { x, y }) => {
+      const box = el.shadowRoot.querySelector("canvas").getBoundingClientRect();
+      return el.pickAt(x - box.left, y - box.top);
+    },
+    at,
+  );
 
 /** Corrections by hand. */
 export const editing = {
-  async "edits are made, undone and saved beside the scan"(browser, { edit, shots }) {
-    const { page, log, close } = await open(browser, edit, { width: 1200, height: 800 });
-    const wall = page.locator("wall-topo");
-    const route = (id) => ask(page, (el, hold) => el.holds.find((h) => h.id === hold)?.route, id);
-    await wall.getByRole("button", { name: "Check 1" }).click();
+  async "edits are made, undone, saved and undone after that"(browser, { edit, shots }) {
+    const { page, log, close, wall, press, pick, write, saved } = await editor(browser, edit);
+    await press("Check 1");
     assert.equal(await ask(page, (el) => el.selectedHold), 2, "the hold that the scan was not sure of");
-    await wall.getByRole("button", { name: "It is right" }).click();
+    await press("It is right");
     assert.equal(await wall.getByRole("button", { name: "Check" }).count(), 0);
     await ask(page, (el) => el.home());
     await settle(page);
     await tapHold(page, 5);
-    const before = await route(5);
-    await wall.getByLabel("Route", { exact: true }).selectOption("1");
-    assert.equal(await route(5), 1);
-    await wall.getByRole("button", { name: "Undo" }).click();
-    assert.equal(await route(5), before);
-    await wall.getByLabel("Colour", { exact: true }).selectOption("green");
-    await wall.getByLabel("Type", { exact: true }).selectOption("crimp");
+    const before = (await hold(page, 5)).route;
+    await pick("Route", "1");
+    assert.equal((await hold(page, 5)).route, 1);
+    await page.keyboard.press("Control+z");
+    await told(page);
+    assert.equal((await hold(page, 5)).route, before);
+    await page.keyboard.press("Control+y");
+    await told(page);
+    assert.equal((await hold(page, 5)).route, 1);
+    await press("Undo");
+    await press("Redo");
+    await page.keyboard.press("Control+Shift+z");
+    await press("Undo");
+    assert.equal((await hold(page, 5)).route, before);
+    await pick("Colour", "green");
+    await pick("Type", "crimp");
     await page.screenshot({ path: `${shots}/edit.png` });
-    await wall.getByRole("button", { name: "Mark holds" }).click();
+    await press("Mark several");
     await tapHold(page, 2);
     await tapHold(page, 6);
-    await wall.getByRole("button", { name: "Make a route of 2" }).click();
-    assert.equal(await route(2), 5);
-    assert.equal(await route(6), 5);
+    await press("Make a route");
+    assert.deepEqual((await route(page, 5)).holds.toSorted(), [2, 6]);
     await wall.locator('[data-route="3"]').click();
-    await wall.getByLabel("Name").fill("<b>Heron</b>");
-    await page.keyboard.press("Tab");
-    await wall.getByLabel("Merge with").selectOption("4");
+    await write("Name", "<b>Heron</b>");
+    await write("Grade", "6b");
+    await write("Setter", "Anna");
+    await write("Set on", "2026-03-01");
+    await pick("Merge with", "4");
     assert.equal(await ask(page, (el) => el.routes.length), 4);
+    const { name, grade, setter, date } = await route(page, 3);
+    assert.deepEqual([name, grade, setter, date], ["<b>Heron</b>", "6b", "Anna", "2026-03-01"]);
+    await press("Save");
+    await saved();
+    fine(log);
+    await close();
+
+    const again = await editor(browser, edit);
+    assert.equal((await route(again.page, 3)).name, "<b>Heron</b>", "the page was written");
+    await again.page.keyboard.press("Control+z");
+    await told(again.page);
+    assert.ok(await route(again.page, 4), "the merge of the last time is undone");
+    await again.page.keyboard.press("Control+y");
+    await told(again.page);
+    assert.equal(await route(again.page, 4), null);
+    fine(again.log);
+    await again.close();
+    const plain = await open(browser, edit.split("?")[0]);
+    await ask(plain.page, (el) => el.selectRoute(3));
+    assert.match(await text(plain.page, ".card"), /<b>Heron<\/b>6b · .*Anna · 1 March 2026/, "a visitor reads what the setter wrote");
+    await plain.close();
+  },
+
+  async "each hold of a route is start, top, zone, foot or hand"(browser, { edit, shots }) {
+    const { page, log, close, wall, press } = await editor(browser, edit);
+    const flags = () => ask(page, (el) => [...el.shadowRoot.querySelectorAll(".flag")].map((flag) => flag.textContent).sort());
+    await tapHold(page, 11);
+    await press("Start");
+    assert.ok((await route(page, (await hold(page, 11)).route)).start.includes(11));
+    await press("Zone");
+    assert.deepEqual((await route(page, (await hold(page, 11)).route)).zone, [11]);
+    assert.ok((await flags()).includes("Zone"));
+    await page.screenshot({ path: `${shots}/edit-roles.png` });
+    await press("Foot");
+    assert.ok((await route(page, (await hold(page, 11)).route)).footholds.includes(11));
+    await press("Hand");
+    const last = await route(page, (await hold(page, 11)).route);
+    for (const ids of [last.start, last.top, last.zone, last.footholds]) assert.ok(!ids.includes(11));
+    assert.equal(await wall.getByRole("button", { name: "Hand", exact: true }).getAttribute("aria-pressed"), "true");
+    fine(log);
+    await close();
+  },
+
+  async "what is no hold can be taken back, from the list and on the wall"(browser, { edit }) {
+    const { page, log, close, wall, press } = await editor(browser, edit);
+    const count = await ask(page, (el) => el.holds.length);
+    const at = await placeOf(page, 9);
     await tapHold(page, 9);
-    await wall.getByRole("button", { name: "Not a hold" }).click();
-    assert.equal(await ask(page, (el) => el.holds.length), 11);
+    await press("Not a hold");
+    assert.equal(await ask(page, (el) => el.holds.length), count - 1);
+    assert.equal(await under(page, at), 0, "its surface is the wall's");
+    await press("Left out 1");
+    await wall.locator(".left-out button").click();
+    await settle(page);
+    await press("It is a hold");
+    assert.equal(await under(page, await placeOf(page, 9)), 9);
+    await page.keyboard.press("Control+z");
+    await told(page);
+    assert.equal(await hold(page, 9), null);
+    await ask(page, (el) => el.home());
+    await settle(page);
+    await page.mouse.click(at.x, at.y);
+    await press("It is a hold");
+    assert.equal(await ask(page, (el) => el.selectedHold), 9);
+    fine(log);
+    await close();
+  },
+
+  async "the brush gives surface to a hold and to the wall"(browser, { edit }) {
+    const { page, log, close, press } = await editor(browser, edit);
     await tapHold(page, 7);
-    await wall.getByRole("button", { name: "Paint" }).click();
     const at = await ask(page, (el) => {
       const box = el.shadowRoot.querySelector("canvas").getBoundingClientRect();
-      const place = el.project([el.holds.find((h) => h.id === 7).position[0], 0, 1.25]);
+      const { position, size_m } = el.holds.find(({ id }) => id === 7);
+      const place = el.project([position[0], 0, position[2] + 0.5 * size_m + 0.06]);
       return { x: box.left + place.x, y: box.top + place.y };
     });
-    await page.mouse.move(at.x, at.y);
-    await page.mouse.down();
-    await page.mouse.move(at.x + 4, at.y);
-    await page.mouse.up();
+    assert.equal(await under(page, at), 0, "beside the hold is the wall");
+    await press("Paint");
+    await ask(page, (el) => {
+      const brush = el.shadowRoot.querySelector(".edit input");
+      brush.value = 8;
+      brush.dispatchEvent(new Event("input"));
+    });
+    await draw(page, at);
+    assert.equal(await under(page, at), 7, "what was painted is the hold's");
+    await press("Erase");
+    await draw(page, at);
+    assert.equal(await under(page, at), 0, "what was erased is the wall's");
+    await press("Undo");
+    assert.equal(await under(page, at), 7);
+    await press("Undo");
+    assert.equal(await under(page, at), 0);
+    assert.equal(await ask(page, (el) => el.stage.strokes.children.length), 0, "no ball is left over the wall");
+    fine(log);
+    await close();
+  },
+
+  async "a hold is cut in two, and joined again"(browser, { edit }) {
+    const { page, log, close, press } = await editor(browser, edit);
+    const count = () => ask(page, (el) => el.holds.length);
+    const before = await count();
+    const [x, , z] = (await hold(page, 4)).position;
+    const drawn = (dx) =>
+      ask(page, (el, place) => {
+        const box = el.shadowRoot.querySelector("canvas").getBoundingClientRect();
+        const at = el.project(place);
+        return { x: box.left + at.x, y: box.top + at.y };
+      }, [x + dx, -0.05, z]);
+    const [left, right] = [await drawn(-0.1), await drawn(0.1)];
+    await tapHold(page, 4);
+    await press("Cut in two");
+    for (const at of [left, right]) {
+      await page.mouse.click(at.x, at.y);
+      await told(page);
+    }
+    assert.equal(await count(), before + 1);
+    const parts = [await drawn(0)].map(({ x: px, y }) => [{ x: px, y: y - 12 }, { x: px, y: y + 12 }])[0];
+    const ids = [await under(page, parts[0]), await under(page, parts[1])];
+    assert.ok(ids.includes(4) && ids[0] !== ids[1] && ids[0] > 0 && ids[1] > 0, `above ${ids[0]}, below ${ids[1]}`);
+    await press("Mark several");
+    for (const at of parts) await page.mouse.click(at.x, at.y);
+    await press("Join to one hold");
+    assert.equal(await count(), before);
+    assert.equal(await under(page, parts[0]), await under(page, parts[1]));
+    fine(log);
+    await close();
+  },
+
+  async "the editor is for fingers, keys and screen readers too"(browser, { edit, shots }) {
+    const { page, log, close, press } = await editor(browser, edit, { width: 390, height: 844, phone: true, locale: "de-DE" });
+    await ask(page, (el) => el.selectHold(5));
     await settle(page);
-    const ball = () => ask(page, (el) => el.stage.strokes.children.at(-1)?.material.color.getHexString());
-    assert.equal(await ball(), "28963c", "the ball has the hold's colour");
-    await wall.getByRole("button", { name: "Erase" }).click();
-    await page.mouse.click(at.x, at.y + 5);
-    assert.equal(await ball(), "ffffff");
-    await page.mouse.click(at.x, at.y + 9);
-    const balls = () => ask(page, (el) => el.stage.strokes.children.length);
-    const count = await balls();
-    await wall.getByRole("button", { name: "Undo" }).click();
-    assert.equal(await balls(), count - 1, "undo takes the stroke away");
-    await settle(page);
-    await wall.getByRole("button", { name: "Save", exact: true }).click();
-    await page.waitForFunction(() =>
-      document.querySelector("wall-topo").shadowRoot.querySelector(".toast").textContent.includes("Saved"),
+    await page.screenshot({ path: `${shots}/edit-phone.png` });
+    assert.deepEqual(await graveFindings(page), []);
+    const low = await ask(page, (el) =>
+      [...el.shadowRoot.querySelectorAll(".edit button, .card button, .card select, .card input, .card summary")]
+        .filter((control) => control.checkVisibility() && control.getBoundingClientRect().height < 40)
+        .map((control) => control.outerHTML),
     );
+    assert.deepEqual(low, [], "too low for a finger");
+    // Tab leads through the bar and out of it, and a mode can be left with the key that chose it.
+    await page.locator("wall-topo").getByRole("button", { name: "Mehrere markieren" }).focus();
+    await page.keyboard.press("Enter");
+    assert.match(await text(page, ".card"), /0 Griffe markiert/);
+    await page.keyboard.press("Enter");
+    const seen = new Set();
+    for (let k = 0; k < 60; k++) {
+      await page.keyboard.press("Tab");
+      seen.add(await ask(page, (el) => el.shadowRoot.activeElement?.closest(".edit, .card, .side, .tools")?.className ?? "outside"));
+    }
+    assert.ok(seen.has("outside") && [...seen].some((place) => place.startsWith("side")), `Tab stays in ${[...seen]}`);
+    await press("Malen");
+    assert.match(await text(page, ".toast"), /Zuerst den Griff wählen/);
     fine(log);
     await close();
   },
 
   async "of two tabs, the second to save is told"(browser, { edit }) {
-    const tabs = [await open(browser, edit), await open(browser, edit)];
-    for (const [k, { page }] of tabs.entries()) {
-      const wall = page.locator("wall-topo");
+    const tabs = [await editor(browser, edit), await editor(browser, edit)];
+    for (const [k, { page, pick, press }] of tabs.entries()) {
       await tapHold(page, 12);
-      await wall.getByLabel("Type", { exact: true }).selectOption(["sloper", "pinch"][k]);
-      await wall.getByRole("button", { name: "Save", exact: true }).click();
-      const said = ["Saved", "Not saved: other edits were saved"][k];
-      await page.waitForFunction(
-        (words) => document.querySelector("wall-topo").shadowRoot.querySelector(".toast").textContent.includes(words),
-        said,
-      );
+      await pick("Type", ["sloper", "pinch"][k]);
+      await press("Save");
+      if (k === 0) await tabs[0].saved();
     }
-    const again = await open(browser, edit);
-    const type = (page) => ask(page, (el) => el.holds.find((hold) => hold.id === 12).type);
-    await again.page.waitForFunction(() => document.querySelector("wall-topo").holds.some(({ type }) => type === "sloper"));
-    assert.equal(await type(again.page), "sloper", "the first is kept");
+    await tabs[1].page.waitForFunction(() =>
+      document.querySelector("wall-topo").shadowRoot.querySelector(".toast").textContent.includes("Not saved: other edits were saved"),
+    );
+    const again = await editor(browser, edit);
+    assert.equal((await hold(again.page, 12)).type, "sloper", "the first is kept");
     for (const tab of [...tabs, again]) await tab.close();
   },
 

@@ -40,9 +40,9 @@ const visited = (page, x, y) =>
       stage.pick(px, py);
       const { ray } = stage.ray;
       const [seen, point] = [{ boxes: 0, triangles: 0, of: 0 }, ray.origin.clone()];
-      for (const { bvh, index } of stage.preparePicking()) {
-        seen.of += index.length / 3;
-        bvh.shapecast({
+      for (const tree of stage.picking.trees) {
+        seen.of += tree.geometry.index.count / 3;
+        tree.shapecast({
           intersectsBounds: (box) => (seen.boxes++, ray.intersectBox(box, point) !== null),
           intersectsTriangle: () => void seen.triangles++,
         });

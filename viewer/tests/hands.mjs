@@ -22,6 +22,16 @@ async function pinch(page, { x, y }, from, to) {
   await send("touchEnd", []);
 }
 
+/** Two taps a tenth of a second apart, however busy this machine is. */
+async function tapTwice(page, at) {
+  const client = await page.context().newCDPSession(page);
+  const began = Date.now() / 1000;
+  for (const [k, type] of ["touchStart", "touchEnd", "touchStart", "touchEnd"].entries()) {
+    const touchPoints = type === "touchStart" ? [at] : [];
+    await client.send("Input.dispatchTouchEvent", { type, touchPoints, timestamp: began + 0.05 * k });
+  }
+}
+
 export const hands = {
   async "two fingers zoom, two taps look closer"(browser, { disk }) {
     const { page, log, close } = await open(browser, disk, PHONE);
@@ -34,8 +44,7 @@ export const hands = {
     assert.equal((await state(page)).hold, null, "a pinch chose a hold");
     await ask(page, (wall) => wall.home());
     await settle(page);
-    await page.touchscreen.tap(at.x, at.y);
-    await page.touchscreen.tap(at.x, at.y);
+    await tapTwice(page, at);
     await arrive(page);
     const looked = await camera(page);
     assert.ok(distance(looked) < 0.8 * distance(whole), "two taps did not look closer");

@@ -116,6 +116,11 @@ export const page = {
       const tables = { holds: new Map(rows), routes: new Map([...Array(routes).keys()].map((id) => [id, {}])) };
       assert.equal(said.wallFacts(tables), text.replaceAll(", ", " · "));
     }
+    const { speak } = await source("languages/index.ts");
+    for (const code of ["de", "cs", "fr"]) {
+      const { reasons } = speak([code]);
+      assert.deepEqual(Object.keys(reasons).sort(), words.reasons.toSorted(), `${code}: why something is left out`);
+    }
   },
 
   async "a foothold has one name"(browser, { odd }) {

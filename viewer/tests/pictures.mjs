@@ -1,8 +1,11 @@
 // node tests/pictures.mjs INDEX.html OUT.jpg [whole|route|phone|phone-route] [route id]
+// node tests/pictures.mjs ADDRESS OUT.jpg edit HOLD
 // node tests/pictures.mjs --readme GYM SPRAYWALL [FOLDER]
 //
 // Pictures of a finished scan's page for the README, as JPEG below 200 kB.
 //   whole: 1280 x 720, the wall as it opens;  route: the same, one route lit and framed;
+//   edit: the same of a page in edit mode (the address that `walltopo view --edit` shows), with a hold
+//   chosen and its photos open;
 //   phone: 390 x 844 at two pixels a point, as it opens;  phone-route: the route lit.
 // Without an id the route with the most holds is lit. The heading is the scan folder's name.
 // --readme takes all of the README's pictures of two scan folders into FOLDER (docs/pictures).
@@ -13,7 +16,7 @@ import { pathToFileURL } from "node:url";
 import { arrive, ask, open, ready, start } from "./browser.mjs";
 
 const MOST_BYTES = 200_000;
-const KINDS = ["whole", "route", "phone", "phone-route"];
+const KINDS = ["whole", "route", "edit", "phone", "phone-route"];
 const README = [
   ["gym", "whole", "viewer-gym-a.jpg"],
   ["gym", "route", "viewer-gym-a-route.jpg"],
@@ -26,7 +29,8 @@ const README = [
 async function take(browser, source, out, kind, id) {
   const phone = kind.startsWith("phone");
   const size = phone ? { width: 390, height: 844, phone, scale: 2 } : { width: 1280, height: 720 };
-  const { page, close } = await open(browser, pathToFileURL(resolve(source)).href, size);
+  const url = kind === "edit" ? source : pathToFileURL(resolve(source)).href;
+  const { page, close } = await open(browser, url, size);
   await ready(page, "detail");
   if (kind.endsWith("route")) {
     await ask(
@@ -37,6 +41,13 @@ async function take(browser, source, out, kind, id) {
       },
       id === undefined ? null : Number(id),
     );
+  }
+  if (kind === "edit") {
+    await page.waitForFunction(() => document.querySelector("wall-topo").editor?.session.busy === false);
+    await ask(page, (wall, hold) => wall.selectHold(hold), Number(id));
+    const photos = page.locator("wall-topo").locator(".photos");
+    await photos.locator("summary").click();
+    await photos.locator("img").first().waitFor();
   }
   await arrive(page);
   await page.waitForTimeout(300); // the words that were said fade

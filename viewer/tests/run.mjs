@@ -10,11 +10,13 @@ import { foreign } from "./foreign.mjs";
 import { frames } from "./frames.mjs";
 import { hands } from "./hands.mjs";
 import { page } from "./page.mjs";
+import { resets } from "./reset.mjs";
+import { tasks } from "./tasks.mjs";
 
 const places = JSON.parse(readFileSync(process.argv[2], "utf8"));
 const only = process.argv[3];
 const browser = await start();
-for (const [name, check] of Object.entries({ ...checks, ...hands, ...frames, ...editing, ...foreign, ...page, ...borders })) {
+for (const [name, check] of Object.entries({ ...checks, ...hands, ...frames, ...editing, ...foreign, ...page, ...borders, ...tasks, ...resets })) {
   if (only && !name.includes(only)) continue;
   let problem = "";
   const began = Date.now();

@@ -2,11 +2,12 @@
 //
 // How long until the wall is seen on a weak device, simulated: Chromium's own throttling slows the
 // page's main thread and its network (by default four times slower, 9 Mbit/s and 170 ms: a cheap phone
-// on common 4G). The page is served over HTTP, text compressed as any web server does.
-// Prints, in milliseconds from the request of the page: script: the viewer runs; first: the first
-// tier is drawn; pick: the trees for picking are built; detail: the finer tier is drawn; longest:
-// the longest time in which the page could not answer a finger. Bytes are those of the bodies
-// over the wire: what the first tier needs, and all.
+// on common 4G; 0 Mbit/s: no limit). The page is served over HTTP, text compressed as any web server does.
+// Prints, from the request of the page: when the viewer runs, when the first tier is drawn, when the
+// trees for picking are built, when the finer tier is drawn; the longest task, by its processor time
+// without the throttling, times the slowdown (tests/tasks.mjs), which other work on this machine
+// changes least, and by the clock; the bytes of the bodies over the wire: what the first tier needs, and
+// all; and this machine's load: beyond the number of its processors times by the clock say little.
 //
 // It does NOT say how fast a phone draws: here a frame is drawn in software by this computer, which
 // is slower than any phone's GPU, and that drawing is not slowed down. What it shows is the work of
@@ -14,15 +15,18 @@
 
 import { createReadStream, statSync } from "node:fs";
 import { createServer } from "node:http";
+import { loadavg } from "node:os";
 import { dirname, extname, join, resolve } from "node:path";
 import { createGzip } from "node:zlib";
 import { open, start } from "./browser.mjs";
+import { tasksOf } from "./tasks.mjs";
 
 const [source, slowdown = "4", megabits = "9", latency = "170"] = process.argv.slice(2);
 if (!source) {
   process.stderr.write("usage: node tests/weak.mjs INDEX.html [CPU slowdown] [Mbit/s] [round trip ms]\n");
   process.exit(2);
 }
+const limited = Number(megabits) > 0;
 const root = dirname(resolve(source));
 const TYPES = { ".html": "text/html", ".js": "text/javascript", ".glb": "model/gltf-binary" };
 const sent = {};
@@ -49,7 +53,7 @@ function watch() {
     if (wall?.shadowRoot) window.times.script ??= performance.now();
     const tier = wall?.getAttribute("data-ready");
     if (tier) window.times[tier] ??= performance.now();
-    if (wall?.stage?.pickers) window.times.pick ??= performance.now();
+    if (wall?.stage?.picking?.trees.length) window.times.pick ??= performance.now();
   };
   new MutationObserver(note).observe(document, { subtree: true, attributes: true, childList: true });
   setInterval(note, 5);
@@ -67,9 +71,9 @@ try {
     await client.send("Network.enable");
     await client.send("Network.emulateNetworkConditions", {
       offline: false,
-      latency: Number(latency),
-      downloadThroughput: (Number(megabits) * 1e6) / 8,
-      uploadThroughput: 1e6 / 8,
+      latency: limited ? Number(latency) : 0,
+      downloadThroughput: limited ? (Number(megabits) * 1e6) / 8 : -1,
+      uploadThroughput: limited ? 1e6 / 8 : -1,
     });
     await client.send("Emulation.setCPUThrottlingRate", { rate: Number(slowdown) });
   };
@@ -80,10 +84,20 @@ try {
   await stands("detail");
   await page.waitForFunction(() => window.times.pick);
   const times = await page.evaluate(() => window.times);
-  for (const key of Object.keys(times)) times[key] = Math.round(times[key]);
   const all = Object.values(sent).reduce((sum, count) => sum + count, 0);
   const later = Object.entries(sent).find(([name]) => name.endsWith("detail.glb"))?.[1] ?? 0;
-  process.stdout.write(`${JSON.stringify({ ...times, bytes_first: all - later, bytes_all: all })}\n`);
+  // A second load, after its bytes were counted.
+  const [longest] = await tasksOf(browser, url, { width: 390, height: 844, phone: true });
+  const seconds = (milliseconds) => `${(milliseconds / 1000).toFixed(1)} s`;
+  const megabytes = (bytes) => `${(bytes / 1e6).toFixed(2)} MB`;
+  const network = limited ? `${megabits} Mbit/s, ${latency} ms` : "no limit of the network";
+  process.stdout.write(
+    `${slowdown} times slower, ${network}, load ${loadavg()[0].toFixed(0)}:\n` +
+      `viewer runs after ${seconds(times.script)}, first tier drawn after ${seconds(times.first)}, ` +
+      `picking ready after ${seconds(times.pick)}, finer tier drawn after ${seconds(times.detail)}\n` +
+      `longest task ${Math.round(longest * slowdown)} ms of processor time, by the clock ${Math.round(times.longest)} ms\n` +
+      `${megabytes(all - later)} before the wall is seen, ${megabytes(all)} in all\n`,
+  );
 } finally {
   await browser.close();
   server.close();

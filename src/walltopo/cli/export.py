@@ -181,6 +181,7 @@ def _merge(args: argparse.Namespace) -> int:
     from walltopo.export.wall import read_wall
     from walltopo.scans.artifacts import store_artifact
     from walltopo.scans.folder import ScanFolder
+    from walltopo.scans.holds import Holds
     from walltopo.scans.in_words import count_words
     from walltopo.scans.routes import Routes
 
@@ -195,8 +196,9 @@ def _merge(args: argparse.Namespace) -> int:
         walls = join_textures([read_wall(scan) for scan in scans], out.texture)
         wall = merge_walls(walls, args.near, args.output.resolve().name)
         made = export_wall(wall, ExportSettings(), Path(scratch), Silent())
-        for name in ("holds", "glb", "page_assets", "page"):
+        for name in ("glb", "page_assets", "page"):
             store_artifact(out, name, getattr(made, name))
+        store_artifact(out, "holds", Holds(metric=wall.metric, holds=tuple(wall.holds)))
         store_artifact(out, "routes", Routes(routes=tuple(wall.routes)))
     page = ScanFolder(args.output).page
     console.print(

@@ -65,7 +65,12 @@ def _view(args: argparse.Namespace) -> int:
     def tell(text: str) -> None:
         error_console.print(text, soft_wrap=True)
 
-    server = Server(args.scan, args.port, args.edit, args.host, args.embed, tell)
+    desk = None
+    if args.edit:
+        from walltopo.desk.desk import Desk
+
+        desk = Desk(ScanFolder(args.scan))
+    server = Server(args.scan, args.port, args.host, args.embed, tell, desk)
     console.print(server.url, style="bold", soft_wrap=True)
     for line in server.notes():
         console.print(line, soft_wrap=True)

@@ -8,14 +8,14 @@ from typing import Annotated
 from walltopo.core import Mesh, about, check_settings
 from walltopo.scans.attributes import Attributes
 from walltopo.scans.cutouts import Cutouts
-from walltopo.scans.edits import HoldEdits
 from walltopo.scans.holds import Holds
-from walltopo.scans.instances import InstanceRecords, InstanceTable
+from walltopo.scans.instances import InstanceTable
 from walltopo.scans.made import Made
 from walltopo.scans.manifest import Metrics
 from walltopo.scans.model import SparseModel
 from walltopo.scans.photo_list import PhotoList
 from walltopo.scans.photo_set import PhotoSet
+from walltopo.scans.relabelled import Relabelled
 from walltopo.scans.routes import Routes
 from walltopo.scans.scale import Scale
 from walltopo.scans.texture import TextureImage, TextureUv
@@ -69,16 +69,16 @@ class WallReads:
     texture: TextureImage
     texture_uv: TextureUv
     instances: InstanceTable
-    instance_records: InstanceRecords
-    attributes: Attributes
     routes: Routes
-    hold_edits: HoldEdits
+    holds: Holds
+    relabelled: Relabelled | None
 
 
 @dataclass(frozen=True)
 class Reads(WallReads):
     """What the stage is given: the wall, and what the report tells besides."""
 
+    attributes: Attributes
     photos: PhotoSet
     photo_list: PhotoList
     sparse: SparseModel
@@ -89,7 +89,6 @@ class Reads(WallReads):
 class Writes:
     """What the stage makes."""
 
-    holds: Holds
     glb: Made
     page_assets: Made
     page: Made

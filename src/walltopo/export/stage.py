@@ -14,7 +14,6 @@ from walltopo.export.tiers import TierBuilder
 from walltopo.export.wall import Wall, wall_of
 from walltopo.export.webpage import write_page, write_tier
 from walltopo.scans.context import Context
-from walltopo.scans.holds import Holds
 from walltopo.scans.made import Made
 from walltopo.scans.manifest import Metrics
 
@@ -31,7 +30,6 @@ class Exported:
     metrics : sizes (MB) and triangles of all tiers.
     """
 
-    holds: Holds
     glb: Made
     page_assets: Made
     page: Made
@@ -42,7 +40,7 @@ class Exported:
 def export_wall(
     wall: Wall, settings: ExportSettings, scratch: Path, progress: Progress
 ) -> Exported:
-    """`holds.json`, `wall.glb` and the page with its tiers, made in `scratch`."""
+    """`wall.glb` and the page with its tiers, made in `scratch`."""
     metrics: Metrics = {}
     builder = TierBuilder(wall, settings)
     if not available():
@@ -66,7 +64,6 @@ def export_wall(
     write_tier(assets, "first", made("first", "first"))
     write_page(page, assets, wall.title)
     return Exported(
-        Holds(metric=wall.metric, holds=tuple(wall.holds)),
         Made(glb),
         Made(assets),
         Made(page),
@@ -76,7 +73,7 @@ def export_wall(
 
 
 def run(reads: Reads, settings: ExportSettings, context: Context) -> Writes:
-    """The table of holds, `wall.glb`, the page with its assets, and the report.
+    """`wall.glb`, the page with its assets, and the report.
 
     Metrics: sizes in megabytes and triangles of each tier, counts of holds and routes.
 
@@ -100,4 +97,4 @@ def run(reads: Reads, settings: ExportSettings, context: Context) -> Writes:
         "volumes": volumes,
         "routes": len(wall.routes),
     }
-    return Writes(made.holds, made.glb, made.page_assets, made.page, Made(report), metrics)
+    return Writes(made.glb, made.page_assets, made.page, Made(report), metrics)

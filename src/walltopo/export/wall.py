@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,10 +12,8 @@ from numpy.typing import NDArray
 from walltopo.core import InputError, Mesh
 from walltopo.export.contract import WallReads
 from walltopo.scans.artifacts import load_artifact
-from walltopo.scans.edits import Stroke, apply_strokes
 from walltopo.scans.folder import ScanFolder
-from walltopo.scans.holds import HoldRow, hold_rows
-from walltopo.scans.instances import InstanceTable
+from walltopo.scans.holds import HoldRow
 from walltopo.scans.routes import Route
 from walltopo.scans.texture import TextureUv
 
@@ -61,23 +58,6 @@ class Wall:
             raise InputError("texture: texture.png and texture.npz must come together")
 
 
-def _corrected(
-    mesh: Mesh,
-    table: InstanceTable,
-    strokes: Sequence[Stroke],
-    lifted: Collection[int],
-    kept: Sequence[int],
-) -> NDArray[np.int32]:
-    """The labels after a setter's strokes, without the holds that were deleted.
-
-    Strokes of holds that were deleted afterwards count too, as in `classify`: they took
-    triangles from other holds before they went.
-    """
-    known = [stroke for stroke in strokes if stroke.hold == 0 or stroke.hold in lifted]
-    painted = apply_strokes(mesh, table.face_instance, known)
-    return np.where(np.isin(painted, kept), painted, 0).astype(np.int32)
-
-
 def wall_of(reads: WallReads, title: str) -> Wall:
     """The wall of a scan.
 
@@ -87,15 +67,16 @@ def wall_of(reads: WallReads, title: str) -> Wall:
     """
     mesh = reads.mesh
     reads.instances.check_fits(mesh)
-    scores = {record.id: record.score for record in reads.instance_records.instances}
-    holds = reads.attributes.instances
-    kept = [hold.id for hold in holds]
+    labels = reads.instances.face_instance
+    if reads.relabelled is not None:
+        labels = reads.relabelled.on(labels)
+    shown = np.isin(labels, [hold.id for hold in reads.holds.holds])
     return Wall(
         mesh=mesh,
-        face_instance=_corrected(mesh, reads.instances, reads.hold_edits.strokes, scores, kept),
+        face_instance=np.where(shown, labels, 0).astype(np.int32),
         uv=reads.texture_uv.uv,
         texture=reads.texture.path,
-        holds=list(hold_rows(holds, scores, reads.routes.routes)),
+        holds=list(reads.holds.holds),
         routes=list(reads.routes.routes),
         metric=reads.scale.metric,
         title=title,

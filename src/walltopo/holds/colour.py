@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.holds.light import SceneLight
 from walltopo.holds.observations import HoldView
 from walltopo.holds.palette import Entry, cluster_colours, name_of
 from walltopo.imaging.oklab import features
 from walltopo.imaging.srgb import linear_from_srgb8, srgb8_from_linear
+from walltopo.scans.light import SceneLight
 
-__all__ = ["Coloured", "HoldPaint", "assign_colours", "find_palette", "paint_over_views"]
+__all__ = [
+    "Coloured",
+    "HoldPaint",
+    "assign_colours",
+    "find_palette",
+    "paint_over_views",
+    "with_white",
+]
 
 Floats = NDArray[np.float64]
 
@@ -72,8 +79,8 @@ def paint_over_views(
 ) -> dict[int, HoldPaint]:
     """Each hold's colour under one light: the weighted median over its best views.
 
-    The photo's gain and the light that falls on the wall around the hold are divided out.
-    Then all holds are scaled together so that the brightest paint has `WHITE_LEVEL`.
+    The photo's gain and the light that falls on the wall around the hold are divided out; all
+    holds are scaled together by the light's `white` (`with_white`).
 
     Parameters
     ----------
@@ -84,21 +91,23 @@ def paint_over_views(
         best = sorted(seen, key=lambda view: (-view.quality, view.photo))[:MOST_VIEWS]
         local = float(light.at(positions[hold][None])[0])
         rows = np.array([view.linear * np.exp(-light.gain[view.photo] - local) for view in best])
+        rows *= light.white or 1.0
         weights = np.array([view.quality for view in best])
         paints[hold] = HoldPaint(_weighted_median(rows, weights), rows, weights)
-    return _to_white_level(paints, light.wall)
+    return paints
 
 
-def _to_white_level(paints: dict[int, HoldPaint], wall: float) -> dict[int, HoldPaint]:
+def with_white(
+    light: SceneLight, views: Mapping[int, Sequence[HoldView]], positions: Mapping[int, Floats]
+) -> SceneLight:
+    """The light with the factor that gives the scan's brightest paint `WHITE_LEVEL`."""
+    paints = paint_over_views(views, replace(light, white=1.0), positions)
     if not paints:
-        return paints
+        return replace(light, white=1.0)
     luminance = [float(p.linear @ np.array([0.2126, 0.7152, 0.0722])) for p in paints.values()]
     # Holds that are all darker than the wall have no white one among them.
-    factor = WHITE_LEVEL / max(float(np.percentile(luminance, 98)), wall, 1e-6)
-    return {
-        hold: HoldPaint(paint.linear * factor, paint.views * factor, paint.weights)
-        for hold, paint in paints.items()
-    }
+    white = WHITE_LEVEL / max(float(np.percentile(luminance, 98)), light.wall, 1e-6)
+    return replace(light, white=white)
 
 
 def _rgb(linear: Floats) -> tuple[int, int, int]:

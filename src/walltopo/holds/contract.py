@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from walltopo.core import Mesh, about, check_settings
-from walltopo.scans.attributes import Attributes
+from walltopo.scans.attributes import RawAttributes
 from walltopo.scans.cutouts import Cutouts
-from walltopo.scans.edits import HoldEdits
 from walltopo.scans.instances import InstanceRecords, InstanceTable
+from walltopo.scans.light import SceneLight
 from walltopo.scans.manifest import Metrics
 from walltopo.scans.model import SparseModel
 from walltopo.scans.photo_set import PhotoSet
@@ -127,13 +127,13 @@ class Reads:
     mesh: Mesh
     instances: InstanceTable
     instance_records: InstanceRecords
-    hold_edits: HoldEdits
 
 
 @dataclass(frozen=True)
 class Writes:
     """What the stage makes."""
 
-    attributes: Attributes
+    attributes_raw: RawAttributes
+    light: SceneLight
     cutouts: Cutouts
     metrics: Metrics

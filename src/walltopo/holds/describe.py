@@ -11,12 +11,13 @@ from walltopo.holds.colour import Coloured
 from walltopo.holds.contract import ClassifySettings
 from walltopo.holds.cutouts import best_views
 from walltopo.holds.geometry import Shape
-from walltopo.holds.light import TINT_RADIUS, SceneLight
+from walltopo.holds.light import TINT_RADIUS
 from walltopo.holds.observations import HoldView
 from walltopo.holds.palette import Entry
 from walltopo.holds.relief import Relief
 from walltopo.holds.types import shipped_model
 from walltopo.scans.attributes import UNKNOWN, Hold, Role
+from walltopo.scans.light import SceneLight
 
 __all__ = ["describe", "with_tints", "with_types"]
 

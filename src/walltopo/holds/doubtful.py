@@ -19,17 +19,15 @@ from walltopo.holds.cutouts import best_views
 from walltopo.holds.flatness import flat_instances, measure_rises
 from walltopo.holds.geometry import Shape
 from walltopo.holds.observations import HoldView
-from walltopo.scans.attributes import Hold, LeftOut
-from walltopo.scans.edits import HoldEdit, find_hold
+from walltopo.scans.attributes import Doubtful, Hold
 from walltopo.scans.instances import InstanceRecords, InstanceTable
 from walltopo.scans.scale import Plate, Scale
 from walltopo.scans.units import unit_of_sizes
 
 __all__ = [
     "Lifted",
-    "admitted",
     "doubtful",
-    "left_out_rows",
+    "left_out",
     "on_plates",
 ]
 
@@ -114,37 +112,17 @@ def on_plates(positions: Mapping[int, NDArray[np.float64]], plates: Sequence[Pla
     return found
 
 
-def admitted(
-    holds: Sequence[Hold],
-    doubts: Mapping[int, str],
-    edits: Sequence[HoldEdit],
-    unit: float,
-) -> tuple[list[Hold], list[Hold]]:
-    """The holds to show and those to leave out: in `doubts`, and not kept by a setter.
-
-    A setter keeps one by `"kept": true` in `holds.edits.json`.
-    """
-    doubtful_ones = [hold for hold in holds if hold.id in doubts]
-    found = (find_hold(doubtful_ones, e.at, e.id, unit) for e in edits if e.kept)
-    kept = {hold.id for hold in found if hold is not None}
-    shown = [hold for hold in holds if hold.id not in doubts or hold.id in kept]
-    return shown, [hold for hold in doubtful_ones if hold.id not in kept]
-
-
-def left_out_rows(
+def left_out(
     holds: Sequence[Hold],
     scores: Mapping[int, float],
     doubts: Mapping[int, str],
     seen: Mapping[int, Sequence[HoldView]],
-) -> tuple[list[LeftOut], dict[int, list[HoldView]]]:
-    """The list `left_out` of `attributes.json`, the surest first, and the cutouts to keep of it."""
-    ranked = sorted(holds, key=lambda hold: (-scores[hold.id], hold.id))
-    rows = []
-    for hold in ranked:
-        shown = hold.rounded()
-        score, reason = round(scores[hold.id], 4), doubts[hold.id]
-        rows.append(
-            LeftOut(hold.id, hold.kind, shown.position, shown.size, hold.photos, score, reason)
-        )
+) -> tuple[list[Doubtful], dict[int, list[HoldView]]]:
+    """The holds that are in `doubts`, the surest first, and the cutouts to keep of them."""
+    ranked = sorted(
+        (hold for hold in holds if hold.id in doubts),
+        key=lambda hold: (-scores[hold.id], hold.id),
+    )
+    rows = [Doubtful(hold.rounded(), round(scores[hold.id], 4), doubts[hold.id]) for hold in ranked]
     cutouts = {h.id: best_views(seen.get(h.id, ()), CUTOUTS_OF_DOUBTFUL) for h in ranked}
     return rows, cutouts

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, View
 from walltopo.holds.contract import ClassifySettings
-from walltopo.holds.light import SceneLight, solve_light
+from walltopo.holds.light import solve_light
 from walltopo.holds.observations import HoldView, load_photo, look, wall_patches
+from walltopo.scans.light import SceneLight
 from walltopo.scans.photo_set import PhotoSet
 
 __all__ = ["observe"]

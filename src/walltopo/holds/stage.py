@@ -6,27 +6,28 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from walltopo.core import Mesh, Progress, View
-from walltopo.holds.colour import Coloured, assign_colours, find_palette, paint_over_views
+from walltopo.holds.colour import (
+    Coloured,
+    assign_colours,
+    find_palette,
+    paint_over_views,
+    with_white,
+)
 from walltopo.holds.contract import ClassifySettings, Reads, Writes
 from walltopo.holds.cutouts import best_views, write_cutouts
 from walltopo.holds.describe import describe, with_tints, with_types
-from walltopo.holds.doubtful import Lifted, admitted, doubtful, left_out_rows
+from walltopo.holds.doubtful import Lifted, doubtful, left_out
 from walltopo.holds.downclimb import with_downclimbs
-from walltopo.holds.edits import apply_hold_edits
 from walltopo.holds.geometry import Shape, measure_shapes
-from walltopo.holds.light import SceneLight
 from walltopo.holds.observations import HoldView
 from walltopo.holds.observe import observe
 from walltopo.holds.palette import Entry, read_palette
 from walltopo.holds.relief import reliefs
 from walltopo.holds.verdicts import classifier_of, followed, with_class_colours
-from walltopo.scans.attributes import UNKNOWN, Attributes, Hold, PaletteColour
+from walltopo.scans.attributes import UNKNOWN, Hold, PaletteColour, RawAttributes
 from walltopo.scans.context import Context
-from walltopo.scans.edits import HoldEdit, Stroke, apply_strokes
+from walltopo.scans.light import SceneLight
 from walltopo.scans.manifest import Metrics
 from walltopo.scans.photo_set import PhotoSet
 from walltopo.scans.units import unit_of
@@ -40,7 +41,7 @@ class _Wall:
 
     Parameters
     ----------
-    lifted : the instances, with a setter's strokes; shapes : of those that have triangles.
+    lifted : the instances; shapes : of those that have triangles.
     doubts : ids of the instances that are no holds, and why.
     metric : whether lengths are metres.
     """
@@ -61,29 +62,13 @@ class _Looks:
     light: SceneLight
 
 
-def _painted(
-    mesh: Mesh,
-    face_instance: NDArray[np.int32],
-    kinds: Mapping[int, str],
-    strokes: Sequence[Stroke],
-    progress: Progress,
-) -> NDArray[np.int32]:
-    """The labels after a setter's strokes; strokes of holds that are gone are left out."""
-    known = [stroke for stroke in strokes if stroke.hold == 0 or stroke.hold in kinds]
-    if len(known) < len(strokes):
-        progress.note(f"{len(strokes) - len(known)} strokes paint holds that are not there")
-    return apply_strokes(mesh, face_instance, known)
-
-
-def _read_wall(reads: Reads, settings: ClassifySettings, progress: Progress) -> _Wall:
+def _read_wall(reads: Reads, settings: ClassifySettings) -> _Wall:
     reads.instances.check_fits(reads.mesh)
     lifted = Lifted.of(reads.instances, reads.instance_records)
-    strokes = reads.hold_edits.strokes
-    labels = _painted(reads.mesh, lifted.face_instance, lifted.kinds, strokes, progress)
     # What is guessed says nothing of a hold's size, place and colour.
-    mesh, labels = reads.mesh.without_guesses(), labels[reads.mesh.measured]
-    lifted = replace(lifted, face_instance=labels)
-    shapes = measure_shapes(mesh, labels, sorted(lifted.kinds))
+    mesh = reads.mesh.without_guesses()
+    lifted = replace(lifted, face_instance=lifted.face_instance[reads.mesh.measured])
+    shapes = measure_shapes(mesh, lifted.face_instance, sorted(lifted.kinds))
     doubts = doubtful(reads.scale, mesh, lifted, shapes, settings)
     return _Wall(reads.sparse.views, mesh, lifted, shapes, doubts, reads.scale.metric)
 
@@ -94,7 +79,8 @@ def _read_photos(
     labels = wall.lifted.face_instance
     seen, light = observe(wall.views, photos, wall.mesh, labels, settings, progress)
     known = {number: rows for number, rows in sorted(seen.items()) if number in wall.shapes}
-    return _Looks(known, light)
+    places = {number: shape.position for number, shape in wall.shapes.items()}
+    return _Looks(known, with_white(light, known, places))
 
 
 def _colours(
@@ -113,21 +99,15 @@ def _colours(
     return entries, assign_colours(paints, entries, **scale)
 
 
-def _with_roles_and_edits(
-    holds: list[Hold],
-    edits: Sequence[HoldEdit],
-    unit: float,
-    settings: ClassifySettings,
-    progress: Progress,
+def _with_downclimbs(
+    holds: list[Hold], unit: float, settings: ClassifySettings, progress: Progress
 ) -> list[Hold]:
-    """Downclimb holds where nobody named any, then a setter's corrections."""
-    if settings.downclimb == "auto" and not any(hold.role == "downclimb" for hold in holds):
-        holds, jugs = with_downclimbs(holds, unit)
-        if jugs:
-            progress.note(f"taken for downclimb holds, of no route: {', '.join(jugs)}")
-    holds, lost = apply_hold_edits(holds, edits, unit)
-    for line in lost:
-        progress.note(f"holds.edits.json: {line}")
+    """With downclimb holds, where nobody named any."""
+    if settings.downclimb != "auto" or any(hold.role == "downclimb" for hold in holds):
+        return holds
+    holds, jugs = with_downclimbs(holds, unit)
+    if jugs:
+        progress.note(f"taken for downclimb holds, of no route: {', '.join(jugs)}")
     return holds
 
 
@@ -137,39 +117,41 @@ def run(reads: Reads, settings: ClassifySettings, context: Context) -> Writes:
     Metrics: holds, volumes, colours, holds with a type, holds to review, holds that no photo
     shows, instances left out as doubtful, cutouts.
     """
-    progress, edits = context.progress, reads.hold_edits.holds
+    progress = context.progress
     classifier = classifier_of(settings)
     palette = None
     if settings.palette:
         palette = read_palette(Path(settings.palette), settings.lightness_weight)
-    wall = _read_wall(reads, settings, progress)
+    wall = _read_wall(reads, settings)
     looks = _read_photos(reads.photos, wall, settings, progress)
     entries, colours = _colours(wall, looks, palette, settings)
     kinds, names = wall.lifted.kinds, [view.name for view in wall.views]
     described = describe(kinds, wall.shapes, colours, looks.seen, names, entries, settings)
     sure = [hold for hold in described if hold.id not in wall.doubts]
     unit = unit_of(sure, wall.metric, settings.typical_hold)
-    holds, left_out = admitted(described, wall.doubts, edits, unit)
     relief = reliefs(wall.mesh, wall.lifted.face_instance, wall.shapes, unit)
-    holds = with_tints(with_types(holds, relief), looks.light, unit)
+    described = with_tints(with_types(described, relief), looks.light, unit)
     if classifier is not None:
-        holds = followed(holds, looks.seen, classifier, settings)
+        described = followed(described, looks.seen, classifier, settings)
+    holds = [hold for hold in described if hold.id not in wall.doubts]
+    if classifier is not None:
         entries = with_class_colours(entries, holds)
-    holds = _with_roles_and_edits(holds, edits, unit, settings, progress)
-    rows, cutouts = left_out_rows(left_out, wall.lifted.scores, wall.doubts, looks.seen)
+    holds = _with_downclimbs(holds, unit, settings, progress)
+    rows, cutouts = left_out(described, wall.lifted.scores, wall.doubts, looks.seen)
     for number in looks.seen.keys() - cutouts.keys():
         cutouts[number] = best_views(looks.seen[number], settings.cutouts)
     progress.step("writing cutouts")
     kept = write_cutouts(context.scratch / "cutouts", cutouts, names)
-    attributes = Attributes(
+    attributes = RawAttributes(
         palette=tuple(PaletteColour(entry.name, entry.rgb) for entry in entries),
         instances=tuple(hold.rounded() for hold in holds),
         left_out=tuple(rows),
     )
-    return Writes(attributes, kept, _figures(attributes, progress) | {"cutouts": len(kept.index)})
+    figures = _figures(attributes, progress) | {"cutouts": len(kept.index)}
+    return Writes(attributes, looks.light, kept, figures)
 
 
-def _figures(attributes: Attributes, progress: Progress) -> Metrics:
+def _figures(attributes: RawAttributes, progress: Progress) -> Metrics:
     """What there is to count."""
     holds = attributes.instances
     unseen = [hold.id for hold in holds if not hold.photos]

@@ -41,6 +41,7 @@ COSTS: Mapping[str, Cost] = {
     "lift": Cost(18, 0.0),
     "classify": Cost(0.6, 0.98),
     "routes": Cost(0.2, 0.126),
+    "edit": Cost(0.4, 0.01),
     "export": Cost(14, 0.9),
 }
 _UNMEASURED = Cost(1, 0)  # a stage that is not in the table yet

@@ -14,7 +14,7 @@ import msgspec
 from walltopo.core import InputError
 from walltopo.core.files import as_text, files_below, hash_path, read_json, write_json
 
-__all__ = ["Ledger"]
+__all__ = ["Ledger", "stamp"]
 
 _ENDS = 4096  # bytes looked at, at both ends of a file
 
@@ -38,10 +38,10 @@ class Ledger:
 
     def hash(self, path: Path) -> str:
         """Content hash of a file, or of all files in a folder (names included); '' if absent."""
-        key, stamp = as_text(path.absolute()), _stamp(path)
+        key, now = as_text(path.absolute()), stamp(path)
         known = self._known.get(key)
-        if known is None or known[0] != stamp or not (self._trust or key in self._used):
-            known = self._known[key] = (stamp, hash_path(path))
+        if known is None or known[0] != now or not (self._trust or key in self._used):
+            known = self._known[key] = (now, hash_path(path))
         self._used.add(key)
         return known[1]
 
@@ -57,7 +57,7 @@ def _read(path: Path) -> _Entries:
         return {}
 
 
-def _stamp(path: Path) -> str:
+def stamp(path: Path) -> str:
     """What can be told of a file or folder without reading it whole."""
     digest = hashlib.blake2b(digest_size=16)
     for file in files_below(path) if path.is_dir() else [path] if path.is_file() else []:

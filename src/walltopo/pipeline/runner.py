@@ -10,12 +10,14 @@ from __future__ import annotations
 import tempfile
 import time
 import traceback
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Protocol
+
+import msgspec
 
 from walltopo.core import (
     InputError,
@@ -37,7 +39,18 @@ from walltopo.scans.context import Context
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.manifest import Manifest, Metrics, StageRecord
 
-__all__ = ["Listener", "ScanResult", "run_stage", "scan"]
+__all__ = [
+    "Listener",
+    "ScanResult",
+    "kept_settings",
+    "refresh",
+    "run_stage",
+    "scan",
+    "stale_stages",
+]
+
+
+Load = Callable[[ScanFolder, str], Any]
 
 
 class Listener(Progress, Protocol):
@@ -132,6 +145,57 @@ def scan(
         return ScanResult(folder, metrics, tuple(runner.ran))
 
 
+def kept_settings(folder: ScanFolder) -> Settings:
+    """The settings that a scan was made with.
+
+    Raises
+    ------
+    InputError : this walltopo does not know them.
+    """
+    try:
+        return msgspec.convert(Manifest.load(folder.manifest).settings, Settings)
+    except msgspec.ValidationError as error:
+        raise InputError(
+            f"{folder.manifest}: made with settings that this walltopo does not know: {error}",
+            f"Run `walltopo scan -o {folder.root}` once.",
+        ) from error
+
+
+def stale_stages(folder: ScanFolder, names: Sequence[str]) -> list[str]:
+    """Those of some stages that were run before and would run again."""
+    runner = _kept_runner(folder, load_artifact)
+    stages = [STAGES[stage_index(name)] for name in names]
+    known = [stage for stage in stages if stage.name in runner.manifest.stages]
+    return [stage.name for stage in runner.due(known, [])]
+
+
+def refresh(folder: ScanFolder, names: Sequence[str], load: Load = load_artifact) -> list[str]:
+    """Run some stages where they must be run, and no other; the names of those that ran.
+
+    Who calls it holds the folder (`workplace.held`).
+
+    Raises
+    ------
+    InputError : what they read is missing or damaged, or the settings are unknown.
+    """
+    runner = _kept_runner(folder, load)
+    try:
+        for name in names:
+            runner.run(STAGES[stage_index(name)], forced=False)
+    finally:
+        with suppress(WalltopoError):
+            runner.ledger.save()
+    return runner.ran
+
+
+def _kept_runner(folder: ScanFolder, load: Load) -> _Runner:
+    """A runner with the settings and the photos that a scan was made with."""
+    manifest = Manifest.load(folder.manifest)
+    sources = [Path(path) for path in manifest.sources]
+    ledger = Ledger(folder.work / "hashes.json")
+    return _Runner(folder, manifest, kept_settings(folder), sources, _Quiet(), ledger, load=load)
+
+
 class _Runner:
     """One pass over the stages of one folder."""
 
@@ -143,11 +207,13 @@ class _Runner:
         sources: Sequence[Path],
         listener: Listener,
         ledger: Ledger,
-        accept_changes: bool,
+        accept_changes: bool = False,
+        load: Load = load_artifact,
     ) -> None:
         self.folder, self.manifest, self.settings = folder, manifest, settings
         self.sources, self.listener, self.ledger = sources, listener, ledger
         self.accept_changes = accept_changes
+        self.load = load
         self.ran: list[str] = []
 
     def due(self, stages: Sequence[Stage], forced: Sequence[Stage]) -> list[Stage]:
@@ -231,6 +297,7 @@ class _Runner:
             self.listener,
             sources=self.sources,
             records=self.manifest.stages,
+            load=self.load,
         )
 
     def _inputs(self, stage: Stage) -> str:
@@ -286,6 +353,7 @@ def run_stage(
     *,
     sources: Sequence[Path] = (),
     records: Mapping[str, StageRecord] | None = None,
+    load: Load = load_artifact,
 ) -> Metrics:
     """Load what one stage declares, run it, store what it returns; its figures.
 
@@ -293,13 +361,14 @@ def run_stage(
     ----------
     settings : the stage's section.
     sources : what ingest reads; records : what the stages said before, for the report.
+    load : gives an artifact of a scan by its name.
 
     Raises
     ------
     InputError : something that the stage reads is missing or damaged; and whatever it raises.
     """
     stage = STAGES[stage_index(stage)] if isinstance(stage, str) else stage
-    given: dict[str, Any] = {name: load_artifact(folder, name) for name in stage.reads}
+    given: dict[str, Any] = {name: load(folder, name) for name in stage.reads}
     if stage.name == STAGES[0].name:
         given[SOURCES] = tuple(sources)
     folder.work.mkdir(parents=True, exist_ok=True)

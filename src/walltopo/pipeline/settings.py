@@ -17,6 +17,7 @@ from walltopo.core.setting import checked_value
 from walltopo.core.toml import read_toml
 from walltopo.dense.contract import DenseSettings
 from walltopo.detect.contract import DetectSettings
+from walltopo.edit.contract import EditSettings
 from walltopo.export.contract import ExportSettings
 from walltopo.holds.contract import ClassifySettings
 from walltopo.lifting.contract import LiftParams
@@ -44,6 +45,7 @@ class Settings:
     lift: LiftParams = field(default_factory=lambda: LiftParams(threshold=0.4, least_support=0.05))
     classify: ClassifySettings = field(default_factory=ClassifySettings)
     routes: RoutesSettings = field(default_factory=RoutesSettings)
+    edit: EditSettings = field(default_factory=EditSettings)
     export: ExportSettings = field(default_factory=ExportSettings)
 
     def as_dict(self) -> dict[str, dict[str, Any]]:

@@ -83,9 +83,10 @@ STAGES = (
     Stage("texture", "walltopo.texture", version=2),
     Stage("detect", "walltopo.detect", version=2),
     Stage("lift", "walltopo.lifting"),
-    Stage("classify", "walltopo.holds", version=7),
-    Stage("routes", "walltopo.routes", version=4),
-    Stage("export", "walltopo.export", version=4),
+    Stage("classify", "walltopo.holds", version=8),
+    Stage("routes", "walltopo.routes", version=5),
+    Stage("edit", "walltopo.edit"),
+    Stage("export", "walltopo.export", version=5),
 )
 
 

@@ -6,6 +6,8 @@ order of the triangles: the picture does not depend on the number of threads.
 
 from __future__ import annotations
 
+import threading
+
 import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
@@ -19,6 +21,8 @@ __all__ = ["render_ids"]
 Floats = NDArray[np.float64]
 BAND_ROWS = 32
 CHUNK = 1 << 15
+# Else numba's default threading layer ends the process.
+_ONE_AT_A_TIME = threading.Lock()
 
 
 def render_ids(
@@ -41,8 +45,8 @@ def render_ids(
 
     Notes
     -----
-    Of several triangles at exactly the same depth the one with the lowest index wins. Safe to
-    call from one thread at a time (numba's default threading layer); deterministic.
+    Of several triangles at exactly the same depth the one with the lowest index wins;
+    deterministic. May be called from several threads: numba's threads serve one at a time.
     """
     faces = np.ascontiguousarray(faces, dtype=np.int32)
     local = np.ascontiguousarray(vertices, dtype=np.float64) @ cam_from_world[:, :3].T
@@ -53,9 +57,10 @@ def render_ids(
     inverse = np.zeros((camera.height, camera.width), dtype=np.float64)
     if len(triangles):
         bands = (camera.height + BAND_ROWS - 1) // BAND_ROWS
-        first, last = _band_range(screen, triangles, camera.width, camera.height)
-        starts, order = _sort_into_bands(first, last, bands)
-        _draw_bands(screen, triangles, starts, order, face_id, inverse)
+        with _ONE_AT_A_TIME:
+            first, last = _band_range(screen, triangles, camera.width, camera.height)
+            starts, order = _sort_into_bands(first, last, bands)
+            _draw_bands(screen, triangles, starts, order, face_id, inverse)
         if owner is not None:
             drawn = face_id >= 0
             face_id[drawn] = owner[face_id[drawn]]

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from walltopo.core import Mesh, SettingsError, about, check_settings
-from walltopo.scans.attributes import Attributes
-from walltopo.scans.edits import RouteEdits
+from walltopo.scans.attributes import RawAttributes
 from walltopo.scans.manifest import Metrics
 from walltopo.scans.routes import Routes
 from walltopo.scans.scale import Scale
@@ -110,13 +109,12 @@ class Reads:
 
     mesh: Mesh
     scale: Scale
-    attributes: Attributes
-    route_edits: RouteEdits
+    attributes_raw: RawAttributes
 
 
 @dataclass(frozen=True)
 class Writes:
     """What the stage makes."""
 
-    routes: Routes
+    routes_raw: Routes
     metrics: Metrics

@@ -10,9 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.scans.attributes import Hold
+from walltopo.scans.bounds import Rgb
+from walltopo.scans.edits import RoleName
 from walltopo.scans.routes import Ambiguous, Route
 
-__all__ = ["describe_route", "memberships", "route_facts"]
+__all__ = ["STRONGEST", "colour_of", "describe_route", "memberships", "route_facts", "usual_size"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -103,35 +105,75 @@ def memberships(links: Floats, group: Ints) -> Floats:
     return np.divide(fit, total, out=np.zeros_like(fit), where=total > 0)
 
 
+def usual_size(holds: Sequence[Hold]) -> float:
+    """The median size of a scan's holds, by which a foothold is small; 0 where none is known."""
+    sizes = [hold.size for hold in holds if hold.role == "hold" and hold.size > 0]
+    return float(np.median(sizes)) if sizes else 0.0
+
+
+def colour_of(holds: Sequence[Hold]) -> tuple[str, Rgb]:
+    """The colour that most of the holds have, and what it looks like: the median of theirs."""
+    names = [hold.colour for hold in holds]
+    name = max(sorted(set(names)), key=names.count)
+    paints = [hold.colour_rgb for hold in holds if hold.colour == name]
+    red, green, blue = np.median(paints, axis=0).round().astype(int).tolist()
+    return name, (red, green, blue)
+
+
 def describe_route(
     number: int,
-    colour: str,
     holds: Sequence[Hold],
-    median_size: float,
-    ambiguous: Mapping[int, Mapping[int, float]],
-    name: str = "",
+    usual: float,
+    ambiguous: Mapping[int, Mapping[int, float]] | None = None,
+    roles: Mapping[int, RoleName] | None = None,
 ) -> Route:
     """The route of a group of holds: ordered, with its start, top, footholds and facts.
 
-    Footholds are holds typed so, or of unknown type and far smaller than the median hold;
+    Footholds are holds typed so, or of unknown type and far smaller than the usual hold;
     where a route has nothing else, all its holds count as hand holds.
+
+    Parameters
+    ----------
+    usual : `usual_size` of the scan.
+    ambiguous : hold id to its probability by route id.
+    roles : what a setter says of a hold, also of volumes, which are not among `holds`. Each entry
+        is about its own hold: what is found for the others stays.
     """
+    said = roles or {}
     ordered = bottom_to_top(holds)
-    feet = [hold for hold in ordered if _is_foothold(hold, median_size)]
-    hands = [hold for hold in ordered if hold not in feet]
-    if not hands:
-        feet, hands = [], ordered
+    found = _found_roles(ordered, usual)
+    known = [hold.id for hold in ordered]
+    known += [hold for hold in said if hold not in known]
+
+    def having(role: RoleName) -> tuple[int, ...]:
+        return tuple(
+            hold for hold in known if said.get(hold) == role or hold in found[role] - said.keys()
+        )
+
+    feet = having("foot")
+    hands = [hold for hold in ordered if hold.id not in feet] or ordered
+    colour, rgb = colour_of(ordered)
     return Route(
         id=number,
         colour=colour,
+        colour_rgb=rgb,
         holds=tuple(hold.id for hold in ordered),
-        name=name,
-        start=_start(hands),
-        top=(hands[-1].id,),
-        footholds=tuple(hold.id for hold in feet),
+        start=having("start"),
+        top=having("top"),
+        zone=having("zone"),
+        footholds=feet,
         ambiguous=tuple(
             Ambiguous(hold, {str(route): round(p, 3) for route, p in shares.items()})
-            for hold, shares in ambiguous.items()
+            for hold, shares in (ambiguous or {}).items()
         ),
         **route_facts(ordered, hands),
     )
+
+
+def _found_roles(ordered: Sequence[Hold], usual: float) -> dict[RoleName, set[int]]:
+    """Ids of start, top and footholds of holds from bottom to top."""
+    feet = {hold.id for hold in ordered if _is_foothold(hold, usual)}
+    hands = [hold for hold in ordered if hold.id not in feet]
+    if not hands:
+        feet, hands = set(), list(ordered)
+    return {"start": set(_start(hands)), "top": {hands[-1].id}, "foot": feet, "zone": set()}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,15 +11,13 @@ from numpy.typing import NDArray
 from walltopo.core import Mesh, Progress, Silent
 from walltopo.imaging.srgb import linear_from_srgb8
 from walltopo.routes.contract import Reads, RoutesSettings, Writes
-from walltopo.routes.edits import RouteBook, apply_route_edits
 from walltopo.routes.geodesic import pair_lengths
 from walltopo.routes.grouping import Grouping, group_by_paint, group_holds
-from walltopo.routes.order import describe_route, memberships
+from walltopo.routes.order import describe_route, memberships, usual_size
 from walltopo.routes.paint import FLATTEN, RESOLUTION, balanced_paint
 from walltopo.routes.proxy import PROXY_FACES, build_proxy
 from walltopo.scans.attributes import UNKNOWN, Hold
 from walltopo.scans.context import Context
-from walltopo.scans.edits import RouteEdits
 from walltopo.scans.routes import Route, Routes
 from walltopo.scans.units import unit_of
 
@@ -64,7 +62,6 @@ def find_routes(
     settings: RoutesSettings,
     *,
     metric: bool = True,
-    edits: RouteEdits | None = None,
     progress: Progress | None = None,
 ) -> tuple[list[Route], list[int]]:
     """Group holds into routes.
@@ -75,7 +72,6 @@ def find_routes(
     Parameters
     ----------
     metric : the scan is in metres; else see `units.unit_of`.
-    edits : a setter's corrections , put on after the grouping.
 
     Returns
     -------
@@ -85,17 +81,16 @@ def find_routes(
     progress = progress or Silent()
     unit = unit_of(holds, metric, settings.typical_hold)
     climbed = [hold for hold in holds if hold.role == "hold" and hold.colour != UNKNOWN]
-    book, links = RouteBook({}), np.zeros((0, 0))
+    route_of: dict[int, int] = {}
+    links = np.zeros((0, 0))
     if climbed:
         progress.step("paths between holds", len(climbed))
         grouping = _group(mesh, climbed, settings, unit)
         progress.advance(len(climbed))
         links = grouping.similarity
-        book = RouteBook(_numbered(climbed, grouping.group, settings.min_holds))
-    for line in apply_route_edits(book, holds, edits or RouteEdits(), unit):
-        progress.note(f"routes.edits.toml: {line}")
-    routes = _describe(holds, climbed, links, book, settings)
-    unrouted = [h.id for h in holds if h.role == "hold" and h.id not in book.route_of]
+        route_of = _numbered(climbed, grouping.group, settings.min_holds)
+    routes = _describe(holds, climbed, links, route_of, settings)
+    unrouted = [h.id for h in holds if h.role == "hold" and h.id not in route_of]
     return routes, sorted(unrouted)
 
 
@@ -128,28 +123,20 @@ def _describe(
     holds: Sequence[Hold],
     climbed: Sequence[Hold],
     links: Floats,
-    book: RouteBook,
+    route_of: Mapping[int, int],
     settings: RoutesSettings,
 ) -> list[Route]:
-    by_id = {hold.id: hold for hold in holds}
-    group = np.array([book.route_of.get(hold.id, 0) for hold in climbed], dtype=np.int64)
+    group = np.array([route_of.get(hold.id, 0) for hold in climbed], dtype=np.int64)
     shares = memberships(links, group)
-    row_of = {hold.id: row for row, hold in enumerate(climbed)}
-    sizes = [hold.size for hold in holds if hold.role == "hold" and hold.size > 0]
-    median = float(np.median(sizes)) if sizes else 0.0
+    usual = usual_size(holds)
     routes = []
-    for number in sorted(set(book.route_of.values())):
-        members = [by_id[hold] for hold in book.members(number)]
+    for number in sorted(set(route_of.values())):
+        rows = np.flatnonzero(group == number).tolist()
         ambiguous: dict[int, dict[int, float]] = {}
-        for hold in members:
-            row = row_of.get(hold.id)
-            if row is not None and hold.id not in book.decided:
-                likely = _plausible(shares[row], number, settings.ambiguous_above)
-                ambiguous |= {hold.id: likely} if likely else {}
-        colours = [hold.colour for hold in members]
-        colour = book.colours.get(number) or max(sorted(set(colours)), key=colours.count)
-        name = book.names.get(number, "")
-        routes.append(describe_route(number, colour, members, median, ambiguous, name))
+        for row in rows:
+            likely = _plausible(shares[row], number, settings.ambiguous_above)
+            ambiguous |= {climbed[row].id: likely} if likely else {}
+        routes.append(describe_route(number, [climbed[row] for row in rows], usual, ambiguous))
     return routes
 
 
@@ -165,17 +152,16 @@ def _plausible(shares: Floats, own: int, above: float) -> dict[int, float]:
 
 
 def run(reads: Reads, settings: RoutesSettings, context: Context) -> Writes:
-    """Group the holds into routes and put a setter's corrections on.
+    """Group the holds into routes.
 
     Metrics: routes, holds in a route, holds without one, ambiguous holds, volumes.
     """
-    holds = reads.attributes.instances
+    holds = reads.attributes_raw.instances
     routes, unrouted = find_routes(
         reads.mesh,
         holds,
         settings,
         metric=reads.scale.metric,
-        edits=reads.route_edits,
         progress=context.progress,
     )
     volumes = sorted(hold.id for hold in holds if hold.role == "volume")

@@ -1,4 +1,4 @@
-"""`attributes.json`: what `classify` found of each instance."""
+"""`attributes.json`: what is known of each hold; `work/attributes.json`: before any edit."""
 
 from __future__ import annotations
 
@@ -9,13 +9,21 @@ import msgspec
 from msgspec.structs import replace
 
 from walltopo.core import InputError
-from walltopo.scans.bounds import Coordinate, Label, Level, Share
+from walltopo.scans.bounds import Coordinate, Label, Rgb, Share
 from walltopo.scans.document import Document
 
-__all__ = ["UNKNOWN", "Attributes", "Hold", "LeftOut", "PaletteColour", "Role"]
+__all__ = [
+    "UNKNOWN",
+    "Attributes",
+    "Doubtful",
+    "Hold",
+    "LeftOut",
+    "PaletteColour",
+    "RawAttributes",
+    "Role",
+]
 
 Point = tuple[Coordinate, Coordinate, Coordinate]
-Rgb = tuple[Level, Level, Level]
 
 UNKNOWN = "unknown"  # the colour or type of a hold that nothing tells
 # `hold` is climbed as part of one route; `volume` belongs to every route, `downclimb` to none.
@@ -111,6 +119,46 @@ class LeftOut(msgspec.Struct, frozen=True):
     photos: tuple[str, ...]
     score: Share
     reason: str
+
+
+class Doubtful(msgspec.Struct, frozen=True):
+    """An instance that is shown as no hold, with all that is known of it.
+
+    Parameters
+    ----------
+    hold : what it would be; score : of the instance; reason : why it is left out.
+    """
+
+    hold: Hold
+    score: Share
+    reason: str
+
+    def row(self) -> LeftOut:
+        """Its row in `attributes.json`."""
+        hold = self.hold.rounded()
+        return LeftOut(
+            hold.id,
+            hold.kind,
+            hold.position,
+            hold.size,
+            hold.photos,
+            round(self.score, 4),
+            self.reason,
+        )
+
+
+class RawAttributes(Document, frozen=True, kw_only=True):
+    """`work/attributes.json`: what `classify` found, before any edit.
+
+    Parameters
+    ----------
+    palette, instances : see `Attributes`.
+    left_out : instances that are too doubtful to be holds, the surest first.
+    """
+
+    palette: tuple[PaletteColour, ...] = ()
+    instances: tuple[Hold, ...]
+    left_out: tuple[Doubtful, ...] = ()
 
 
 class Attributes(Document, frozen=True, kw_only=True):

@@ -10,13 +10,24 @@ import msgspec
 from walltopo.core import InputError
 from walltopo.core.picture_size import MOST_SIDE
 
-__all__ = ["Coordinate", "Count", "FileName", "Label", "Level", "Share", "Side", "check_once"]
+__all__ = [
+    "Coordinate",
+    "Count",
+    "FileName",
+    "Label",
+    "Level",
+    "Rgb",
+    "Share",
+    "Side",
+    "check_once",
+]
 
 Label = Annotated[int, msgspec.Meta(ge=0, le=2**31 - 1)]  # an id as arrays hold it; 0 = none
 Count = Annotated[int, msgspec.Meta(ge=0, le=2**62)]
 Level = Annotated[int, msgspec.Meta(ge=0, le=255)]
 Share = Annotated[float, msgspec.Meta(ge=0, le=1)]
 Side = Annotated[int, msgspec.Meta(ge=1, le=MOST_SIDE)]  # of a picture, pixels
+Rgb = tuple[Level, Level, Level]  # sRGB
 # No wall reaches so far, and squares of it are still exact enough.
 Coordinate = Annotated[float, msgspec.Meta(ge=-1e6, le=1e6)]
 # The class that has one calls `check_name` on it.

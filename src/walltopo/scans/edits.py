@@ -1,86 +1,95 @@
-"""A setter's corrections: `holds.edits.json` and `routes.edits.toml`.
+"""`edits.json`: a setter's corrections, an ordered log.
 
-Ids may change from scan to scan, places hardly do: so every hold is given by its id and its
-position (`at`, metres, world frame), and every route by its id and the position of one of its
-holds. Whoever applies an edit looks for the place first and falls back to the id (`find_hold`).
+    {"version": 2, "edits": [{"do": "remove", "hold": {"id": 7, "at": [1.2, -0.1, 2.0]}}, ...]}
 
-`holds.edits.json`::
+The log is replayed from what the scan found, from its first entry to its last, every time anew: so
+an entry counts once, in its place, and to take the last one back is to drop it.
 
-    {"version": 1,
-     "holds": [{"id": 7, "at": [x, y, z], "colour": "red", "type": "jug", "deleted": true}],
-     "strokes": [{"hold": 7, "at": [x, y, z], "radius_m": 0.03}]}
-
-`routes.edits.toml`, applied from top to bottom within each kind, in this order of kinds::
-
-    version = 1
-    [[merge]]                      # both become one route, under the first one's id
-    routes = [3, 5]
-    at = [[x, y, z], [x, y, z]]    # a hold of each
-    [[split]]                      # these holds leave their route and make one of their own
-    route = 3
-    holds = [12, 14]
-    at = [[x, y, z], [x, y, z]]    # of the holds
-    [[assign]]                     # this hold belongs to that route; route 0: to none
-    hold = 12
-    at = [x, y, z]
-    route = 4
-    route_at = [x, y, z]           # a hold of the route
-    [[rename]]
-    route = 4
-    at = [x, y, z]                 # a hold of the route
-    name = "The Owl"
-    [[colour]]
-    route = 4
-    at = [x, y, z]
-    colour = "red"
+Ids may change from scan to scan, places hardly do. So every hold is given by its id and its
+position (metres, world frame; as it was when the entry was made), every route by its id and the
+position of one of its holds; who replays the log looks for the place first (`walltopo.edit.find`).
 """
 
 from __future__ import annotations
 
-import json
-from collections.abc import Sequence
+from datetime import date
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import msgspec
-import numpy as np
-from numpy.typing import NDArray
 
-from walltopo.core import Mesh
-from walltopo.core.files import atomic_path, write_json
-from walltopo.core.toml import read_toml
-from walltopo.scans.attributes import Hold
+from walltopo.core.files import write_json
 from walltopo.scans.bounds import Coordinate, Label
-from walltopo.scans.document import parse, read_document
+from walltopo.scans.document import read_document
 
 __all__ = [
+    "LARGEST_REGION",
+    "MOST",
+    "Add",
     "Assign",
-    "HoldEdit",
-    "HoldEdits",
+    "Cut",
+    "Edit",
+    "EditLog",
+    "Join",
+    "Keep",
     "Merge",
-    "Recolour",
-    "Rename",
-    "RouteEdits",
+    "Paint",
+    "Place",
+    "Radius",
+    "Ref",
+    "Remove",
+    "RoleName",
+    "SetHold",
+    "SetRole",
+    "SetRoute",
     "Split",
-    "Stroke",
-    "apply_strokes",
-    "find_hold",
+    "Text",
+    "check_text",
 ]
 
-REACH = 0.12  # metres: a hold this near to the place is the one that was meant
-FAR = 0.5  # metres: beyond it even the right id is another hold
-
-MOST = 50_000  # entries of a list; the largest wall has some thousand holds
+MOST = 50_000  # entries; the largest wall has some thousand holds
+LARGEST_REGION = 1.5  # metres: radius of the largest volume that may be added by a tap
 
 Text = Annotated[str, msgspec.Meta(max_length=200)]
+LongText = Annotated[str, msgspec.Meta(max_length=4000)]
+# Or empty; the class that has one checks it.
+Date = Annotated[str, msgspec.Meta(max_length=10, extra={"is": "date"})]
 Radius = Annotated[float, msgspec.Meta(gt=0, lt=10)]
 Place = tuple[Coordinate, Coordinate, Coordinate]
-Labels = Annotated[tuple[Label, ...], msgspec.Meta(max_length=MOST)]
-Places = Annotated[tuple[Place, ...], msgspec.Meta(max_length=MOST)]
+RoleName = Literal["start", "top", "zone", "foot", "hand"]
+
+
+def check_text(name: str, value: str) -> None:
+    """Refuse half a surrogate pair, which is no text: no file can hold it."""
+    try:
+        value.encode("utf-8")
+    except UnicodeEncodeError as error:
+        raise ValueError(f"`{name}` has half a character at {error.start}") from error
+
+
+class Ref(msgspec.Struct, frozen=True, omit_defaults=True, forbid_unknown_fields=True):
+    """A hold, or a route.
+
+    Parameters
+    ----------
+    id : its id when the entry was made; 0: none, where an entry allows it.
+    at : the hold's position then; of a route: that of a hold of it. Without it the id alone counts.
+    """
+
+    id: Label
+    at: Place | None = None
+
+
+Refs = Annotated[tuple[Ref, ...], msgspec.Meta(min_length=1, max_length=MOST)]
 
 
 class _Edit(
-    msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True
+    msgspec.Struct,
+    frozen=True,
+    kw_only=True,
+    omit_defaults=True,
+    forbid_unknown_fields=True,
+    tag_field="do",
 ):
     """An entry; what was not given is not written."""
 
@@ -88,188 +97,140 @@ class _Edit(
         for name in self.__struct_fields__:
             value = getattr(self, name)
             if isinstance(value, str):
-                _check_text(name, value)
+                check_text(name, value)
 
 
-def _check_text(name: str, value: str) -> None:
-    """Half a surrogate pair is no text: neither file can hold it."""
-    try:
-        value.encode("utf-8")
-    except UnicodeEncodeError as error:
-        raise ValueError(f"`{name}` has half a character at {error.start}") from error
+class SetHold(_Edit, frozen=True, kw_only=True, tag="hold"):
+    """Any of a hold's colour, type and class."""
 
-
-def _check_pairs(what: str, ids: Labels, at: Places) -> None:
-    """Each id with its place: one without the other would be dropped when the edit is applied."""
-    if len(ids) != len(at):
-        raise ValueError(f"`{what}` has {len(ids)} ids, but `at` has {len(at)} places")
-
-
-class HoldEdit(_Edit, frozen=True, kw_only=True):
-    """A correction of one hold: any of its colour, type and class; or that it is none
-    (`deleted`), or that a doubtful instance is one after all (`kept`)."""
-
-    id: Label
-    at: Place
+    hold: Ref
     colour: Text | None = None
     type: Text | None = None
     kind: Literal["hold", "volume"] | None = msgspec.field(name="class", default=None)
-    deleted: bool = False
-    kept: bool = False
 
 
-class Stroke(_Edit, frozen=True, kw_only=True):
-    """A ball: the triangles whose centroid lies in it go to the hold (0: to the wall)."""
+class Remove(_Edit, frozen=True, kw_only=True, tag="remove"):
+    """This is no hold."""
 
-    hold: Label
+    hold: Ref
+
+
+class Keep(_Edit, frozen=True, kw_only=True, tag="keep"):
+    """An instance that was left out (by the scan, or by `remove`) is a hold after all."""
+
+    hold: Ref
+
+
+class SetRole(_Edit, frozen=True, kw_only=True, tag="role"):
+    """What a hold is in its route; "hand": none of the others. It says nothing of other holds."""
+
+    hold: Ref
+    route: Ref
+    role: RoleName
+
+
+class Add(_Edit, frozen=True, kw_only=True, tag="add"):
+    """A hold that the scan missed: grows on the surface from a place to the edge of relief and
+    colour.
+
+    Parameters
+    ----------
+    hold : its new id (the highest in use + 1; 0: the next free one), and the place.
+    radius : no part of it is farther from the place, metres; `radius_m` in the file.
+    """
+
+    hold: Ref
+    radius: Annotated[float, msgspec.Meta(gt=0, le=LARGEST_REGION)] = msgspec.field(
+        name="radius_m", default=0.35
+    )
+
+
+class Paint(_Edit, frozen=True, kw_only=True, tag="paint"):
+    """A ball: the triangles whose centroid lies in it go to the hold (id 0: to the wall)."""
+
+    hold: Ref
     at: Place
     radius_m: Radius
 
 
-class Merge(_Edit, frozen=True, kw_only=True):
-    """Routes that become one, under the first one's id; `at`: a hold of each."""
+class Cut(_Edit, frozen=True, kw_only=True, tag="cut"):
+    """An instance becomes two, along the line through two places as seen from before the wall.
 
-    routes: Labels
-    at: Places
+    The larger part keeps the id, the other gets `new` (the highest in use + 1;
+    0: the next free one).
+    """
+
+    hold: Ref
+    points: tuple[Place, Place]
+    new: Label
+
+
+class Join(_Edit, frozen=True, kw_only=True, tag="join"):
+    """Instances become one, under the first one's id, with its attributes."""
+
+    holds: Refs
+
+
+class Merge(_Edit, frozen=True, kw_only=True, tag="merge"):
+    """Routes become one, under the first one's id, with its attributes."""
+
+    routes: Refs
+
+
+class Split(_Edit, frozen=True, kw_only=True, tag="split"):
+    """Holds leave their route and make one of their own, `new` (the highest in use + 1; 0: the next
+    free one)."""
+
+    route: Ref
+    holds: Refs
+    new: Label
+
+
+class Assign(_Edit, frozen=True, kw_only=True, tag="assign"):
+    """A hold belongs to a route (id 0: to none)."""
+
+    hold: Ref
+    route: Ref
+
+
+class SetRoute(_Edit, frozen=True, kw_only=True, tag="route"):
+    """Any of a route's attributes; empty text clears one. `date`: ISO, such as 2026-03-01."""
+
+    route: Ref
+    name: Text | None = None
+    colour: Text | None = None
+    grade: Text | None = None
+    setter: Text | None = None
+    description: LongText | None = None
+    date: Date | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _check_pairs("routes", self.routes, self.at)
+        if self.date:
+            try:
+                date.fromisoformat(self.date)
+            except ValueError as error:
+                raise ValueError(
+                    f"`date` is {self.date!r}, expected year-month-day such as 2026-03-01"
+                ) from error
 
 
-class Split(_Edit, frozen=True, kw_only=True):
-    """Holds that leave their route and make one of their own; `at`: of the holds."""
-
-    route: Label
-    holds: Labels
-    at: Places
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        _check_pairs("holds", self.holds, self.at)
+Edit = (
+    SetHold | Remove | Keep | SetRole | Add | Paint | Cut | Join | Merge | Split | Assign | SetRoute
+)
 
 
-class Assign(_Edit, frozen=True, kw_only=True):
-    """A hold that belongs to a route (0: to none); `route_at`: a hold of the route."""
+class EditLog(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """`edits.json`; the entries count in their order."""
 
-    hold: Label
-    at: Place
-    route: Label
-    route_at: Place | None = None
-
-
-class Rename(_Edit, frozen=True, kw_only=True):
-    """A route's name; `at`: a hold of the route."""
-
-    route: Label
-    at: Place
-    name: Text
-
-
-class Recolour(_Edit, frozen=True, kw_only=True):
-    """A route's colour; `at`: a hold of the route."""
-
-    route: Label
-    at: Place
-    colour: Text
-
-
-_AT_MOST = msgspec.Meta(max_length=MOST)
-
-
-class _Edits(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    version: Literal[1] = 1
-
-
-class HoldEdits(_Edits, frozen=True, kw_only=True):
-    """`holds.edits.json`; both lists count in their order."""
-
-    holds: Annotated[tuple[HoldEdit, ...], _AT_MOST] = ()
-    strokes: Annotated[tuple[Stroke, ...], _AT_MOST] = ()
+    version: Literal[2] = 2
+    edits: Annotated[tuple[Edit, ...], msgspec.Meta(max_length=MOST)] = ()
 
     @classmethod
-    def load(cls, path: Path) -> HoldEdits:
-        """Read; none where the file is absent. InputError names the file and the entry."""
-        return read_document(path, cls) if path.is_file() else cls()
+    def load(cls, path: Path) -> EditLog:
+        """Read and check. InputError names the file and the entry."""
+        return read_document(path, cls)
 
     def save(self, path: Path) -> None:
         """Write, atomically."""
         write_json(path, msgspec.to_builtins(self))
-
-
-class RouteEdits(_Edits, frozen=True, kw_only=True):
-    """`routes.edits.toml`."""
-
-    merge: Annotated[tuple[Merge, ...], _AT_MOST] = ()
-    split: Annotated[tuple[Split, ...], _AT_MOST] = ()
-    assign: Annotated[tuple[Assign, ...], _AT_MOST] = ()
-    rename: Annotated[tuple[Rename, ...], _AT_MOST] = ()
-    colour: Annotated[tuple[Recolour, ...], _AT_MOST] = ()
-
-    @classmethod
-    def load(cls, path: Path) -> RouteEdits:
-        """Read; none where the file is absent. InputError names the file and the entry."""
-        if not path.is_file():
-            return cls()
-        return parse(read_toml(path), cls, str(path))
-
-    def save(self, path: Path) -> None:
-        """Write, atomically."""
-        entries: dict[str, Any] = msgspec.to_builtins(self)
-        lines = ["# Corrections of routes; applied on every run of the scan.", "version = 1"]
-        for kind in ("merge", "split", "assign", "rename", "colour"):
-            for entry in entries[kind]:
-                lines += ["", f"[[{kind}]]"]
-                # JSON's strings, numbers and lists are TOML's too.
-                lines += [
-                    f"{key} = {json.dumps(v, ensure_ascii=False)}".replace("\x7f", "\\u007f")
-                    for key, v in entry.items()
-                ]
-        with atomic_path(path) as temporary:
-            temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-
-def find_hold(
-    holds: Sequence[Hold], place: Sequence[float], number: int | None, unit: float
-) -> Hold | None:
-    """The hold that a correction means, or None.
-
-    The nearest hold within `REACH` of the place; only if none is there, the id is used, and only
-    while that hold is not farther than `FAR`: after a reset it may belong to a hold at the other
-    end of the wall.
-
-    Parameters
-    ----------
-    place : (3,) metres, world frame; number : its id when the correction was made, if known.
-    unit : scan units a metre.
-    """
-    if not holds:
-        return None
-    distance = np.linalg.norm(np.array([hold.position for hold in holds]) - place, axis=1)
-    nearest = int(distance.argmin())
-    if distance[nearest] <= REACH * unit:
-        return holds[nearest]
-    for hold, far in zip(holds, distance.tolist(), strict=True):
-        if hold.id == number and far <= FAR * unit:
-            return hold
-    return None
-
-
-def apply_strokes(
-    mesh: Mesh, face_instance: NDArray[np.int32], strokes: Sequence[Stroke]
-) -> NDArray[np.int32]:
-    """Labels after painting, in the order of the strokes; the input stays as it is.
-
-    Parameters
-    ----------
-    face_instance : (F,) int32, 0 = wall.
-    """
-    labels = face_instance.copy()
-    if not strokes:
-        return labels
-    from scipy.spatial import cKDTree
-
-    tree = cKDTree(mesh.centroids)
-    for stroke in strokes:
-        labels[tree.query_ball_point(stroke.at, stroke.radius_m)] = stroke.hold
-    return labels

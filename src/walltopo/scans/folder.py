@@ -78,13 +78,33 @@ class ScanFolder:
         return self.root / "instances.json"
 
     @property
+    def attributes_raw(self) -> Path:
+        """What `classify` found of each instance (colour, type, geometry), before any edit."""
+        return self.root / "work" / "attributes.json"
+
+    @property
     def attributes(self) -> Path:
-        """`attributes.json`: per instance what `classify` found (colour, type, geometry)."""
+        """`attributes.json`: per hold its colour, type, geometry, with a setter's edits."""
         return self.root / "attributes.json"
+
+    @property
+    def light(self) -> Path:
+        """What `classify` found of the light in the photos."""
+        return self.root / "work" / "light.npz"
 
     @property
     def cutouts(self) -> Path:
         return self.root / "cutouts"
+
+    @property
+    def routes_raw(self) -> Path:
+        """The routes as they were found, before any edit."""
+        return self.root / "work" / "routes.json"
+
+    @property
+    def relabelled(self) -> Path:
+        """`relabelled.npz`: triangles whose label edits changed; absent where none."""
+        return self.root / "relabelled.npz"
 
     @property
     def routes(self) -> Path:
@@ -112,13 +132,18 @@ class ScanFolder:
         return self.root / "page"
 
     @property
+    def edits(self) -> Path:
+        """`edits.json`: a setter's corrections, replayed on every run; may be absent."""
+        return self.root / "edits.json"
+
+    @property
     def route_edits(self) -> Path:
-        """`routes.edits.toml`: a setter's corrections, applied on every run; may be absent."""
+        """`routes.edits.toml`: where corrections were before `edits.json`; may be absent."""
         return self.root / "routes.edits.toml"
 
     @property
     def hold_edits(self) -> Path:
-        """`holds.edits.json`: corrections of single holds, applied on every run; may be absent."""
+        """`holds.edits.json`: where corrections were before `edits.json`; may be absent."""
         return self.root / "holds.edits.json"
 
     @property

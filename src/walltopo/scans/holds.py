@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import msgspec
 
-from walltopo.scans.attributes import Hold, Point, Rgb, Role
-from walltopo.scans.bounds import Coordinate, Label, Share
+from walltopo.scans.attributes import Hold, Point, Role
+from walltopo.scans.bounds import Coordinate, Label, Rgb, Share
 from walltopo.scans.document import Document
 from walltopo.scans.routes import Route
 

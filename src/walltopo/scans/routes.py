@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import msgspec
 
-from walltopo.scans.bounds import Coordinate, Count, Label, Share
+from walltopo.scans.bounds import Coordinate, Count, Label, Rgb, Share
 from walltopo.scans.document import Document
 
 __all__ = ["Ambiguous", "Route", "Routes"]
@@ -24,8 +24,9 @@ class Route(msgspec.Struct, frozen=True):
     Parameters
     ----------
     id : >= 1.
-    name : given by a setter, else empty.
-    colour : the colour of its holds.
+    name, grade, setter, description : given by a setter, else empty.
+    date : when it was set, ISO (2026-03-01), given by a setter, else empty.
+    colour : the colour of its holds, or what a setter says; colour_rgb : what that looks like.
     holds : ids from bottom to top (hand holds and footholds; volumes are in no list because
         they belong to every route).
     length : of the way from hand hold to hand hold.
@@ -34,7 +35,9 @@ class Route(msgspec.Struct, frozen=True):
     largest_move : longest distance from a hand hold to the nearest lower one.
     holds_by_type : type to count.
     start, top : ids of the start (one or two holds) and of the last hold.
-    footholds : ids of holds too small for hands.
+    zone : ids of the holds that a setter made the zone.
+    footholds : ids of holds for feet alone: too small for hands, or a setter says so.
+    doubtful_start, doubtful_top : why someone should have a look; empty where all speaks for them.
     ambiguous : holds that two routes could own.
     """
 
@@ -49,8 +52,16 @@ class Route(msgspec.Struct, frozen=True):
     holds_by_type: dict[str, Count] = {}
     start: tuple[Label, ...] = ()
     top: tuple[Label, ...] = ()
+    zone: tuple[Label, ...] = ()
     footholds: tuple[Label, ...] = ()
     ambiguous: tuple[Ambiguous, ...] = ()
+    doubtful_start: str = ""
+    doubtful_top: str = ""
+    grade: str = ""
+    setter: str = ""
+    description: str = ""
+    date: str = ""
+    colour_rgb: Rgb = (128, 128, 128)
 
 
 class Routes(Document, frozen=True, kw_only=True):

@@ -19,10 +19,11 @@ from walltopo.core.files import atomic_path
 from walltopo.scans.attributes import Attributes
 from walltopo.scans.cutouts import CutoutIndex
 from walltopo.scans.detections import CocoFile
-from walltopo.scans.edits import HoldEdits, RouteEdits
+from walltopo.scans.edits import EditLog
 from walltopo.scans.holds import Holds
 from walltopo.scans.instances import InstanceRecords
 from walltopo.scans.manifest import Manifest
+from walltopo.scans.old_edits import HoldEdits, RouteEdits
 from walltopo.scans.photo_list import PhotoList
 from walltopo.scans.routes import Routes
 from walltopo.scans.scale import Scale
@@ -40,6 +41,7 @@ SCHEMAS: dict[str, type[msgspec.Struct]] = {
     "cutouts/index.json": CutoutIndex,
     "routes.json": Routes,
     "holds.json": Holds,
+    "edits.json": EditLog,
     "holds.edits.json": HoldEdits,
     "routes.edits.toml": RouteEdits,
 }

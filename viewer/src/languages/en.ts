@@ -11,8 +11,17 @@ export interface Language {
   /** Names of colours and of types of holds; others are shown as the scan wrote them. */
   colours: Record<string, string>;
   types: Record<string, string>;
+  /** Why something is left out, by what the scan says. */
+  reasons: Record<string, string>;
   counted: Record<"route" | "hold" | "volume", Forms>;
   words: typeof words;
+  edit: typeof edit & {
+    marked: (count: number) => string;
+    unreadable: (why: string) => string;
+    unshown: (why: string) => string;
+    notSaved: (why: string) => string;
+    notWritten: (why: string) => string;
+  };
   /** Sentences with something in them. */
   holdName: (colour: string, type: string) => string;
   holdLine: (id: number, where: string) => string;
@@ -40,6 +49,9 @@ const words = {
   save: "Save a picture",
   start: "Start",
   top: "Top",
+  zone: "Zone",
+  foot: "Foot",
+  hand: "Hand",
   colour: "Colour",
   type: "Type",
   size: "Size",
@@ -73,6 +85,7 @@ const words = {
   sorry: "Sorry",
   again: "Try again",
   noWebGl: "This browser cannot draw in 3D (WebGL 2 is missing or switched off).",
+  noWorker: "this page does not let the viewer start a worker (worker-src blob: in its content policy)",
   noSource: "No model was given: set the src attribute.",
   tooLarge: "the model is larger than this browser has memory for",
   interrupted: "The graphics were interrupted …",
@@ -86,16 +99,73 @@ const words = {
   clickFirst: "Click the wall to zoom with the wheel.",
 };
 
+/** Of the editor. */
+const edit = {
+  edit: "Edit",
+  undo: "Undo",
+  redo: "Redo",
+  save: "Save",
+  check: "Check",
+  checkHint: "The next hold or route that the scan was not sure of",
+  add: "Add a hold",
+  addHint: "Tap the wall where a hold is missing.",
+  several: "Mark several",
+  paint: "Paint",
+  erase: "Erase",
+  leftOut: "Left out",
+  leftOutHint: "The scan found these, but did not take them for holds. Dots on the wall show where they are.",
+  brush: "Brush, cm",
+  route: "Route",
+  none: "none",
+  role: "What it is in its route",
+  class: "Class",
+  oneHold: "hold",
+  notAHold: "Not a hold",
+  cut: "Cut in two",
+  right: "It is right",
+  name: "Name",
+  grade: "Grade",
+  setter: "Setter",
+  date: "Set on",
+  merge: "Merge with",
+  choose: "choose …",
+  description: "Description",
+  bringBack: "It is a hold",
+  markedHint: "Tap holds to mark them or not.",
+  makeRoute: "Make a route",
+  join: "Join to one hold",
+  toRoute: "Give to route",
+  photos: "Photos of this place",
+  noPhotos: "No photo shows this place.",
+  photo: "Photo of this place",
+  cutFirst: "Tap the hold where the cut shall begin.",
+  cutSecond: "Tap where the cut shall end.",
+  chooseFirst: "Choose the hold to paint first.",
+  unsaved: "Not saved",
+  saving: "Saving …",
+  writing: "Saved; the pages are being written …",
+  written: "Saved and written",
+};
+
 export const en: Language = {
   code: "en",
   colours: {},
   types: {},
+  reasons: {},
   counted: {
     route: { one: "route", other: "routes" },
     hold: { one: "hold", other: "holds" },
     volume: { one: "volume", other: "volumes" },
   },
   words,
+  edit: {
+    ...edit,
+    marked: (count) => (count === 1 ? "1 hold marked" : `${count} holds marked`),
+    unreadable: (why) => `Edits cannot be read: ${why}. Saving will not work.`,
+    unshown: (why) => `What this does cannot be shown: ${why}`,
+    notSaved: (why) => `Not saved: ${why}`,
+    notWritten: (why) => `Saved, but the pages could not be written: ${why}`,
+  },
   holdName: (colour, type) => `${colour} ${type}`.trim(),
   holdLine: (id, where) => `Hold ${id} · ${where}`,
   overhang: (degrees) => `${degrees}° overhang`,

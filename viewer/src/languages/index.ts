@@ -28,8 +28,23 @@ export function counted(count: number, what: keyof Language["counted"]): string 
   return `${count} ${form}`;
 }
 
+/** "1 March 2026", as the reader's country writes it. */
+export function day(iso: string): string {
+  const own = navigator.languages.find((wish) => wish.toLowerCase().split("-")[0] === spoken.code);
+  // A day has no time zone: as midnight in one and written in another it may be the day before.
+  return new Date(iso).toLocaleDateString(own ?? spoken.code, { dateStyle: "long", timeZone: "UTC" });
+}
+
+const formats = new Map<string, Intl.NumberFormat>();
+
 /** A number with `digits` decimals as the language writes it. */
 export function decimal(value: number, digits: number): string {
-  const format = { minimumFractionDigits: digits, maximumFractionDigits: digits, useGrouping: false };
-  return value.toLocaleString(spoken.code, format);
+  const key = `${spoken.code} ${digits}`;
+  let format = formats.get(key);
+  if (!format) {
+    // Making one takes as long as a hundred uses of it.
+    const options = { minimumFractionDigits: digits, maximumFractionDigits: digits, useGrouping: false };
+    formats.set(key, (format = new Intl.NumberFormat(spoken.code, options)));
+  }
+  return format.format(value);
 }

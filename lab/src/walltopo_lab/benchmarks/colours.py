@@ -19,7 +19,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Camera, Mesh, Silent, View
-from walltopo.holds.colour import HoldPaint, assign_colours, find_palette, paint_over_views
+from walltopo.holds.colour import (
+    HoldPaint,
+    assign_colours,
+    find_palette,
+    paint_over_views,
+    with_white,
+)
 from walltopo.holds.contract import ClassifySettings
 from walltopo.holds.geometry import measure_shapes
 from walltopo.holds.observe import observe
@@ -85,6 +91,7 @@ def paints_of(
     positions = {number: shape.position for number, shape in shapes.items()}
     seen = {number: rows for number, rows in sorted(seen.items()) if number in positions}
     volumes = {number for number, kind in kinds.items() if kind == "volume"}
+    light = with_white(light, seen, positions)
     return paint_over_views(seen, light, positions), colours, volumes
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from msgspec.structs import replace as changed
 
 from walltopo.core import Mesh, Silent
-from walltopo.holds.colour import assign_colours, find_palette, paint_over_views
+from walltopo.holds.colour import assign_colours, find_palette, paint_over_views, with_white
 from walltopo.holds.contract import ClassifySettings
 from walltopo.holds.geometry import measure_shapes
 from walltopo.holds.light import TINT_RADIUS
@@ -41,6 +41,7 @@ def holds_of(folder: Path) -> tuple[Mesh, list[Hold], dict[int, int]]:
     shapes = measure_shapes(mesh, labels, sorted(kinds))
     seen = {k: rows for k, rows in sorted(seen.items()) if k in shapes}
     places = {k: shape.position for k, shape in shapes.items()}
+    light = with_white(light, seen, places)
     paints = paint_over_views(seen, light, places)
     volumes = {k for k, kind in kinds.items() if kind == "volume"}
     palette = find_palette(paints, volumes, **scale(settings))

@@ -10,10 +10,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
+
+if TYPE_CHECKING:
+    from walltopo.scans.edits import EditLog
 
 __all__ = ["TARGETS", "Files", "Target", "seeds", "warm"]
 
@@ -252,9 +255,9 @@ def _documents() -> dict[str, Any]:
     """A whole value of each document of a scan."""
     from walltopo.scans.attributes import Attributes, Hold, LeftOut, PaletteColour
     from walltopo.scans.cutouts import Cutout, CutoutIndex
-    from walltopo.scans.edits import HoldEdit, HoldEdits, Stroke
     from walltopo.scans.holds import Holds, hold_rows
     from walltopo.scans.instances import InstanceRecord, InstanceRecords
+    from walltopo.scans.old_edits import HoldEdit, HoldEdits, Stroke
     from walltopo.scans.photo_list import Photo, PhotoList, SkippedFile
     from walltopo.scans.routes import Ambiguous, Route, Routes
     from walltopo.scans.scale import Plate, Scale
@@ -290,6 +293,7 @@ def _documents() -> dict[str, Any]:
             plates=(plate,),
         ),
         "cutouts/index.json": CutoutIndex(cutouts=(Cutout(1, "1_0.png", "a.jpg", 30, 2.0, False),)),
+        "edits.json": _log_of_all(),
         "holds.edits.json": HoldEdits(
             holds=(HoldEdit(id=1, at=at, colour="red"),),
             strokes=(Stroke(hold=1, at=at, radius_m=0.1),)
@@ -315,8 +319,9 @@ def _read_documents(folder: Path) -> object:
 
 
 def _make_edits(root: Path) -> None:
+    """The two old files; the log; what the viewer posts of it, and what older ones do."""
     from walltopo.export.server.edits import EditDocument
-    from walltopo.scans.edits import Assign, Merge, Recolour, Rename, RouteEdits, Split
+    from walltopo.scans.old_edits import Assign, Merge, Recolour, Rename, RouteEdits, Split
 
     at = (0.0, 1.0, 2.0)
     routes = RouteEdits(
@@ -326,25 +331,84 @@ def _make_edits(root: Path) -> None:
         rename=(Rename(route=1, at=at, name="Owl"),),
         colour=(Recolour(route=1, at=at, colour="red"),),
     )
-    for name in ("toml", "both"):
+    for name in ("toml", "both", "log"):
         (root / name).mkdir()
     routes.save(root / "toml" / "routes.edits.toml")
     document = EditDocument(_documents()["holds.edits.json"], routes)
     (root / "both" / "posted.json").write_bytes(msgspec.json.encode(document))
+    _log_of_all().save(root / "log" / "edits.json")
+
+
+def _log_of_all() -> EditLog:
+    """An entry of each kind."""
+    from walltopo.scans import edits as log
+
+    at = (0.0, 1.0, 2.0)
+    one = log.Ref(1, at)
+    return log.EditLog(
+        edits=(
+            log.SetHold(hold=one, colour="red", type="jug", kind="hold"),
+            log.Remove(hold=one),
+            log.Keep(hold=one),
+            log.SetRole(hold=one, route=one, role="start"),
+            log.Add(hold=log.Ref(9, at), radius=0.2),
+            log.Paint(hold=one, at=at, radius_m=0.1),
+            log.Cut(hold=one, points=(at, (1.0, 1.0, 2.0)), new=9),
+            log.Join(holds=(one, log.Ref(2, at))),
+            log.Merge(routes=(one, log.Ref(2, at))),
+            log.Split(route=one, holds=(one,), new=3),
+            log.Assign(hold=one, route=log.Ref(2, at)),
+            log.SetRoute(route=one, name="Owl", grade="6b", date="2026-03-01"),
+        )
+    )
 
 
 def _read_edits(folder: Path) -> object:
-    """What a setter wrote by hand, and what the viewer posts."""
+    """A log on a small wall; what a setter wrote by hand; what the viewer posts."""
     from walltopo.core.files import read_json
-    from walltopo.export.server.edits import edits_version, read_edits, save_edits
-    from walltopo.scans.edits import RouteEdits
+    from walltopo.export.server.edits import edits_version, read_old, save_edits
+    from walltopo.scans.edits import EditLog
     from walltopo.scans.folder import ScanFolder
+    from walltopo.scans.old_edits import HoldEdits, RouteEdits, as_log
 
     if (folder / "posted.json").is_file():
         scan = ScanFolder(folder)
         save_edits(scan, read_json(folder / "posted.json"), edits_version(scan))
-        return read_edits(scan)
-    return RouteEdits.load(folder / "routes.edits.toml")
+        return read_old(scan)
+    if (folder / "edits.json").is_file():
+        log = EditLog.load(folder / "edits.json")
+    else:
+        log = as_log(HoldEdits(), RouteEdits.load(folder / "routes.edits.toml"))
+    return _replayed(log)
+
+
+def _replayed(log: EditLog) -> object:
+    """A log on a wall of one triangle and one hold."""
+    from walltopo.core import Mesh
+    from walltopo.edit.board import Scanned
+    from walltopo.edit.contract import EditSettings
+    from walltopo.edit.replay import replay
+    from walltopo.scans.attributes import Hold, RawAttributes
+    from walltopo.scans.light import SceneLight
+    from walltopo.scans.photo_set import PhotoSet
+    from walltopo.scans.routes import Route, Routes
+
+    corners = np.array([[0, 1, 2], [0.1, 1, 2], [0, 1, 2.1]])
+    none = np.zeros((0, 3))
+    wall = Scanned(
+        mesh=Mesh(corners, np.array([[0, 1, 2]], dtype=np.int32)),
+        labels=np.array([1], dtype=np.int32),
+        scores={1: 0.5},
+        found=RawAttributes(instances=(Hold(1, "hold", colour="red", position=(0.0, 1.0, 2.0)),)),
+        routes=Routes(routes=(Route(1, colour="red", holds=(1,)),)),
+        light=SceneLight(none, none, np.zeros(0), none, 0.5, 1.0),
+        views=(),
+        photos=PhotoSet(Path("photos")),
+        metric=True,
+        unit=1.0,
+        settings=EditSettings(),
+    )
+    return replay(wall, log.edits).notes
 
 
 def _make_tables(root: Path) -> None:

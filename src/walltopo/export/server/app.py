@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable
 from http import HTTPStatus
 from pathlib import Path
+from typing import Any, TypeVar
 
 import msgspec
 from starlette.applications import Starlette
@@ -19,8 +20,20 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp
 
 from walltopo.core import EnvironmentLacksError, WalltopoError
-from walltopo.export.server.edits import EditsChangedError, read_edits, save_edits
-from walltopo.export.server.guard import EDITS, Guard, Rules, policy, problem
+from walltopo.export.server.desk import EditDesk, EditsChangedError
+from walltopo.export.server.edits import read_old, save_edits
+from walltopo.export.server.guard import (
+    EDITS,
+    PHOTOS,
+    STATE,
+    TRY,
+    Guard,
+    Rules,
+    policy,
+    problem,
+)
+from walltopo.scans.document import parse
+from walltopo.scans.edits import EditLog, Place
 from walltopo.scans.folder import ScanFolder
 
 __all__ = ["make_app"]
@@ -36,8 +49,30 @@ TYPES = {
 }
 
 
-def make_app(scan: ScanFolder, rules: Rules, tell: Callable[[str], None] | None = None) -> ASGIApp:
-    """The guarded application; `tell` gets a line about each request that failed by a defect."""
+class _Save(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A log, made on a version."""
+
+    version: str
+    edits: EditLog
+
+
+class _Try(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    edits: EditLog
+
+
+def make_app(
+    scan: ScanFolder,
+    rules: Rules,
+    desk: EditDesk | None = None,
+    tell: Callable[[str], None] | None = None,
+) -> ASGIApp:
+    """The guarded application.
+
+    Parameters
+    ----------
+    desk : where edits are tried and saved; None where there is no edit mode.
+    tell : gets a line about each request that failed by a defect.
+    """
 
     def defect(request: Request, error: Exception) -> Response:
         if tell is not None:
@@ -46,11 +81,14 @@ def make_app(scan: ScanFolder, rules: Rules, tell: Callable[[str], None] | None 
         path = request.scope["path"]
         return problem(path, HTTPStatus.INTERNAL_SERVER_ERROR, "walltopo failed here")
 
-    pages = _Pages(scan, rules)
+    pages = _Pages(scan, rules, desk)
     app = Starlette(
         routes=[
             Route(EDITS, pages.edits, methods=["GET"]),
             Route(EDITS, pages.save, methods=["POST"]),
+            Route(TRY, pages.tried, methods=["POST"]),
+            Route(STATE, pages.state, methods=["GET"]),
+            Route(PHOTOS, pages.photos, methods=["GET"]),
             Route("/{name:path}", pages.file, methods=["GET"]),
         ],
         exception_handlers={
@@ -64,11 +102,19 @@ def make_app(scan: ScanFolder, rules: Rules, tell: Callable[[str], None] | None 
 
 
 class _Pages:
-    def __init__(self, scan: ScanFolder, rules: Rules) -> None:
+    def __init__(self, scan: ScanFolder, rules: Rules, desk: EditDesk | None) -> None:
+        self._desk = desk
         self.scan = scan
         self.rules = rules
         # Of Starlette's: validators, ranges and what has not changed; which file: `_path`.
         self.files = StaticFiles(directory=scan.root)
+
+    @property
+    def desk(self) -> EditDesk:
+        """Without edit mode the guard lets nobody ask for it."""
+        if self._desk is None:
+            raise HTTPException(HTTPStatus.NOT_FOUND, "this page is not in edit mode")
+        return self._desk
 
     async def file(self, request: Request) -> Response:
         name = request.scope["raw_path"].decode("ascii").removeprefix("/") or "index.html"
@@ -84,23 +130,38 @@ class _Pages:
         return answer
 
     async def edits(self, request: Request) -> Response:
-        edits, version = await run_in_threadpool(read_edits, self.scan)
-        headers = {"ETag": f'"{version}"', "Cache-Control": "no-store"}
-        return JSONResponse(edits, headers=headers)
+        log, version = await run_in_threadpool(self.desk.read)
+        old = read_old(self.scan)
+        return _json({"version": version, "edits": log, **old}, version)
 
     async def save(self, request: Request) -> Response:
-        version = request.headers.get("if-match")
-        if version is None:
-            raise HTTPException(
-                HTTPStatus.PRECONDITION_REQUIRED, "which edits these replace must be said"
-            )
-        # The guard has bounded its length, and h11 lets no byte more through.
-        body = await request.body()
+        body = (
+            await request.body()
+        )  # the guard has bounded its length, h11 lets no byte more through
+        if request.headers.get("if-match") is not None:
+            return await self._save_old(body, request.headers["if-match"].strip('"'))
+        asked = _asked(body, _Save)
+        result, version = await run_in_threadpool(self.desk.saved, asked.edits, asked.version)
+        return _json({"version": version, "result": result}, version)
+
+    async def tried(self, request: Request) -> Response:
+        asked = _asked(await request.body(), _Try)
+        return _json({"result": await run_in_threadpool(self.desk.tried, asked.edits)})
+
+    async def state(self, request: Request) -> Response:
+        return _json(await run_in_threadpool(self.desk.state))
+
+    async def photos(self, request: Request) -> Response:
+        place = request.query_params.get("at", "")
         try:
-            edits = msgspec.json.decode(body)
-        except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-            raise HTTPException(HTTPStatus.BAD_REQUEST, f"not JSON: {error}") from error
-        saved = await run_in_threadpool(save_edits, self.scan, edits, version.strip('"'))
+            at = msgspec.convert([float(part) for part in place.split(",")], Place)
+        except (ValueError, msgspec.ValidationError) as error:
+            raise HTTPException(HTTPStatus.BAD_REQUEST, "expected ?at=x,y,z in metres") from error
+        return _json({"photos": await run_in_threadpool(self.desk.crops, at)})
+
+    async def _save_old(self, body: bytes, version: str) -> Response:
+        """What a page of an older walltopo posts."""
+        saved = await run_in_threadpool(save_edits, self.scan, _decoded(body), version)
         return JSONResponse({"saved": True}, headers={"ETag": f'"{saved}"'})
 
     async def _editor(self, token: str) -> Response:
@@ -125,6 +186,28 @@ class _Pages:
         root = self.scan.root.resolve()
         path = root / name
         return path if path.is_file() and path.resolve() == path else None
+
+
+T = TypeVar("T")
+
+
+def _decoded(body: bytes) -> Any:
+    try:
+        return msgspec.json.decode(body)
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise HTTPException(HTTPStatus.BAD_REQUEST, f"not JSON: {error}") from error
+
+
+def _asked(body: bytes, kind: type[T]) -> T:
+    """What a request says; InputError names the place where it is something else."""
+    return parse(_decoded(body), kind, "edits")
+
+
+def _json(value: object, version: str = "") -> Response:
+    headers = {"Cache-Control": "no-store"}
+    if version:
+        headers["ETag"] = f'"{version}"'
+    return Response(msgspec.json.encode(value), media_type="application/json", headers=headers)
 
 
 def _told(request: Request, error: Exception) -> Response:

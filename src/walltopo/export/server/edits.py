@@ -1,4 +1,4 @@
-"""What the editor reads and saves: both edit files as one JSON document, with its version."""
+"""What a page of an older walltopo reads and saves: the two files before `edits.json`."""
 
 from __future__ import annotations
 
@@ -11,15 +11,12 @@ import msgspec
 
 from walltopo.core import EnvironmentLacksError, InputError
 from walltopo.core.files import atomic_path, hash_path
+from walltopo.export.server.desk import EditsChangedError
 from walltopo.scans.document import parse
-from walltopo.scans.edits import HoldEdits, RouteEdits
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.old_edits import HoldEdits, RouteEdits
 
-__all__ = ["EditDocument", "EditsChangedError", "edits_version", "read_edits", "save_edits"]
-
-
-class EditsChangedError(InputError):
-    """The files are not those any more that the edits were made on."""
+__all__ = ["EditDocument", "edits_version", "read_old", "save_edits"]
 
 
 class EditDocument(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -30,19 +27,15 @@ class EditDocument(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def edits_version(scan: ScanFolder) -> str:
-    """A text that changes when either file does, whoever writes it."""
-    return f"{hash_path(scan.hold_edits)}-{hash_path(scan.route_edits)}"
+    """A text that changes when a file of edits does, whoever writes it."""
+    return "-".join(hash_path(path) for path in (scan.edits, scan.hold_edits, scan.route_edits))
 
 
-def read_edits(scan: ScanFolder) -> tuple[dict[str, Any], str]:
-    """The edits of a scan, JSON-able, and their version.
-
-    The version is taken first: where a save falls between, the next save is refused, not lost.
-    """
-    version = edits_version(scan)
+def read_old(scan: ScanFolder) -> dict[str, Any]:
+    """Both files, JSON-able, by the names that older pages know."""
     edits = EditDocument(HoldEdits.load(scan.hold_edits), RouteEdits.load(scan.route_edits))
     plain: dict[str, Any] = msgspec.to_builtins(edits)
-    return plain, version
+    return plain
 
 
 def save_edits(scan: ScanFolder, edits: object, version: str) -> str:
@@ -57,7 +50,7 @@ def save_edits(scan: ScanFolder, edits: object, version: str) -> str:
 
     Raises
     ------
-    InputError : the document is not what `read_edits` gives.
+    InputError : the document is not what `read_old` gives, or the page is too old for the scan.
     EditsChangedError : the files have another version now.
     EnvironmentLacksError : they cannot be written.
     """
@@ -67,6 +60,11 @@ def save_edits(scan: ScanFolder, edits: object, version: str) -> str:
             raise EditsChangedError(
                 "other edits were saved since this page read them; nothing was changed",
                 "Reload to go on from those: what was done here since is then gone.",
+            )
+        if scan.edits.exists():
+            raise InputError(
+                "this page is of an older walltopo, and the scan has newer edits",
+                f"Run `walltopo scan -o {scan.root}` once and reload.",
             )
         for path in (scan.hold_edits, scan.route_edits):
             if path.exists() and not path.is_file():

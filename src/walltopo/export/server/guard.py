@@ -17,9 +17,24 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, PlainTextResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-__all__ = ["EDITS", "MOST_BODY", "TOKEN", "Guard", "Rules", "policy", "problem"]
+__all__ = [
+    "EDITS",
+    "MOST_BODY",
+    "PHOTOS",
+    "STATE",
+    "TOKEN",
+    "TRY",
+    "Guard",
+    "Rules",
+    "policy",
+    "problem",
+]
 
 EDITS = "/api/edits"
+TRY = "/api/edits/try"
+STATE = "/api/edits/state"
+PHOTOS = "/api/photos"
+API = frozenset({EDITS, TRY, STATE, PHOTOS})  # for those who have the token
 TOKEN = "x-walltopo-token"
 MOST_BODY = 8_000_000  # bytes
 MOST_HEAD = 16_000  # bytes
@@ -73,7 +88,7 @@ def policy(embed: tuple[str, ...] = ()) -> str:
 
 def problem(path: str, status: int, text: str) -> Response:
     """An error as its reader wants it: JSON for the editor, a line for a person."""
-    if path == EDITS:
+    if path in API:
         return JSONResponse({"error": text}, status)
     return PlainTextResponse(text + "\n", status)
 
@@ -137,8 +152,8 @@ def _other_page(request: Request, rules: Rules) -> _Refusal | None:
 
 
 def _method(request: Request, _: Rules) -> _Refusal | None:
-    allowed = ("GET", "HEAD", "POST") if request.scope["path"] == EDITS else ("GET", "HEAD")
-    if request.method in allowed:
+    allowed = {EDITS: ("GET", "HEAD", "POST"), TRY: ("POST",)}
+    if request.method in allowed.get(request.scope["path"], ("GET", "HEAD")):
         return None
     return _Refusal(HTTPStatus.METHOD_NOT_ALLOWED, f"{request.method} is not for this address")
 
@@ -163,7 +178,7 @@ def _body(request: Request, _: Rules) -> _Refusal | None:
 
 def _editor(request: Request, rules: Rules) -> _Refusal | None:
     """Edits are for those who were given the token."""
-    if request.scope["path"] != EDITS:
+    if request.scope["path"] not in API:
         return None
     if rules.token is None:
         return _Refusal(HTTPStatus.NOT_FOUND, "this page is not in edit mode")

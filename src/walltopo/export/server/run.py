@@ -15,6 +15,7 @@ import uvicorn
 from walltopo.export.server.address import check_origin, listen
 from walltopo.export.server.app import make_app
 from walltopo.export.server.connections import Connection
+from walltopo.export.server.desk import EditDesk
 from walltopo.export.server.guard import Rules
 from walltopo.scans.folder import ScanFolder
 
@@ -31,7 +32,7 @@ class Server(uvicorn.Server):
     Parameters
     ----------
     port : 0 takes any free one.
-    edit : with the editor, for those who have the token.
+    desk : where edits are tried and saved: with it there is an editor, for who has the token.
     host : see `listen`.
     embed : origins whose pages may show this one in a frame.
     tell : called with a line about each request that failed by a defect; from any thread.
@@ -45,16 +46,17 @@ class Server(uvicorn.Server):
         self,
         scan_root: Path,
         port: int,
-        edit: bool,
         host: str = "127.0.0.1",
         embed: Sequence[str] = (),
         tell: Callable[[str], None] | None = None,
+        desk: EditDesk | None = None,
     ) -> None:
         origins = tuple(map(check_origin, embed))
         self.socket, self.address = listen(host, port)
-        self.token = secrets.token_urlsafe(24) if edit else None
+        self.token = secrets.token_urlsafe(24) if desk is not None else None
+        self.desk = desk
         self.scan = ScanFolder(scan_root)
-        app = make_app(self.scan, Rules(self.address.names, self.token, origins), tell)
+        app = make_app(self.scan, Rules(self.address.names, self.token, origins), desk, tell)
         super().__init__(
             uvicorn.Config(
                 app,
@@ -90,7 +92,11 @@ class Server(uvicorn.Server):
 
     def run(self, sockets: list[socket.socket] | None = None) -> None:
         """Serve until `should_exit`, Ctrl-C or SIGTERM."""
-        super().run([*(sockets or []), self.socket])
+        try:
+            super().run([*(sockets or []), self.socket])
+        finally:
+            if self.desk is not None:
+                self.desk.close()
 
     @contextmanager
     def capture_signals(self) -> Iterator[None]:

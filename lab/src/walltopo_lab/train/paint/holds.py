@@ -16,12 +16,13 @@ from sklearn.metrics import adjusted_rand_score
 
 from walltopo.holds.colour import HoldPaint, assign_colours, find_palette
 from walltopo.holds.contract import ClassifySettings
-from walltopo.holds.light import TINT_RADIUS, SceneLight
+from walltopo.holds.light import TINT_RADIUS
 from walltopo.holds.observations import paint_of
 from walltopo.imaging.srgb import linear_from_srgb8
 from walltopo.routes import paint as linking
 from walltopo.routes.contract import RoutesSettings
 from walltopo.routes.grouping import group_by_paint, group_holds
+from walltopo.scans.light import SceneLight
 from walltopo_lab.train.paint.photos import DimPhoto
 
 __all__ = ["WAYS", "PhotoHolds", "ari", "of_generated", "read_holds", "score", "straight"]
@@ -83,7 +84,7 @@ def read_holds(
     unit = float(np.median(extents)) / RoutesSettings().typical_hold
     points, around = np.array(centres) / unit, np.array(wall)
     around = np.where(np.isnan(around), np.nanmedian(around, axis=0), around)
-    light = SceneLight(np.zeros((1, 3)), points, np.zeros(len(points)), 0.0, np.log(around + 0.002))
+    light = SceneLight(np.zeros((1, 3)), points, np.zeros(len(points)), np.log(around + 0.002))
     paint = np.array(linear)
     # One exposure for the photo, as `paint_over_views` gives a scan.
     paint *= 0.8 / np.percentile(paint.mean(axis=1), 98)

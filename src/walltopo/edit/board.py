@@ -1,0 +1,268 @@
+"""What a log of edits changes: the scan's holds, routes and labels, as they stand at an entry."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from walltopo.core import Mesh, View
+from walltopo.edit.contract import EditSettings, Reads
+from walltopo.edit.triangles import Triangles, triangles_of_mesh
+from walltopo.scans.attributes import Doubtful, Hold, RawAttributes
+from walltopo.scans.edits import Ref, RoleName
+from walltopo.scans.light import SceneLight
+from walltopo.scans.photo_set import PhotoSet
+from walltopo.scans.routes import Routes
+from walltopo.scans.units import unit_of
+
+__all__ = ["Board", "MissingError", "RouteFacts", "Scanned"]
+
+REACH = 0.12  # metres: a hold this near to the place is the one that was meant
+FAR = 0.5  # metres: beyond it even the right id is another hold
+GAP = 1000  # ids that an entry may leave free
+TYPICAL_HOLD = 0.15  # metres: the median hold, where the scan has no scale
+
+
+class MissingError(Exception):
+    """What an entry means is not there; its text says what."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scanned:
+    """What the scan found, before any edit; nothing of it is ever changed.
+
+    Parameters
+    ----------
+    labels : (F,) int32, instance of each triangle, 0 = wall.
+    scores : instance id to its score.
+    unit : scan units a metre.
+    """
+
+    mesh: Mesh
+    labels: NDArray[np.int32]
+    scores: Mapping[int, float]
+    found: RawAttributes
+    routes: Routes
+    light: SceneLight
+    views: Sequence[View]
+    photos: PhotoSet
+    metric: bool
+    unit: float
+    settings: EditSettings
+
+    @classmethod
+    def of(cls, reads: Reads, settings: EditSettings) -> Scanned:
+        """From what the stage is given; InputError where its files are of different runs."""
+        reads.instances.check_fits(reads.mesh)
+        return cls(
+            mesh=reads.mesh,
+            labels=reads.instances.face_instance,
+            scores={record.id: record.score for record in reads.instance_records.instances},
+            found=reads.attributes_raw,
+            routes=reads.routes_raw,
+            light=reads.light,
+            views=reads.sparse.views,
+            photos=reads.photos,
+            metric=reads.scale.metric,
+            unit=unit_of(reads.attributes_raw.instances, reads.scale.metric, TYPICAL_HOLD),
+            settings=settings,
+        )
+
+    @property
+    def triangles(self) -> Triangles:
+        """Where its triangles are."""
+        return triangles_of_mesh(self.mesh)
+
+
+@dataclass(frozen=True)
+class RouteFacts:
+    """What a setter says of a route; empty where nothing."""
+
+    name: str = ""
+    colour: str = ""
+    grade: str = ""
+    setter: str = ""
+    description: str = ""
+    date: str = ""
+
+
+@dataclass(eq=False)
+class Board:
+    """The state that entries change.
+
+    Parameters
+    ----------
+    labels : (F,) int32, of this board alone.
+    holds : by id; out : instances that are no holds, by id, the scan's first.
+    route_of : hold id to route id; holds without a route are absent.
+    facts : of routes, by id, where a setter said something.
+    roles : (route, hold) to what a setter says of it.
+    decided : holds that a setter placed, never ambiguous.
+    reshaped : ids of instances whose triangles are not the scan's.
+    names : an id that an entry gives to something new, to the id that it got.
+    """
+
+    scanned: Scanned
+    labels: NDArray[np.int32]
+    holds: dict[int, Hold]
+    out: dict[int, Doubtful]
+    scores: dict[int, float]
+    route_of: dict[int, int]
+    facts: dict[int, RouteFacts] = field(default_factory=dict)
+    roles: dict[tuple[int, int], RoleName] = field(default_factory=dict)
+    decided: set[int] = field(default_factory=set)
+    reshaped: set[int] = field(default_factory=set)
+    hold_names: dict[int, int] = field(default_factory=dict)
+    route_names: dict[int, int] = field(default_factory=dict)
+    last_hold: int = 0
+    last_route: int = 0
+
+    @classmethod
+    def of(cls, scanned: Scanned) -> Board:
+        """The scan before the first entry."""
+        instances = scanned.found.instances
+        out = {row.hold.id: row for row in scanned.found.left_out}
+        routes = scanned.routes.routes
+        return cls(
+            scanned=scanned,
+            labels=scanned.labels.copy(),
+            holds={hold.id: hold for hold in instances},
+            out=out,
+            scores=dict(scanned.scores),
+            route_of={hold: route.id for route in reversed(routes) for hold in route.holds},
+            last_hold=max(
+                [*scanned.scores, *out, *(hold.id for hold in instances), 0]
+                + [int(scanned.labels.max(initial=0))]
+            ),
+            last_route=max((route.id for route in routes), default=0),
+        )
+
+    # Looking up what an entry means.
+
+    def hold(self, ref: Ref) -> Hold:
+        """The hold that is meant; MissingError where it is not there."""
+        found = self._nearest(list(self.holds.values()), ref)
+        if found is None:
+            raise MissingError(f"hold {ref.id} is not there any more")
+        return found
+
+    def left_out(self, ref: Ref) -> Doubtful | None:
+        """The left-out instance that is meant, if there is one."""
+        found = self._nearest([row.hold for row in self.out.values()], ref)
+        return None if found is None else self.out[found.id]
+
+    def route(self, ref: Ref) -> int:
+        """The route that has the hold at a place; the id only if no hold of a route is there."""
+        number = self.route_names.get(ref.id, ref.id)
+        if ref.at is not None:
+            climbed = [hold for hold in self.holds.values() if hold.role != "volume"]
+            hold = self._nearest(climbed, Ref(0, ref.at))
+            if hold is not None and hold.id in self.route_of:
+                return self.route_of[hold.id]
+            if hold is not None:
+                number = -1
+        if number not in self.route_of.values():
+            raise MissingError(f"route {ref.id} is not there any more")
+        return number
+
+    def _nearest(self, holds: Sequence[Hold], ref: Ref) -> Hold | None:
+        """By place: within `REACH`; else by id, while that one is not farther than `FAR`.
+
+        After a reset the id may belong to a hold at the other end of the wall.
+        """
+        if not holds:
+            return None
+        number = self.hold_names.get(ref.id, ref.id)
+        own = next((hold for hold in holds if hold.id == number), None)
+        if ref.at is None:
+            return own
+        positions = np.array([hold.position for hold in holds])
+        distance = np.linalg.norm(positions - ref.at, axis=1)
+        nearest = int(distance.argmin())
+        if distance[nearest] <= REACH * self.scanned.unit:
+            return holds[nearest]
+        if own is not None and distance[holds.index(own)] <= FAR * self.scanned.unit:
+            return own
+        return None
+
+    # Ids of what is new.
+
+    def new_hold(self, wanted: int) -> int:
+        """An id for a new hold: the wanted one where it is free."""
+        number = _free(wanted, {*self.holds, *self.out, *self.scores}, self.last_hold)
+        self.last_hold, self.hold_names[wanted] = max(number, self.last_hold), number
+        return number
+
+    def new_route(self, wanted: int) -> int:
+        """An id for a new route: the wanted one where it is free."""
+        number = _free(wanted, {*self.route_of.values()}, self.last_route)
+        self.last_route, self.route_names[wanted] = max(number, self.last_route), number
+        return number
+
+    # Changes that several kinds of entries make.
+
+    def members(self, route: int) -> list[Hold]:
+        """The holds of a route."""
+        return [self.holds[hold] for hold, number in self.route_of.items() if number == route]
+
+    def place(self, hold: int, route: int) -> None:
+        """Put a hold into a route (0: none); what was said of its role elsewhere is gone."""
+        if self.route_of.get(hold, 0) == route:
+            return
+        self.forget_roles(hold)
+        if route:
+            self.route_of[hold] = route
+        else:
+            self.route_of.pop(hold, None)
+
+    def forget_roles(self, hold: int) -> None:
+        """Take away what was said of a hold's role."""
+        for key in [key for key in self.roles if key[1] == hold]:
+            del self.roles[key]
+
+    def drop(self, hold: int) -> Hold:
+        """Take a hold out; gives it."""
+        self.place(hold, 0)
+        self.forget_roles(hold)
+        return self.holds.pop(hold)
+
+    def relabel(self, rows: NDArray[np.int64], number: int) -> None:
+        """Give triangles to a hold (0: the wall), and move the holds that this changes.
+
+        A hold that has no triangle left is gone.
+        """
+        before = self.labels[rows]
+        changed = rows[before != number]
+        touched = set(np.unique(before[before != number]).tolist()) | {number}
+        self.labels[changed] = number
+        if len(changed):
+            self.reshape(touched - {0})
+
+    def reshape(self, touched: Iterable[int]) -> None:
+        """Note that these instances have other triangles now."""
+        mesh = self.scanned.mesh
+        for number in touched:
+            self.reshaped.add(number)
+            rows = np.flatnonzero(self.labels == number)
+            if len(rows) == 0:
+                self.out.pop(number, None)
+                if number in self.holds:
+                    self.drop(number)
+                continue
+            weights = np.maximum(mesh.areas[rows], 1e-12)
+            x, y, z = (weights @ mesh.centroids[rows] / weights.sum()).tolist()
+            if number in self.holds:
+                self.holds[number] = replace(self.holds[number], position=(x, y, z))
+            elif number in self.out:
+                row = self.out[number]
+                moved = replace(row.hold, position=(x, y, z))
+                self.out[number] = replace(row, hold=moved)
+
+
+def _free(wanted: int, taken: set[int], last: int) -> int:
+    """The wanted id, or the next one: it is taken, or so high that tables would be all gaps."""
+    return wanted if 0 < wanted <= last + GAP and wanted not in taken else last + 1

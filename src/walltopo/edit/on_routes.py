@@ -1,0 +1,94 @@
+"""Entries about routes: which holds they have, what is said of them, roles of holds in them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import msgspec
+
+from walltopo.edit.board import Board, MissingError, RouteFacts
+from walltopo.scans.edits import Assign, Merge, Ref, SetRole, SetRoute, Split
+
+__all__ = ["assign", "merge", "set_role", "set_route", "split"]
+
+
+def merge(board: Board, edit: Merge) -> None:
+    """Routes become one, under the first one's id, with what was said of that one."""
+    routes = list(dict.fromkeys(board.route(ref) for ref in edit.routes))
+    if len(routes) < 2:
+        raise MissingError(f"routes {[ref.id for ref in edit.routes]} are one already")
+    first, *others = routes
+    for hold, route in board.route_of.items():
+        if route in routes:
+            board.route_of[hold] = first
+            board.decided.add(hold)
+    for route in others:
+        board.facts.pop(route, None)
+    for (route, hold), role in list(board.roles.items()):
+        if route in others:
+            del board.roles[route, hold]
+            board.roles.setdefault((first, hold), role)
+
+
+def split(board: Board, edit: Split) -> None:
+    """Holds leave their route, with their roles, and make one of their own."""
+    holds = list(dict.fromkeys(_climbed(board, ref) for ref in edit.holds))
+    left = {board.route_of[hold] for hold in holds if hold in board.route_of}
+    board.decided.update(hold for hold, route in board.route_of.items() if route in left)
+    new = board.new_route(edit.new)
+    for hold in holds:
+        role = board.roles.get((board.route_of.get(hold, 0), hold))
+        board.place(hold, new)
+        if role is not None:
+            board.roles[new, hold] = role
+        board.decided.add(hold)
+    _forget_empty(board, left)
+
+
+def assign(board: Board, edit: Assign) -> None:
+    """A hold belongs to a route, or to none."""
+    hold = _climbed(board, edit.hold)
+    left = {board.route_of.get(hold, 0)}
+    if edit.route.id == 0:
+        board.place(hold, 0)
+    else:
+        board.place(hold, board.route(edit.route))
+        # Whoever puts a downclimb hold into a route says that it is none.
+        board.holds[hold] = msgspec.structs.replace(board.holds[hold], role="hold")
+    board.decided.add(hold)
+    _forget_empty(board, left)
+
+
+def set_route(board: Board, edit: SetRoute) -> None:
+    """What is said of a route; empty text takes it back."""
+    route = board.route(edit.route)
+    said = {
+        name: getattr(edit, name)
+        for name in RouteFacts.__dataclass_fields__
+        if getattr(edit, name) is not None
+    }
+    board.facts[route] = replace(board.facts.get(route, RouteFacts()), **said)
+
+
+def set_role(board: Board, edit: SetRole) -> None:
+    """What a hold is in its route."""
+    hold, route = board.hold(edit.hold), board.route(edit.route)
+    if hold.role != "volume" and board.route_of.get(hold.id) != route:
+        raise MissingError(f"hold {edit.hold.id} is not of route {edit.route.id} any more")
+    board.roles[route, hold.id] = edit.role
+
+
+def _climbed(board: Board, ref: Ref) -> int:
+    """The id of a hold that may be of one route."""
+    hold = board.hold(ref)
+    if hold.role == "volume":
+        raise MissingError(f"hold {ref.id} is a volume, which belongs to every route")
+    return hold.id
+
+
+def _forget_empty(board: Board, routes: set[int]) -> None:
+    """What was said of routes that have no hold any more."""
+    for route in routes - set(board.route_of.values()):
+        board.facts.pop(route, None)
+        for key in [key for key in board.roles if key[0] == route]:
+            del board.roles[key]

@@ -1,0 +1,188 @@
+"""The log, entry by entry, on what the scan found; and what comes out of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from walltopo.edit.board import Board, MissingError, RouteFacts, Scanned
+from walltopo.edit.on_holds import keep, remove, set_hold
+from walltopo.edit.on_routes import assign, merge, set_role, set_route, split
+from walltopo.edit.on_surface import cut, join, paint
+from walltopo.holds.geometry import Shape, measure_shapes
+from walltopo.holds.palette import REFERENCE
+from walltopo.routes.order import describe_route, usual_size
+from walltopo.scans.attributes import Attributes, Doubtful, Hold
+from walltopo.scans.bounds import Rgb
+from walltopo.scans.edits import (
+    Assign,
+    Cut,
+    Edit,
+    Join,
+    Keep,
+    Merge,
+    Paint,
+    Remove,
+    SetHold,
+    SetRole,
+    SetRoute,
+    Split,
+)
+from walltopo.scans.holds import Holds, hold_rows
+from walltopo.scans.routes import Ambiguous, Route, Routes
+
+__all__ = ["Outcome", "replay"]
+
+_KINDS: dict[type[Any], Callable[[Board, Any], None]] = {
+    Assign: assign,
+    Cut: cut,
+    Join: join,
+    Keep: keep,
+    Merge: merge,
+    Paint: paint,
+    Remove: remove,
+    SetHold: set_hold,
+    SetRole: set_role,
+    SetRoute: set_route,
+    Split: split,
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """The scan after a log of edits.
+
+    Parameters
+    ----------
+    labels : (F,) int32; those of instances that are no holds are among them.
+    left_out : instances that are no holds, with all that is known of them.
+    notes : what could not be applied, and why.
+    """
+
+    attributes: Attributes
+    routes: Routes
+    holds: Holds
+    labels: NDArray[np.int32]
+    left_out: tuple[Doubtful, ...]
+    notes: tuple[str, ...]
+
+
+def replay(scanned: Scanned, edits: Sequence[Edit]) -> Outcome:
+    """Apply a log from its first entry to its last, on the scan as it was found.
+
+    An entry that finds nothing is left out and told; it never fails a run.
+    """
+    board = Board.of(scanned)
+    notes = []
+    for number, edit in enumerate(edits, start=1):
+        try:
+            _KINDS[type(edit)](board, edit)
+        except MissingError as reason:
+            name = type(edit).__struct_config__.tag
+            notes.append(f"edit {number} ({name}) was left out: {reason}")
+    return _outcome(board, notes)
+
+
+def _outcome(board: Board, notes: Sequence[str]) -> Outcome:
+    _measure(board)
+    holds = tuple(board.holds[number].rounded() for number in sorted(board.holds))
+    routes = tuple(_route(board, number) for number in sorted(set(board.route_of.values())))
+    unrouted = [h.id for h in holds if h.role == "hold" and h.id not in board.route_of]
+    volumes = [hold.id for hold in holds if hold.role == "volume"]
+    out = tuple(board.out.values())
+    return Outcome(
+        attributes=Attributes(
+            palette=board.scanned.found.palette,
+            instances=holds,
+            left_out=tuple(row.row() for row in out),
+        ),
+        routes=Routes(routes=routes, unrouted=tuple(unrouted), volumes=tuple(volumes)),
+        holds=Holds(metric=board.scanned.metric, holds=hold_rows(holds, board.scores, routes)),
+        labels=board.labels,
+        left_out=out,
+        notes=tuple(notes),
+    )
+
+
+def _measure(board: Board) -> None:
+    """Place, size and wall angle of the instances whose triangles changed."""
+    known = board.reshaped & (board.holds.keys() | board.out.keys())
+    if not known:
+        return
+    shapes = measure_shapes(board.scanned.mesh, board.labels, sorted(known))
+    for number, shape in shapes.items():
+        if number in board.holds:
+            board.holds[number] = with_shape(board.holds[number], shape)
+        else:
+            row = board.out[number]
+            board.out[number] = replace(row, hold=with_shape(row.hold, shape))
+
+
+def with_shape(hold: Hold, shape: Shape) -> Hold:
+    """The hold with the place and the measures of a shape."""
+    x, y, z = shape.position.tolist()
+    nx, ny, nz = shape.normal.tolist()
+    return replace(
+        hold,
+        position=(x, y, z),
+        normal=(nx, ny, nz),
+        size=shape.size,
+        area=shape.area,
+        steepness_deg=shape.steepness_deg,
+    )
+
+
+def _route(board: Board, number: int) -> Route:
+    """A route as the routes stage describes it, and what a setter says of it."""
+    roles = {hold: role for (route, hold), role in board.roles.items() if route == number}
+    usual = usual_size(board.scanned.found.instances)
+    found = describe_route(number, board.members(number), usual, _ambiguous(board, number), roles)
+    said = board.facts.get(number, RouteFacts())
+    colour = said.colour or found.colour
+    return replace(
+        found,
+        name=said.name,
+        colour=colour,
+        colour_rgb=found.colour_rgb if colour == found.colour else _looks(board, colour),
+        grade=said.grade,
+        setter=said.setter,
+        description=said.description,
+        date=said.date,
+    )
+
+
+def _looks(board: Board, colour: str) -> Rgb:
+    """What a colour looks like on this wall: of its holds, of its palette, else as usual."""
+    paints = [hold.colour_rgb for hold in board.holds.values() if hold.colour == colour]
+    if paints:
+        red, green, blue = np.median(paints, axis=0).round().astype(int).tolist()
+        return red, green, blue
+    named = {entry.name: entry.rgb for entry in board.scanned.found.palette}
+    return named.get(colour, REFERENCE.get(colour, (128, 128, 128)))
+
+
+def _ambiguous(board: Board, number: int) -> dict[int, dict[int, float]]:
+    """Of the scan's doubts about a route's holds, those that no setter has settled."""
+    alive = set(board.route_of.values())
+    rows: dict[int, dict[int, float]] = {}
+    for row in _doubts(board, number):
+        shares = {int(route): share for route, share in row.routes.items() if int(route) in alive}
+        if len(shares) > 1:
+            rows[row.hold] = shares
+    return rows
+
+
+def _doubts(board: Board, number: int) -> list[Ambiguous]:
+    return [
+        row
+        for route in board.scanned.routes.routes
+        for row in route.ambiguous
+        if row.hold not in board.decided
+        and board.route_of.get(row.hold) == number
+        and route.id == number
+    ]

@@ -1,0 +1,49 @@
+/** Work that is done beside the page: a worker of our own, asked for one thing after the other. */
+
+import { say } from "./languages";
+import type { Answer, Asked, Jobs } from "./worker";
+import OwnWorker from "./worker?worker&inline";
+
+interface Waiting {
+  resolve: (done: never) => void;
+  reject: (error: Error) => void;
+}
+
+export class Background {
+  private readonly worker = new OwnWorker();
+  private readonly waiting = new Map<number, Waiting>();
+  private count = 0;
+
+  constructor() {
+    this.worker.addEventListener("message", ({ data }: MessageEvent<Answer>) => this.answered(data));
+    // Its own errors come as answers: this is a worker that did not start, or one that ran out of memory.
+    this.worker.addEventListener("error", () => {
+      for (const { reject } of this.waiting.values()) reject(new Error(say().words.noWorker));
+      this.waiting.clear();
+    });
+  }
+
+  /** What is `handed` over is gone here. Rejects with an Error for people; a RangeError: too large. */
+  ask<J extends keyof Jobs>(job: J, given: Jobs[J][0], handed: Transferable[] = []): Promise<Jobs[J][1]> {
+    const number = this.count++;
+    const asked: Asked<J> = { number, job, given };
+    return new Promise((resolve, reject) => {
+      this.waiting.set(number, { resolve, reject });
+      this.worker.postMessage(asked, handed);
+    });
+  }
+
+  /** Nothing that was asked for is wanted any more; what waits for it waits for ever. */
+  end(): void {
+    this.worker.terminate();
+    this.waiting.clear();
+  }
+
+  private answered(answer: Answer): void {
+    const waiting = this.waiting.get(answer.number);
+    this.waiting.delete(answer.number);
+    if (!waiting) return;
+    if ("done" in answer) waiting.resolve(answer.done as never);
+    else waiting.reject(answer.tooLarge ? new RangeError(answer.failed) : new Error(answer.failed));
+  }
+}

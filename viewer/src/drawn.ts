@@ -1,0 +1,65 @@
+/** A tier as it is drawn: its meshes, materials and the smooth borders of its holds. */
+
+import { Mesh } from "three";
+import type { BufferAttribute, Material, Scene, ShaderMaterial, Texture } from "three";
+import type { Background } from "./background";
+import { netOf } from "./load";
+import type { Part, Wall } from "./load";
+import { maskMaterial, wallMaterial } from "./shaders";
+import type { WallLook } from "./shaders";
+
+export class Drawn {
+  /** Each mesh with the material that draws marks instead of its look. */
+  readonly masks = new Map<Mesh, Material>();
+  private round = 0;
+
+  constructor(
+    readonly parts: Part[],
+    private readonly scene: Scene,
+    look: WallLook,
+  ) {
+    for (const part of parts) {
+      const mesh = new Mesh(part.geometry, wallMaterial(part, look));
+      this.masks.set(mesh, maskMaterial(look));
+      scene.add(mesh);
+    }
+  }
+
+  /** Smooth borders of the holds, found beside the page; `done` where they are what is drawn. */
+  async shape(worker: Background, done: () => void): Promise<void> {
+    const round = ++this.round;
+    for (const { geometry } of this.parts) {
+      const { near, inside } = await worker.ask("borders", netOf(geometry));
+      if (round !== this.round) return; // the tier is gone, or its holds have changed
+      for (const [name, values] of [["near", near], ["depth", inside]] as const) {
+        const attribute = geometry.getAttribute(name) as BufferAttribute;
+        attribute.copyArray(values);
+        attribute.needsUpdate = true;
+      }
+    }
+    done();
+  }
+
+  /** Free what the GPU holds. */
+  dispose(): void {
+    this.round++;
+    for (const [mesh, masked] of this.masks) {
+      this.scene.remove(mesh);
+      const drawn = mesh.material as ShaderMaterial;
+      const map = drawn.uniforms["uMap"]?.value as Texture | null;
+      map?.dispose();
+      // A decoded picture stays in memory until it is collected, unless it is closed.
+      if (typeof ImageBitmap !== "undefined" && map?.image instanceof ImageBitmap) map.image.close();
+      mesh.geometry.dispose();
+      drawn.dispose();
+      masked.dispose();
+    }
+  }
+}
+
+/** The highest id that a wall draws or names. */
+export function mostOf(wall: Wall): number {
+  let most = wall.most;
+  for (const id of wall.tables.holds.keys()) if (id > most) most = id;
+  return most;
+}

@@ -1,0 +1,84 @@
+/** The editor's bar: modes, undo and redo, and whether all is saved and written. */
+
+import { h, icon } from "../dom";
+import type { Shape } from "../dom";
+import { say } from "../languages";
+
+export type Mode = "choose" | "several" | "add" | "paint" | "erase" | "cut" | "leftOut";
+
+const MODES: Mode[] = ["add", "several", "paint", "erase", "leftOut"];
+
+export interface BarActs {
+  mode(mode: Mode): void;
+  undo(): void;
+  redo(): void;
+  save(): void;
+  check(): void;
+  /** Metres. */
+  brush(radius: number): void;
+}
+
+export interface BarState {
+  mode: Mode;
+  canUndo: boolean;
+  canRedo: boolean;
+  canSave: boolean;
+  doubtful: number;
+  leftOut: number;
+  /** The server is working out what the last edit does. */
+  busy: boolean;
+  said: string;
+}
+
+export class Bar {
+  readonly root = h("div", { class: "edit", role: "toolbar", "aria-label": say().edit.edit });
+  private readonly buttons = new Map<string, HTMLButtonElement>();
+  private readonly size = h("input", { type: "range", min: 1, max: 12, value: 3, "aria-label": say().edit.brush });
+  private readonly said = h("span", { class: "said-state", role: "status" });
+
+  constructor(on: BarActs) {
+    const { edit } = say();
+    const add = (key: string, text: string, act: () => void, shape?: Shape): HTMLButtonElement => {
+      const button = h("button", { class: "pill", "data-act": key, onClick: act }, shape ? icon(shape) : null, text);
+      this.buttons.set(key, button);
+      this.root.append(button);
+      return button;
+    };
+    const bare = (key: string, text: string, keys: string, act: () => void, shape: Shape): void => {
+      const button = add(key, "", act, shape);
+      button.setAttribute("aria-label", text);
+      button.title = `${text} (${keys})`;
+    };
+    bare("undo", edit.undo, "Ctrl+Z", () => on.undo(), "undo");
+    bare("redo", edit.redo, "Ctrl+Y", () => on.redo(), "redo");
+    add("save", edit.save, () => on.save(), "save").classList.add("main");
+    this.root.append(this.said);
+    add("check", edit.check, () => on.check()).title = edit.checkHint;
+    for (const mode of MODES) add(mode, edit[mode], () => on.mode(mode));
+    this.size.addEventListener("input", () => on.brush(Number(this.size.value) / 100));
+    this.root.append(this.size);
+  }
+
+  /** CSS pixels that it takes at the top. */
+  get height(): number {
+    return this.root.offsetHeight;
+  }
+
+  show(state: BarState): void {
+    const { edit } = say();
+    const is = (key: string): HTMLButtonElement => this.buttons.get(key)!;
+    is("undo").disabled = !state.canUndo;
+    is("redo").disabled = !state.canRedo;
+    is("save").disabled = !state.canSave;
+    is("check").hidden = state.doubtful === 0;
+    is("check").textContent = `${edit.check} ${state.doubtful}`;
+    is("leftOut").hidden = state.leftOut === 0;
+    is("leftOut").textContent = `${edit.leftOut} ${state.leftOut}`;
+    for (const mode of MODES) is(mode).setAttribute("aria-pressed", String(state.mode === mode));
+    this.size.hidden = state.mode !== "paint" && state.mode !== "erase";
+    this.root.classList.toggle("busy", state.busy);
+    this.root.setAttribute("aria-busy", String(state.busy));
+    this.said.textContent = state.said;
+    this.said.hidden = !state.said;
+  }
+}

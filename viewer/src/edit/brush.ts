@@ -1,0 +1,62 @@
+/** Painting with a ball: what a finger drawn over the wall gives to a hold, or to the wall. */
+
+import type { Vector3 } from "three";
+import type { Hold, Vec3 } from "../types";
+import { holdSwatch } from "../words";
+import type { Host } from "./host";
+import { NONE, refOf } from "./log";
+import type { Edit } from "./log";
+
+export class Brush {
+  /** Metres. */
+  radius = 0.03;
+  private stroke: Edit[] | null = null;
+  private last: Vector3 | null = null;
+  private balls: (() => void)[] = [];
+
+  /** `target`: whom a stroke is for, null: the wall, undefined: nothing is painted now. */
+  constructor(
+    private readonly host: Host,
+    private readonly target: () => Hold | null | undefined,
+    private readonly done: (stroke: Edit[]) => void,
+    signal: AbortSignal,
+  ) {
+    const { canvas, stage } = host;
+    canvas.addEventListener("pointerdown", (event) => {
+      if (this.target() === undefined) return;
+      stage.controls.enabled = false;
+      this.stroke = [];
+      this.last = null;
+      this.paint(event);
+    }, { signal });
+    canvas.addEventListener("pointermove", (event) => this.stroke && this.paint(event), { signal });
+    window.addEventListener("pointerup", () => this.end(), { signal });
+    window.addEventListener("pointercancel", () => this.end(), { signal });
+  }
+
+  /** Take the balls away: the surface itself shows the stroke now. */
+  clear(): void {
+    for (const remove of this.balls) remove();
+    this.balls = [];
+  }
+
+  private paint(event: PointerEvent): void {
+    const { canvas, stage } = this.host;
+    const box = canvas.getBoundingClientRect();
+    const hit = stage.pick(event.clientX - box.left, event.clientY - box.top);
+    if (!hit || (this.last && this.last.distanceTo(hit.point) < this.radius * 0.5)) return;
+    this.last = hit.point;
+    const target = this.target() ?? null;
+    const at = hit.point.toArray().map((v) => Number(v.toFixed(4))) as Vec3;
+    this.stroke!.push({ do: "paint", hold: target ? refOf(target) : NONE, at, radius_m: this.radius });
+    this.balls.push(stage.paintBall(hit.point, this.radius, target ? holdSwatch(target) : "#ffffff"));
+  }
+
+  private end(): void {
+    if (!this.stroke) return;
+    const stroke = this.stroke;
+    this.stroke = null;
+    this.host.stage.controls.enabled = true;
+    if (stroke.length > 0) this.done(stroke);
+  }
+}

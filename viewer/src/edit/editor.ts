@@ -1,0 +1,272 @@
+/**
+ * Edit mode: correct holds and routes by hand. Each step is an entry of the log; what it does to the
+ * scan the server tells (the code that the scan itself runs), and that is what is shown.
+ */
+
+import type { Vector3 } from "three";
+import { h, icon } from "../dom";
+import { say } from "../languages";
+import type { Hit } from "../picking";
+import type { Hold, Route, Tables, Vec3 } from "../types";
+import { Bar } from "./bar";
+import type { Mode } from "./bar";
+import { Brush } from "./brush";
+import { holdControls, leftOutCard, leftOutList, routeControls, severalCard } from "./cards";
+import type { Acts } from "./cards";
+import type { Host } from "./host";
+import { doubts } from "./doubts";
+import { refOf } from "./log";
+import { Photos } from "./photos";
+import type { Server } from "./server";
+import { Session } from "./session";
+
+const NEAR = 0.05; // metres: a tap this near to an instance that was left out means it
+export class Editor {
+  /** Holds that are marked together. */
+  readonly marked = new Set<number>();
+  private mode: Mode = "choose";
+  /** The instance that is no hold whose card is shown. */
+  private absent: number | null = null;
+  /** The first of a cut's two places. */
+  private from: Vec3 | null = null;
+  /** What to choose once the server has answered. */
+  private then: (() => void) | null = null;
+  private readonly session: Session;
+  private readonly bar: Bar;
+  private readonly brush: Brush;
+  private readonly photos: Photos;
+  private readonly gone = new AbortController();
+
+  constructor(
+    private readonly host: Host,
+    base: Tables,
+    server: Server,
+  ) {
+    const { signal } = this.gone;
+    const on = { shown: () => this.shown(), stirred: () => this.showBar(), say: (text: string) => host.say(text) };
+    this.session = new Session(base, server, on, signal);
+    this.photos = new Photos(server);
+    this.bar = new Bar({
+      mode: (mode) => this.setMode(mode),
+      undo: () => this.session.undo(),
+      redo: () => this.session.redo(),
+      save: () => void this.session.save(),
+      check: () => this.checkNext(),
+      brush: (radius) => (this.brush.radius = radius),
+    });
+    host.view.append(this.bar.root);
+    this.brush = new Brush(host, () => this.painted(), (stroke) => this.session.change(...stroke), signal);
+    window.addEventListener("keydown", (event) => this.key(event), { signal });
+    window.addEventListener("beforeunload", (event) => this.session.changed && event.preventDefault(), { signal });
+    this.showBar();
+  }
+
+  start(): Promise<void> {
+    return this.session.start();
+  }
+
+  get height(): number {
+    return this.bar.height;
+  }
+
+  dispose(): void {
+    this.gone.abort();
+    this.bar.root.remove();
+  }
+
+  // What the page asks ----------------------------------------------------------------------
+
+  /** True when the tap was the editor's. */
+  tapped(hit: Hit | null): boolean {
+    const known = hit !== null && this.session.result.tables.holds.has(hit.hold);
+    if (this.mode === "paint" || this.mode === "erase") return true;
+    if (this.mode === "cut") return this.cutAt(hit);
+    if (this.mode === "several") {
+      if (known && !this.marked.delete(hit.hold)) this.marked.add(hit.hold);
+      this.host.refresh();
+      return true;
+    }
+    if (this.mode === "add") {
+      if (hit && !known) this.addAt(hit.point);
+      return !known;
+    }
+    const absent = known || !hit ? null : this.absentAt(hit.point);
+    if (absent) this.host.select(null, null);
+    this.absent = absent?.id ?? null;
+    if (absent) this.host.refresh();
+    return absent !== null;
+  }
+
+  /** The editor's own card, in place of that of a hold or route; null where there is none. */
+  card(): HTMLElement[] | null {
+    const label = say().words.close;
+    const close = h("button", { class: "tool", "aria-label": label, title: label, onClick: () => this.setMode("choose") }, icon("close"));
+    if (this.mode === "several") {
+      const holds = [...this.marked].flatMap((id) => this.session.result.tables.holds.get(id) ?? []);
+      return severalCard(holds, { ...this.acts(), done: () => this.setMode("choose"), fresh: () => this.session.freshRoute }, close);
+    }
+    const absent = this.session.result.leftOut.get(this.absent ?? -1);
+    if (absent) return leftOutCard(absent, this.acts(), close);
+    if (this.mode !== "leftOut") return null;
+    return leftOutList([...this.session.result.leftOut.values()], (hold) => this.showAbsent(hold), close);
+  }
+
+  /** Controls under the card of a hold or route. */
+  controls(route: Route | null, hold: Hold | null): HTMLElement[] {
+    if (hold) return holdControls(hold, this.acts());
+    return route ? routeControls(route, this.acts()) : [];
+  }
+
+  private acts(): Acts {
+    const { tables } = this.session.result;
+    const names = [...tables.holds.values(), ...tables.routes.values()].map(({ colour }) => colour ?? "");
+    return {
+      tables,
+      colours: [...new Set(names)].filter(Boolean).sort(),
+      change: (...step) => this.session.change(...step),
+      doubted: (row) => this.doubts.includes(row),
+      cut: () => this.setMode("cut"),
+      photos: (hold) => this.photos.strip(hold, Boolean(hold.left_out) || this.isNew(hold)),
+      choose: (route, hold) => this.host.select(route, hold),
+    };
+  }
+
+  private key(event: KeyboardEvent): void {
+    const [field] = event.composedPath();
+    if (field instanceof HTMLInputElement || field instanceof HTMLTextAreaElement) return; // have an undo of their own
+    if (!(event.ctrlKey || event.metaKey) || event.altKey) return;
+    const key = event.key.toLowerCase();
+    const again = key === "y" || (key === "z" && event.shiftKey);
+    if (!again && key !== "z") return;
+    event.preventDefault();
+    if (again) this.session.redo();
+    else this.session.undo();
+  }
+
+  /** The server has told what the log makes of the scan. */
+  private shown(): void {
+    const { tables, leftOut, regions } = this.session.result;
+    for (const id of this.marked) if (!tables.holds.has(id)) this.marked.delete(id);
+    if (this.absent !== null && !leftOut.has(this.absent)) this.cameBack(this.absent);
+    const { stage } = this.host;
+    stage.reserve(Math.max(0, ...tables.holds.keys(), ...leftOut.keys()));
+    stage.relabel(regions);
+    this.brush.clear();
+    this.host.show(tables);
+    this.then?.();
+    this.then = null;
+    this.host.dots(this.dots());
+  }
+
+  // Adding, cutting, bringing back ----------------------------------------------------------
+
+  private addAt(point: Vector3): void {
+    const id = this.session.freshHold;
+    this.setMode("choose");
+    this.then = () => {
+      const hold = this.session.result.tables.holds.get(id);
+      if (hold) this.host.select(hold.route, id);
+      else this.session.undo(); // nothing grew there; the server's note says why
+    };
+    this.session.change({ do: "add", hold: { id, at: placeOf(point) } });
+  }
+
+  private cutAt(hit: Hit | null): boolean {
+    const { hold } = this.host.chosen();
+    if (!hit || !hold) return true;
+    const place = placeOf(hit.point);
+    if (!this.from) {
+      this.from = place;
+      this.host.dots([place]);
+      this.host.say(say().edit.cutSecond);
+      return true;
+    }
+    const points: [Vec3, Vec3] = [this.from, place];
+    this.setMode("choose");
+    this.session.change({ do: "cut", hold: refOf(hold), points, new: this.session.freshHold });
+    return true;
+  }
+
+  private absentAt(point: Vector3): Hold | null {
+    const away = ({ position: [x, y, z] }: Hold): number => Math.hypot(point.x - x, point.y - y, point.z - z);
+    const near = [...this.session.result.leftOut.values()].filter((hold) => away(hold) < Math.max(NEAR, 0.6 * (hold.size_m ?? 0)));
+    return near.sort((one, two) => away(one) - away(two))[0] ?? null;
+  }
+
+  private showAbsent(hold: Hold): void {
+    this.host.select(null, null);
+    this.absent = hold.id;
+    this.host.refresh();
+    this.host.look(hold.position);
+  }
+
+  private cameBack(id: number): void {
+    this.absent = null;
+    if (this.mode === "leftOut") this.mode = "choose";
+    this.then ??= () => {
+      const hold = this.session.result.tables.holds.get(id);
+      if (hold) this.host.select(hold.route, id);
+    };
+  }
+
+  private isNew(hold: Hold): boolean {
+    return this.session.entries.some((entry) => entry.do === "add" && entry.hold.id === hold.id);
+  }
+
+  // What is doubtful ------------------------------------------------------------------------
+
+  private get doubts(): (Hold | Route)[] {
+    return doubts(this.session.result.tables, this.session.entries);
+  }
+
+  private checkNext(): void {
+    const all = this.doubts;
+    const { hold, route } = this.host.chosen();
+    const next = all[(all.findIndex((row) => row === (hold ?? route)) + 1) % all.length];
+    if (!next) return;
+    this.setMode("choose");
+    if ("holds" in next) this.host.select(next.id, null);
+    else this.host.select(next.route, next.id);
+    const place = "holds" in next ? this.session.result.tables.holds.get(next.holds[0]!)!.position : next.position;
+    this.host.look(place);
+  }
+
+  // Modes -----------------------------------------------------------------------------------
+
+  private setMode(mode: Mode): void {
+    const { edit } = say();
+    this.mode = this.mode === mode ? "choose" : mode;
+    this.absent = null;
+    this.from = null;
+    if (this.mode !== "several") this.marked.clear();
+    if (this.mode === "paint" && !this.host.chosen().hold) {
+      this.mode = "choose";
+      this.host.say(edit.chooseFirst);
+    }
+    if (this.mode === "several" || this.mode === "leftOut" || this.mode === "add") this.host.select(null, null);
+    if (this.mode === "add") this.host.say(edit.addHint);
+    if (this.mode === "cut") this.host.say(edit.cutFirst);
+    const aiming = this.mode !== "choose" && this.mode !== "leftOut";
+    this.host.view.classList.toggle("painting", aiming);
+    this.host.dots(this.dots());
+    this.host.refresh();
+    this.showBar();
+  }
+
+  private dots(): Vec3[] {
+    return this.mode === "leftOut" ? [...this.session.result.leftOut.values()].map(({ position }) => position) : [];
+  }
+
+  private painted(): Hold | null | undefined {
+    if (this.mode === "erase") return null;
+    return this.mode === "paint" ? (this.host.chosen().hold ?? undefined) : undefined;
+  }
+
+  private showBar(): void {
+    const { canUndo, canRedo, canSave, busy, said, result } = this.session;
+    const counts = { doubtful: this.doubts.length, leftOut: result.leftOut.size };
+    this.bar.show({ mode: this.mode, canUndo, canRedo, canSave, busy, said, ...counts });
+  }
+}
+
+const placeOf = (point: Vector3): Vec3 => point.toArray().map((v) => Number(v.toFixed(4))) as Vec3;

@@ -1,0 +1,21 @@
+/** What the editor needs of the element that it edits. */
+
+import type { Stage } from "../stage";
+import type { Hold, Route, Tables, Vec3 } from "../types";
+
+export interface Host {
+  readonly view: HTMLElement;
+  readonly stage: Stage;
+  readonly canvas: HTMLCanvasElement;
+  chosen(): { route: Route | null; hold: Hold | null };
+  /** Show these tables; what is chosen stays where it is still there. */
+  show(tables: Tables): void;
+  select(route: number | null, hold: number | null): void;
+  /** Bring a place into the middle. */
+  look(place: Vec3): void;
+  /** Draw what is chosen and marked anew, and the card. */
+  refresh(): void;
+  /** Dots over the picture. */
+  dots(places: Vec3[]): void;
+  say(text: string): void;
+}

@@ -1,0 +1,111 @@
+/** The log of edits, as `edits.json` holds it (`walltopo.scans.edits`), with undo and redo. */
+
+import type { Hold, Route, Tables, Vec3 } from "../types";
+
+/** A hold, or a route by the place of one of its holds; id 0: none, where an entry allows it. */
+export interface Ref {
+  id: number;
+  at?: Vec3;
+}
+
+export type Role = "start" | "top" | "zone" | "foot" | "hand";
+
+/** What a setter says of a route. */
+export interface RouteFacts {
+  name?: string;
+  colour?: string;
+  grade?: string;
+  setter?: string;
+  description?: string;
+  /** ISO. */
+  date?: string;
+}
+
+export type Edit =
+  | { do: "hold"; hold: Ref; colour?: string; type?: string; class?: "hold" | "volume" }
+  | { do: "remove" | "keep"; hold: Ref }
+  | { do: "role"; hold: Ref; route: Ref; role: Role }
+  | { do: "add"; hold: Ref; radius_m?: number }
+  | { do: "paint"; hold: Ref; at: Vec3; radius_m: number }
+  | { do: "cut"; hold: Ref; points: [Vec3, Vec3]; new: number }
+  | { do: "join"; holds: Ref[] }
+  | { do: "merge"; routes: Ref[] }
+  | { do: "split"; route: Ref; holds: Ref[]; new: number }
+  | { do: "assign"; hold: Ref; route: Ref }
+  | ({ do: "route"; route: Ref } & RouteFacts);
+
+export const NONE: Ref = { id: 0 };
+
+export const refOf = ({ id, position }: Hold): Ref => ({ id, at: position });
+
+/** By the place of its first hold. */
+export function routeRef({ id, holds }: Route, tables: Tables): Ref {
+  return { id, at: tables.holds.get(holds[0]!)!.position };
+}
+
+/** How many entries at the end of a log were one stroke of the brush, or 1. */
+function lastStep(entries: readonly Edit[]): number {
+  const last = entries.at(-1);
+  if (last?.do !== "paint") return 1;
+  let count = 0;
+  for (let entry: Edit | undefined = last; entry?.do === "paint" && entry.hold.id === last.hold.id; ) {
+    entry = entries.at(-1 - ++count);
+  }
+  return count;
+}
+
+export class Log {
+  private entries: Edit[] = [];
+  /** Entries that each step added, of the steps made on this page. */
+  private steps: number[] = [];
+  private undone: Edit[][] = [];
+  private saved = "[]";
+
+  get all(): readonly Edit[] {
+    return this.entries;
+  }
+
+  get changed(): boolean {
+    return JSON.stringify(this.entries) !== this.saved;
+  }
+
+  get canUndo(): boolean {
+    return this.entries.length > 0;
+  }
+
+  get canRedo(): boolean {
+    return this.undone.length > 0;
+  }
+
+  /** As it was saved before: its entries can be undone too. */
+  load(entries: Edit[]): void {
+    this.entries = [...entries];
+    this.steps = [];
+    this.undone = [];
+    this.kept(entries);
+  }
+
+  /** These were saved; more may have been made meanwhile. */
+  kept(entries: readonly Edit[]): void {
+    this.saved = JSON.stringify(entries);
+  }
+
+  /** One step; what was undone before it is gone. */
+  add(...step: Edit[]): void {
+    this.entries.push(...step);
+    this.steps.push(step.length);
+    this.undone = [];
+  }
+
+  undo(): void {
+    const count = this.steps.pop() ?? lastStep(this.entries);
+    this.undone.push(this.entries.splice(this.entries.length - count, count));
+  }
+
+  redo(): void {
+    const step = this.undone.pop();
+    if (!step) return;
+    this.entries.push(...step);
+    this.steps.push(step.length);
+  }
+}

@@ -1,0 +1,65 @@
+/** The worker: what would keep the page from answering a finger. Built into the viewer. */
+
+import { BufferAttribute, BufferGeometry } from "three";
+import { MeshBVH } from "three-mesh-bvh";
+import type { SerializedBVH } from "three-mesh-bvh";
+import { bordersOf } from "./borders";
+import type { Borders } from "./borders";
+import { buffersOf, read } from "./decode";
+import type { Source } from "./decode";
+import type { Net, Tier } from "./surface";
+
+/** The search tree of a mesh, for picking. It leaves the order of the triangles as it is. */
+function treeOf({ position, index }: Net): SerializedBVH {
+  const geometry = new BufferGeometry();
+  geometry.setAttribute("position", new BufferAttribute(position, 3));
+  geometry.setIndex(new BufferAttribute(index, 1));
+  return MeshBVH.serialize(new MeshBVH(geometry, { targetLeafSize: 8, indirect: true }), { cloneBuffers: false });
+}
+
+/** What the page can ask for: each job with what it is given and what comes back. */
+export interface Jobs {
+  read: [source: Source, done: Tier];
+  tree: [net: Net, done: SerializedBVH];
+  borders: [net: Net, done: Borders];
+}
+
+export interface Asked<J extends keyof Jobs = keyof Jobs> {
+  number: number;
+  job: J;
+  given: Jobs[J][0];
+}
+
+export type Answer = { number: number; done: Jobs[keyof Jobs][1] } | { number: number; failed: string; tooLarge: boolean };
+
+type Done<J extends keyof Jobs> = [done: Jobs[J][1], handed: Transferable[]];
+
+/** Each job gives what is done and what of it is handed over instead of copied. */
+const JOBS: { [J in keyof Jobs]: (given: Jobs[J][0]) => Done<J> | Promise<Done<J>> } = {
+  async read(source) {
+    const tier = await read(source);
+    return [tier, buffersOf(tier)];
+  },
+  tree(net) {
+    const tree = treeOf(net);
+    return [tree, [...tree.roots, net.index.buffer as ArrayBuffer, (tree.indirectBuffer as Uint32Array).buffer as ArrayBuffer]];
+  },
+  borders(net) {
+    const found = bordersOf(net);
+    return [found, [found.near.buffer as ArrayBuffer, found.inside.buffer as ArrayBuffer]];
+  },
+};
+
+async function work<J extends keyof Jobs>({ number, job, given }: Asked<J>): Promise<void> {
+  const answer = (message: Answer, transfer: Transferable[] = []): void => postMessage(message, { transfer });
+  try {
+    const [done, handed] = await JOBS[job](given);
+    answer({ number, done }, handed);
+  } catch (error) {
+    // A typed array that cannot be had is a RangeError.
+    answer({ number, failed: (error as Error).message, tooLarge: error instanceof RangeError });
+  }
+}
+
+// In the page's own script this is the page too: whoever sends messages there asks for nothing here.
+if (typeof document === "undefined") addEventListener("message", ({ data }: MessageEvent<Asked>) => void work(data));

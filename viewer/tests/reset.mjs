@@ -1,0 +1,122 @@
+// node tests/reset.mjs ADDRESS: what setters do after a reset, by taps, on a scan that `walltopo view
+// --edit` shows (a copy: it is saved). Prints the seconds that somebody waits for each of five tasks
+// and for saving, from the tap to what it does being seen.
+
+import assert from "node:assert/strict";
+import { argv } from "node:process";
+import { pathToFileURL } from "node:url";
+import { ask, placeOf, settle, start } from "./browser.mjs";
+import { fine } from "./checks.mjs";
+import { editor, told } from "./editing.mjs";
+
+const MOST = 60; // seconds of waiting in all
+
+const routes = (page) => ask(page, (el) => el.routes);
+const route = async (page, id) => (await routes(page)).find((one) => one.id === id);
+
+/** Holds that a tap at their place chooses, as the picture stands. */
+const tappable = (page) =>
+  ask(page, (el) =>
+    el.holds
+      .filter(({ id, route: of }) => {
+        const at = el.project(id);
+        return of !== null && el.pickAt(at.x, at.y) === id;
+      })
+      .map(({ id, route: of }) => ({ id, route: of })),
+  );
+
+/** Does the five tasks and saves; gives the seconds of waiting. */
+export async function reset(browser, address) {
+  const { page, log, close, wall, press, pick, write, saved } = await editor(browser, address);
+  const waited = {};
+  const timed = async (task, act) => {
+    const began = performance.now();
+    await act();
+    waited[task] = Math.round((performance.now() - began) / 10) / 100 + (waited[task] ?? 0);
+  };
+  const tap = async ({ x, y }) => {
+    await page.mouse.click(x, y);
+    await told(page);
+  };
+  const all = await tappable(page);
+  const of = (id) => all.filter((hold) => hold.route === id).map((hold) => hold.id);
+  const [first, second, ...others] = (await routes(page)).filter(({ id }) => of(id).length > 2).map(({ id }) => id);
+  const [merged, into] = [second, others[0] ?? first];
+
+  await timed("fix a start", async () => {
+    const { start: was } = await route(page, first);
+    const [right] = of(first).filter((id) => !was.includes(id));
+    await tap(await placeOf(page, right));
+    await press("Start");
+    for (const id of was.filter((one) => all.some((hold) => hold.id === one))) {
+      await tap(await placeOf(page, id));
+      await press("Hand");
+    }
+    assert.ok((await route(page, first)).start.includes(right));
+  });
+
+  const gone = of(first).at(-1);
+  const there = await placeOf(page, gone);
+  await timed("delete", async () => {
+    await tap(there);
+    await press("Not a hold");
+    assert.ok(!(await ask(page, (el) => el.holds)).some(({ id }) => id === gone));
+  });
+
+  await timed("add a missed hold", async () => {
+    const before = (await ask(page, (el) => el.holds)).length;
+    await press("Add a hold");
+    await tap(there);
+    assert.equal((await ask(page, (el) => el.holds)).length, before + 1, "nothing was added");
+    const added = await ask(page, (el) => el.selectedHold);
+    assert.ok(added > gone, "the new hold is not chosen");
+    await pick("Route", String(first));
+    assert.ok((await route(page, first)).holds.includes(added));
+  });
+
+  await timed("merge", async () => {
+    await wall.locator(`[data-route="${into}"]`).click();
+    await settle(page);
+    await pick("Merge with", String(merged));
+    assert.equal(await route(page, merged), undefined);
+  });
+
+  await timed("split and name", async () => {
+    await ask(page, (el) => el.home());
+    await press("Mark several");
+    for (const id of of(merged).slice(0, 2)) await tap(await placeOf(page, id));
+    await press("Make a route");
+    const made = (await routes(page)).find(({ holds }) => holds.includes(of(merged)[0]));
+    assert.deepEqual(made.holds.toSorted(), of(merged).slice(0, 2).toSorted());
+    await wall.locator(`[data-route="${made.id}"]`).click();
+    await write("Name", "New one");
+    assert.equal((await route(page, made.id)).name, "New one");
+  });
+
+  await timed("save", async () => {
+    await press("Save");
+    await saved("Saved");
+  });
+  await timed("pages written", () => saved());
+  fine(log);
+  await close();
+  return waited;
+}
+
+export const resets = {
+  async "five tasks after a reset are done by taps, with a minute of waiting at most"(browser, { reset: address }) {
+    const { "pages written": _, ...waited } = await reset(browser, address);
+    const sum = Object.values(waited).reduce((total, seconds) => total + seconds, 0);
+    assert.ok(sum <= MOST, `${sum} s of waiting: ${JSON.stringify(waited)}`);
+  },
+};
+
+if (import.meta.url === pathToFileURL(argv[1]).href) {
+  const browser = await start();
+  try {
+    const waited = await reset(browser, argv[2]);
+    process.stdout.write(`${JSON.stringify(waited)}\n`);
+  } finally {
+    await browser.close();
+  }
+}
