@@ -59,7 +59,7 @@ def test_a_kept_tier_has_the_labels_of_now(wall: Wall, tmp_path: Path, name: str
         assert len(after.triangles) == len(before.triangles)
 
 
-def rim(positions: np.ndarray, triangles: np.ndarray) -> float:  # type: ignore[type-arg]
+def rim(positions: np.ndarray, triangles: np.ndarray) -> float:
     """Length of the edges that one triangle alone has, vertices at one place being one."""
     places, index = np.unique(positions, axis=0, return_inverse=True)
     edges = edges_of(index.ravel()[triangles].astype(np.int32))
