@@ -32,9 +32,10 @@ from walltopo.scans.photo_list import Photo
 from walltopo.scans.photo_set import PhotoSet
 from walltopo.scans.scale import Frame, Scale
 from walltopo.scans.world_frame import world_frame
+from walltopo.sparse.attempts import Attempt, best_attempt, learned_alone
 from walltopo.sparse.colmap_process import run_worker
 from walltopo.sparse.contract import SparseSettings, Writes
-from walltopo.sparse.feature_cache import find_features, known_features, seal_features
+from walltopo.sparse.feature_cache import known_features
 from walltopo.sparse.job import CameraEntry, ImageEntry, Job, KnownFeatures, MapTask
 from walltopo.sparse.jobs import (
     camera_entries,
@@ -80,14 +81,19 @@ def align_to_reference(
     """
     reference = _open_reference(folder, settings)
     job = _update_job(folder, photos, reference, settings, context.cache)
-    find_features(job, folder.folder, context.progress)
     align = _constrained if settings.align == "constrained" else _rigid
-    model, moved, shared = align(photos, reference, job, context)
-    reasons = _reasons(photos, model, job)
-    seal_features(Path(job.database))
-    registered = model.num_reg_images()
-    if registered < max(2, _LEAST_SHARE * len(photos)):
+
+    def mapped(job: Job) -> tuple[_Update | None, set[str]]:
+        update = align(photos, reference, job, context)
+        return update, _registered(update)
+
+    names = [f"{_NEW}/{photo.name}" for photo in photos]
+    attempt = best_attempt(job, settings, folder.folder, context.progress, mapped, names)
+    update, registered = attempt.made, len(attempt.registered)
+    if update is None or registered < max(2, _LEAST_SHARE * len(photos)):
         raise StageError(_not_this_wall(registered, len(photos), reference))
+    model, moved, shared = update.model, update.moved, update.shared_points
+    reasons = _reasons(photos, attempt)
     made = context.scratch / "sparse"
     made.mkdir()
     model.write(made)
@@ -107,8 +113,32 @@ def align_to_reference(
         "align": settings.align,
         "reference_moved": moved,
         "shared_points": shared,
+        "means": attempt.means,
     }
     return Writes(SparseModel(made), aligned, figures)
+
+
+@dataclass(frozen=True, eq=False)
+class _Update:
+    """New photos in the reference's frame.
+
+    Parameters
+    ----------
+    model : `pycolmap.Reconstruction` of the new photos alone.
+    moved : largest change of any number in the reference's poses and intrinsics.
+    shared_points : points that tie the two together.
+    """
+
+    model: Any
+    moved: float
+    shared_points: int
+
+
+def _registered(update: _Update | None) -> set[str]:
+    """Names, as the job has them, of the photos of an update."""
+    if update is None:
+        return set()
+    return {f"{_NEW}/{image.name}" for image in update.model.images.values() if image.has_pose}
 
 
 def _open_reference(photos: PhotoSet, settings: SparseSettings) -> _Reference:
@@ -168,6 +198,8 @@ def _update_job(
     new, old_ids = photo_ids(photos), range(len(photos) + 1, len(images) + 1)
     database = cache / "aligned-features" / "features.db"
     job = features_job(database, root, settings, cameras, images, new, old_ids)
+    if settings.features == "xfeat":
+        return learned_alone(job)
     known = known_features(job, reference.scan.work, reference.scan.photos)
     if known is None:
         return job
@@ -180,7 +212,8 @@ def _update_job(
 
 def _mapped(job: Job, task: MapTask, context: Context) -> Any | None:
     """The mapper's best model from the job's features and matches; None where it made none."""
-    result = run_worker(replace(job, pairing=None, map=task), context.progress)
+    alone = replace(job, pairing=None, learned=None, known_features=None, map=task)
+    result = run_worker(alone, context.progress)
     return open_model(Path(result.best)) if result.best else None
 
 
@@ -195,8 +228,8 @@ def _output(context: Context) -> str:
 
 def _constrained(
     photos: Sequence[Photo], reference: _Reference, job: Job, context: Context
-) -> tuple[Any, float, int]:
-    """New cameras mapped into the fixed reference: the new part, how far the old moved, ties."""
+) -> _Update | None:
+    """New cameras mapped into the fixed reference; None where none could be."""
     known = _reference_for_mapper(reference, job)
     start = context.cache / "reference-model"
     shutil.rmtree(start, ignore_errors=True)
@@ -211,7 +244,7 @@ def _constrained(
     )
     model = _mapped(job, task, context)
     if model is None:
-        raise StageError(_not_this_wall(0, len(photos), reference))
+        return None
     moved = _moved(known, model)
     if moved > _MOVED:
         raise StageError(
@@ -224,7 +257,7 @@ def _constrained(
         for point in model.points3D.values()
         if {e.image_id in new_ids for e in point.track.elements} == {True, False}
     )
-    return _new_part(model, new_ids), moved, ties
+    return _Update(_new_part(model, new_ids), moved, ties)
 
 
 def _reference_for_mapper(reference: _Reference, job: Job) -> Any:
@@ -247,27 +280,28 @@ def _reference_for_mapper(reference: _Reference, job: Job) -> Any:
 
 def _rigid(
     photos: Sequence[Photo], reference: _Reference, job: Job, context: Context
-) -> tuple[Any, float, int]:
-    """The new photos mapped alone, then one similarity through the shared points."""
+) -> _Update | None:
+    """The new photos mapped alone, then one similarity through the shared points; None where they
+    make no model or share too little with the reference."""
     from walltopo.colmap import pycolmap
 
     count = len(photos)
     names = tuple(entry.name for entry in job.images[:count])
     alone = _mapped(job, MapTask(_output(context), count, only=names), context)
     if alone is None:
-        raise StageError(f"none of the {count} new photos could be put together")
+        return None
     known = _reference_for_mapper(reference, job)
     source, target = _shared_points(alone, known, job)
     centres = np.array([image.projection_center() for image in known.images.values()])
     tolerance = _RIGID_TOLERANCE * float(np.ptp(centres, axis=0).max())
     try:
         fit, good = fit_similarity_robust(source, target, tolerance, job.seed, rounds=2000)
-    except InputError as error:
-        raise StageError(_not_this_wall(0, count, reference)) from error
+    except InputError:
+        return None
     if good.sum() < _LEAST_SHARED_POINTS:
-        raise StageError(_not_this_wall(0, count, reference))
+        return None
     alone.transform(pycolmap.Sim3d(fit.scale, pycolmap.Rotation3d(fit.rotation), fit.translation))
-    return _new_part(alone, set(photo_ids(photos))), 0.0, int(good.sum())
+    return _Update(_new_part(alone, set(photo_ids(photos))), 0.0, int(good.sum()))
 
 
 def _shared_points(alone: Any, known: Any, job: Job) -> tuple[Floats, Floats]:
@@ -318,11 +352,10 @@ def _moved(before: Any, after: Any) -> float:
     return worst
 
 
-def _reasons(photos: Sequence[Photo], model: Any, job: Job) -> dict[str, str]:
-    registered = {str(image.name) for image in model.images.values() if image.has_pose}
+def _reasons(photos: Sequence[Photo], attempt: Attempt[_Update | None]) -> dict[str, str]:
     named = {photo.name: f"{_NEW}/{photo.name}" for photo in photos}
-    missing = {name: named[name] for name in named if name not in registered}
-    return why_unregistered(Path(job.database), missing, {})
+    missing = {name: named[name] for name in named if named[name] not in attempt.registered}
+    return why_unregistered(Path(attempt.job.database), missing, {})
 
 
 def _not_this_wall(registered: int, photos: int, reference: _Reference) -> str:

@@ -22,6 +22,8 @@ _EVENT = "@walltopo "
 _WHAT = {
     "features": "find features",
     "matches": "match photos",
+    "learned": "look again with a network",
+    "learned matches": "match again with a network",
     "register": "register photos",
     "refine": "refine all together",
 }
@@ -124,6 +126,8 @@ class _Listener:
             self._block = event.get("block", 1)
             if self._left:
                 self.progress.step(_WHAT[self._step], self._left)
+        elif "advance" in event:
+            self._advance(event["advance"])
         elif "error" in event:
             self.error = event["error"]
         else:

@@ -14,14 +14,16 @@ import shutil
 import statistics
 import sys
 import threading
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
 from walltopo.core import WalltopoError
-from walltopo.sparse.job import CameraEntry, ImageEntry, Job, MapTask, Pairing
+from walltopo.sparse.job import CameraEntry, ImageEntry, Job, KnownFeatures, MapTask, Pairing
+from walltopo.sparse.join import join_models
 from walltopo.sparse.pairs import choose_pairs, in_tiles
 
 __all__ = ["EVENT", "main"]
@@ -62,10 +64,14 @@ def _run(job: Job) -> None:
     database.parent.mkdir(parents=True, exist_ok=True)
     pycolmap.set_random_seed(job.seed)
     register_images(database, job.cameras, job.images)
+    _adopt_features(database, job)
     if job.pairing is not None:
-        _adopt_features(database, job)
         _extract(database, job)
         _match(database, job, job.pairing)
+    if job.learned is not None:
+        from walltopo.sparse.colmap_learned import add_learned
+
+        _verify(database, job, add_learned(database, job, job.learned, _event))
     if job.map is not None:
         _map(database, job, job.map)
 
@@ -123,6 +129,30 @@ def _adopt_features(database: Path, job: Job) -> None:
                 continue
             db.write_keypoints(number, known.read_keypoints(old))
             db.write_descriptors(number, known.read_descriptors(old))
+        if source.matches:
+            _adopt_matches(db, known, {by_name[old]: here for here, old in _here(job, source)})
+
+
+def _here(job: Job, source: KnownFeatures) -> list[tuple[int, str]]:
+    """Image id and name of then, of the photos whose features are known."""
+    return [
+        (number, source.names[entry.name])
+        for number, entry in enumerate(job.images, start=1)
+        if entry.name in source.names
+    ]
+
+
+def _adopt_matches(db: Any, known: Any, here: Mapping[int, int]) -> None:
+    """Copy matches, verified or not; `here`: image id by that of then."""
+    from walltopo.colmap import pycolmap
+
+    for pair, matches in zip(*known.read_all_matches(), strict=True):
+        a, b = pycolmap.pair_id_to_image_pair(pair)
+        if a in here and b in here and not db.exists_matches(here[a], here[b]):
+            db.write_matches(here[a], here[b], matches)
+            if known.exists_two_view_geometry(a, b):
+                geometry = known.read_two_view_geometry(a, b)
+                db.write_two_view_geometry(here[a], here[b], geometry)
 
 
 def _extract(database: Path, job: Job) -> None:
@@ -140,8 +170,8 @@ def _extract(database: Path, job: Job) -> None:
     options = pycolmap.FeatureExtractionOptions()
     options.use_gpu = False
     options.num_threads = job.threads
-    options.sift.max_num_features = job.max_features
-    options.sift.first_octave = job.first_octave
+    options.sift.max_num_features = job.sift.max_features
+    options.sift.first_octave = job.sift.first_octave
     pycolmap.extract_features(
         database,
         job.image_root,
@@ -165,19 +195,43 @@ def _match(database: Path, job: Job, pairing: Pairing) -> None:
     _event(step="matches", total=len(pairs), block=_BLOCK)
     if not pairs:
         return
-    names = [entry.name for entry in job.images]
-    listing = database.with_suffix(".pairs.txt")
-    listing.write_text("".join(f"{names[a - 1]} {names[b - 1]}\n" for a, b in pairs), "utf-8")
     matching = pycolmap.FeatureMatchingOptions()
     matching.use_gpu = False
     matching.num_threads = job.threads
-    verification = pycolmap.TwoViewGeometryOptions()
-    verification.ransac.random_seed = job.seed
-    verification.min_num_inliers = job.min_matches
     listed = pycolmap.ImportedPairingOptions()
-    listed.match_list_path = listing
     listed.block_size = _BLOCK
-    pycolmap.match_image_pairs(database, matching, listed, verification, device=pycolmap.Device.cpu)
+    with _listed(database, job, pairs) as listing:
+        listed.match_list_path = listing
+        pycolmap.match_image_pairs(
+            database, matching, listed, _verification(job), device=pycolmap.Device.cpu
+        )
+
+
+def _verify(database: Path, job: Job, pairs: Sequence[tuple[int, int]]) -> None:
+    """Keep the matches of pairs that one geometry of two cameras explains."""
+    from walltopo.colmap import pycolmap
+
+    with _listed(database, job, pairs) as listing:
+        pycolmap.verify_matches(database, listing, _verification(job))
+
+
+def _verification(job: Job) -> Any:
+    """`pycolmap.TwoViewGeometryOptions`."""
+    from walltopo.colmap import pycolmap
+
+    options = pycolmap.TwoViewGeometryOptions()
+    options.ransac.random_seed = job.seed
+    options.min_num_inliers = job.min_matches
+    return options
+
+
+@contextmanager
+def _listed(database: Path, job: Job, pairs: Sequence[tuple[int, int]]) -> Iterator[Path]:
+    """The pairs as a file of names, while it is needed."""
+    names = [entry.name for entry in job.images]
+    listing = database.with_suffix(".pairs.txt")
+    listing.write_text("".join(f"{names[a - 1]} {names[b - 1]}\n" for a, b in pairs), "utf-8")
+    yield listing
     listing.unlink()
 
 
@@ -210,15 +264,18 @@ def _map(database: Path, job: Job, task: MapTask) -> None:
     )
     sizes = {str(key): model.num_reg_images() for key, model in models.items()}
     best = max(models, key=lambda key: (models[key].num_reg_images(), -key), default=None)
-    if best is not None:
-        # A model that is continued is written to the folder itself.
-        place = output if task.reference else output / str(best)
-        _event(step="refine", total=1)
-        refine(models[best], set(task.held_images), set(task.constant_cameras))
-        models[best].write(place)
-        _event(models=sizes, best=str(place))
-    else:
+    if best is None:
         _event(models=sizes, best="")
+        return
+    # A model that is continued is written to the folder itself.
+    place = output if task.reference else output / str(best)
+    model = models[best]
+    if len(models) > 1 and not task.reference:
+        model = join_models(models, database, Path(job.image_root), place, options) or model
+    _event(step="refine", total=1)
+    refine(model, set(task.held_images), set(task.constant_cameras))
+    model.write(place)
+    _event(models=sizes, best=str(place))
 
 
 def refine(model: Any, held_images: set[int], held_cameras: set[int]) -> None:

@@ -19,6 +19,13 @@ __all__ = ["Reads", "SparseSettings", "Writes"]
 class SparseSettings:
     """How photos are matched and registered (COLMAP through pycolmap)."""
 
+    features: Annotated[
+        Literal["auto", "sift", "xfeat"],
+        about(
+            "what photos are matched by: SIFT; XFeat, a network; auto: SIFT, and where photos stay "
+            "out, SIFT on doubled photos, then XFeat beside it"
+        ),
+    ] = "auto"
     max_features: Annotated[
         int, about("most features kept of one photo", unit="features", low=500, high=65536)
     ] = 8192

@@ -42,8 +42,10 @@ def find_features(job: Job, photos: Path, progress: Progress) -> None:
     key = _key(job, photos)
     stamp = _read_stamp(database)
     content = stamp.pop(_CONTENT, "")
-    if stamp != key or not _is_sound(database, content):
-        if stamp == key:
+    # Learned features are put behind others: half of them could not be told from all.
+    half = job.learned is not None and not content
+    if stamp != key or half or not _is_sound(database, content):
+        if stamp == key and not half:
             progress.note(f"{database.name} is damaged: features are found again")
         shutil.rmtree(database.parent, ignore_errors=True)
     write_json(database.parent / _STAMP, key)
@@ -94,14 +96,12 @@ def _read_stamp(database: Path) -> dict[str, Any]:
 def _key(job: Job, photos: Path) -> dict[str, Any]:
     # As JSON gives it back: lists, where the job has tuples.
     plain = msgspec.json.decode(msgspec.json.encode(job))
-    key = {name: plain[name] for name in ("cameras", "images", "min_matches", "seed")}
+    key = {name: plain[name] for name in ("cameras", "images", "min_matches", "seed", "learned")}
+    if job.known_features is not None and job.known_features.matches:
+        key["taken_over"] = plain["known_features"]["names"]
     return key | _feature_key(job, photos)
 
 
 def _feature_key(job: Job, photos: Path) -> dict[str, Any]:
     """What a photo's features follow from."""
-    return {
-        "max_features": job.max_features,
-        "first_octave": job.first_octave,
-        "photos": hash_path(photos),
-    }
+    return {**msgspec.to_builtins(job.sift), "photos": hash_path(photos)}

@@ -4,7 +4,17 @@ from __future__ import annotations
 
 import msgspec
 
-__all__ = ["CameraEntry", "ImageEntry", "Job", "KnownFeatures", "MapTask", "Mapped", "Pairing"]
+__all__ = [
+    "CameraEntry",
+    "ImageEntry",
+    "Job",
+    "KnownFeatures",
+    "Learned",
+    "MapTask",
+    "Mapped",
+    "Pairing",
+    "Sift",
+]
 
 
 class CameraEntry(msgspec.Struct, frozen=True):
@@ -67,15 +77,52 @@ class MapTask(msgspec.Struct, frozen=True):
     only: tuple[str, ...] = ()
 
 
+class Sift(msgspec.Struct, frozen=True):
+    """How SIFT looks.
+
+    Parameters
+    ----------
+    max_features : most of one photo.
+    first_octave : -1 doubles the photo first.
+    """
+
+    max_features: int
+    first_octave: int
+
+
+class Learned(msgspec.Struct, frozen=True):
+    """Which photos get learned features too (`colmap_learned`).
+
+    Parameters
+    ----------
+    images : image ids, ascending.
+    points : most features of one photo.
+    partners : how many of the others each is matched with.
+    """
+
+    images: tuple[int, ...]
+    points: int
+    partners: int
+
+
 class KnownFeatures(msgspec.Struct, frozen=True):
-    """Features that another scan found: its database, and a photo's name there by its name here."""
+    """Features that were found before.
+
+    Parameters
+    ----------
+    database : of then.
+    names : a photo's name there by its name here.
+    matches : the verified matches among these photos are taken over as well.
+    """
 
     database: str
     names: dict[str, str]
+    matches: bool = False
 
 
 class Job(msgspec.Struct, frozen=True):
-    """One run of the child: features and matches (`pairing`), or a mapping (`map`), or both.
+    """One run of the child: features and matches (`pairing`, `learned`), or a mapping (`map`), or
+    both.
 
     Parameters
     ----------
@@ -87,14 +134,14 @@ class Job(msgspec.Struct, frozen=True):
     image_root: str
     threads: int
     seed: int
-    max_features: int
-    first_octave: int
+    sift: Sift
     min_matches: int
     cameras: tuple[CameraEntry, ...]
     images: tuple[ImageEntry, ...]
     pairing: Pairing | None = None
     map: MapTask | None = None
     known_features: KnownFeatures | None = None
+    learned: Learned | None = None
 
 
 class Mapped(msgspec.Struct, frozen=True):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from walltopo.scans.photo_list import Photo
 from walltopo.sparse.contract import SparseSettings
-from walltopo.sparse.job import CameraEntry, ImageEntry, Job, Pairing
+from walltopo.sparse.job import CameraEntry, ImageEntry, Job, Pairing, Sift
 
 __all__ = [
     "camera_entries",
@@ -62,8 +62,7 @@ def features_job(
         image_root=str(image_root),
         threads=settings.threads or -1,
         seed=settings.seed,
-        max_features=settings.max_features,
-        first_octave=settings.first_octave,
+        sift=Sift(settings.max_features, settings.first_octave),
         min_matches=settings.min_matches,
         cameras=tuple(cameras),
         images=tuple(images),

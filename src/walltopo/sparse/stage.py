@@ -17,10 +17,11 @@ from walltopo.scans.model import SparseModel
 from walltopo.scans.photo_list import Photo
 from walltopo.scans.photo_set import PhotoSet
 from walltopo.sparse.align import align_to_reference
+from walltopo.sparse.attempts import Attempt, best_attempt, learned_alone
 from walltopo.sparse.colmap_process import run_worker
 from walltopo.sparse.contract import Reads, SparseSettings, Writes
-from walltopo.sparse.feature_cache import database_of, find_features, seal_features
-from walltopo.sparse.job import ImageEntry, MapTask
+from walltopo.sparse.feature_cache import database_of
+from walltopo.sparse.job import ImageEntry, Job, Mapped, MapTask
 from walltopo.sparse.jobs import (
     camera_entries,
     features_job,
@@ -50,20 +51,26 @@ def run(reads: Reads, settings: SparseSettings, context: Context) -> Writes:
     photos = _photos(reads)
     if settings.reference:
         return align_to_reference(reads.photos, photos, settings, context)
-    best = _reconstruct(reads.photos, photos, settings, context)
-    kept = registered_names(best)
-    missing = {photo.name: photo.name for photo in photos if photo.name not in kept}
+    attempt = _reconstruct(reads.photos, photos, settings, context)
+    result = attempt.made
+    if not result.models:
+        raise StageError(
+            f"none of the {len(photos)} photos could be put together",
+            "They share too little: take photos that overlap by two thirds, of one wall, sharp "
+            "and not all from one spot.",
+        )
+    best = Path(result.best)
+    _tell_groups(result, context)
+    missing = {photo.name: photo.name for photo in photos if photo.name not in attempt.registered}
     elsewhere = other_models(best.parent, best)
-    database = database_of(context.cache)
-    reasons = why_unregistered(database, missing, elsewhere)
-    seal_features(database)
+    reasons = why_unregistered(Path(attempt.job.database), missing, elsewhere)
     folder = context.scratch / "sparse"
     shutil.copytree(best, folder)
     for name, reason in reasons.items():
         context.progress.note(f"{name} not registered: {reason}")
     model = SparseModel(folder)
     figures = describe_model(model.open(), len(photos))
-    return Writes(model, None, {**figures, "unregistered": reasons})
+    return Writes(model, None, {**figures, "unregistered": reasons, "means": attempt.means})
 
 
 def _photos(reads: Reads) -> list[Photo]:
@@ -78,28 +85,31 @@ def _photos(reads: Reads) -> list[Photo]:
 
 def _reconstruct(
     folder: PhotoSet, photos: Sequence[Photo], settings: SparseSettings, context: Context
-) -> Path:
-    """Map the photos on their own; the folder of the largest model (below `work/`)."""
+) -> Attempt[Mapped]:
+    """Map the photos on their own; models lie below `work/`."""
     cameras, indices = camera_entries(photos)
     images = [ImageEntry(photo.name, index) for photo, index in zip(photos, indices, strict=True)]
     database, ids = database_of(context.cache), photo_ids(photos)
     job = features_job(database, folder.folder, settings, cameras, images, ids)
-    # Mapping gets a process of its own: COLMAP's random state would differ between a run that
-    # matched photos first and one that found them matched.
-    find_features(job, folder.folder, context.progress)
-    task = MapTask(str(context.cache / "mapping"), len(photos))
-    result = run_worker(replace(job, pairing=None, map=task), context.progress)
-    models = result.models
-    if not models:
-        raise StageError(
-            f"none of the {len(photos)} photos could be put together",
-            "They share too little: take photos that overlap by two thirds, of one wall, sharp "
-            "and not all from one spot.",
-        )
-    if len(models) > 1:
-        counts = sorted(models.values(), reverse=True)
+    if settings.features == "xfeat":
+        job = learned_alone(job)
+
+    def mapped(job: Job) -> tuple[Mapped, set[str]]:
+        # Mapping gets a process of its own: COLMAP's random state would differ between a run that
+        # matched photos first and one that found them matched.
+        task = MapTask(str(Path(job.database).with_name("mapping")), len(photos))
+        alone = replace(job, pairing=None, learned=None, known_features=None, map=task)
+        result = run_worker(alone, context.progress)
+        return result, registered_names(Path(result.best)) if result.best else set()
+
+    names = [photo.name for photo in photos]
+    return best_attempt(job, settings, folder.folder, context.progress, mapped, names)
+
+
+def _tell_groups(result: Mapped, context: Context) -> None:
+    if len(result.models) > 1:
+        counts = sorted(result.models.values(), reverse=True)
         context.progress.note(
-            f"the photos fall into {len(models)} groups that do not connect "
+            f"the photos fall into {len(result.models)} groups that do not connect "
             f"({', '.join(map(str, counts))} photos); the largest is kept"
         )
-    return Path(result.best)

