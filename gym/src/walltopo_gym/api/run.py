@@ -1,0 +1,68 @@
+"""Serving the application with uvicorn."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Callable
+
+import uvicorn
+
+from walltopo.core import EnvironmentLacksError
+from walltopo_gym.accounts.passwords import Passwords
+from walltopo_gym.api.app import build_app
+from walltopo_gym.api.services import Services
+from walltopo_gym.database.engine import Database
+from walltopo_gym.mail import make_mailer
+from walltopo_gym.migrations.run import migrate
+from walltopo_gym.settings import GymSettings
+
+__all__ = ["serve"]
+
+_LAST_WORDS_S = 10  # what is being answered when the server is asked to stop
+
+
+def serve(settings: GymSettings, tell: Callable[[str], None]) -> None:
+    """Serve until a signal ends it.
+
+    Parameters
+    ----------
+    tell : is given the address that is listened on, when it is.
+
+    Raises
+    ------
+    EnvironmentLacksError : the address cannot be listened on.
+    """
+    settings.data.mkdir(parents=True, exist_ok=True)
+    database = Database(settings.database_url)
+    try:
+        migrate(database)
+        services = Services(settings, database, Passwords(), make_mailer(settings))
+        listener = _listener(settings)
+        config = uvicorn.Config(
+            build_app(services),
+            server_header=False,
+            proxy_headers=bool(settings.proxies),
+            forwarded_allow_ips=list(settings.proxies),
+            timeout_graceful_shutdown=_LAST_WORDS_S,
+        )
+        host, port = listener.getsockname()[:2]
+        tell(f"http://{host}:{port}")
+        uvicorn.Server(config).run(sockets=[listener])
+    finally:
+        database.close()
+
+
+def _listener(settings: GymSettings) -> socket.socket:
+    """Bound here, so that port 0 is known and a taken one is told in words."""
+    family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
+    listener = socket.socket(family, socket.SOCK_STREAM)
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listener.bind((settings.host, settings.port))
+    except OSError as error:
+        listener.close()
+        raise EnvironmentLacksError(
+            f"cannot listen on {settings.host}:{settings.port} ({error.strerror})",
+            "Give another --port.",
+        ) from error
+    return listener
