@@ -29,7 +29,12 @@ from walltopo_gym.gyms.opening import open_gym
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.mail import Letter
 from walltopo_gym.migrations.run import migrate
+from walltopo_gym.scans.models import Scan
+from walltopo_gym.scans.states import State
 from walltopo_gym.settings import load_settings
+from walltopo_gym.storage.files import open_store
+from walltopo_gym.uploads.incoming import Incoming
+from walltopo_gym.uploads.models import Photo
 
 PASSWORD = "chalk bucket overhang 7"
 ORIGIN = "https://walls.example.com"
@@ -85,7 +90,14 @@ class Server:
         self.outbox = Outbox()
         # Argon2's costs are the library's defaults in `Passwords()`; here they would be paid often.
         self.passwords = Passwords(PasswordHasher(time_cost=1, memory_cost=8, parallelism=1))
-        self.services = Services(self.settings, self.database, self.passwords, self.outbox)
+        self.services = Services(
+            self.settings,
+            self.database,
+            self.passwords,
+            self.outbox,
+            open_store(self.settings),
+            Incoming(folder / "incoming", keep_free_mb=0),
+        )
         self.app = build_app(self.services)
 
     def client(self) -> TestClient:
@@ -144,6 +156,24 @@ class World:
     @property
     def path(self) -> str:
         return f"/gyms/{self.gym.slug}"
+
+    def scan(self, state: State = State.UPLOADING, *, usable: int = 0) -> UUID:
+        """A new scan of the wall, with photos that nobody ever sent."""
+        row = Scan(wall_id=self.wall.id, state=state)
+        with self.server.database.writing() as session:
+            session.add(row)
+        for number in range(usable):
+            self.photo(row.id, name=f"{number}.jpg", state="usable")
+        return row.id
+
+    def photo(self, scan: UUID, **facts: Any) -> UUID:
+        """A photo of a scan."""
+        row = Photo(scan_id=scan, **{"name": "a.jpg", "size": 9, "state": "receiving"} | facts)
+        with self.server.database.writing() as session:
+            session.add(row)
+        if row.state == "receiving":
+            self.server.services.incoming.begin(row.id, row.size)
+        return row.id
 
     @property
     def owner(self) -> Somebody:

@@ -7,7 +7,7 @@ endpoint that is not in it fails, and so does one that lets in whom the table do
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import httpx
@@ -21,6 +21,7 @@ from walltopo_gym.accounts.models import AuditEntry
 from walltopo_gym.gyms.members import invite
 from walltopo_gym.gyms.models import GradeSystem, Invitation
 from walltopo_gym.gyms.roles import Role
+from walltopo_gym.scans.states import State
 
 ROLES = ("guest", "member", "judge", "setter", "owner")
 PEOPLE = ("nobody", "stranger", "operator", "member", "judge", "setter", "owner")
@@ -48,6 +49,8 @@ class Case:
     values: Callable[[World], dict[str, Any]] = no_values
     body: Callable[[World], object] = lambda world: None
     known: bool = False
+    headers: dict[str, str] = field(default_factory=dict)
+    content: bytes | None = None
 
 
 def _invitation(world: World) -> str:
@@ -93,6 +96,25 @@ def member(world: World) -> dict[str, Any]:
     return {"person": world.people["member"].id}
 
 
+def a_scan(world: World) -> dict[str, Any]:
+    return {"scan": world.scan(usable=3)}
+
+
+def a_queued_scan(world: World) -> dict[str, Any]:
+    return {"scan": world.scan(State.QUEUED)}
+
+
+def a_photo(world: World) -> dict[str, Any]:
+    return {"photo": world.photo(world.scan(), size=5)}
+
+
+def a_seen_photo(world: World) -> dict[str, Any]:
+    photo = world.photo(world.scan(), state="usable", width=4, sha256="ab" * 32)
+    world.server.services.store.put(f"thumbnails/{'ab' * 32}.jpg", b"picture")
+    return {"photo": photo}
+
+
+TUS = {"tus-resumable": "1.0.0"}
 GRADES = {"name": "Ours", "kind": "own", "grades": [{"label": "easy"}, {"label": "hard"}]}
 
 CASES = {
@@ -141,6 +163,19 @@ CASES = {
     "read_wall": Case("guest", Scope.READ, wall),
     "change_wall": Case("setter", Scope.MANAGE, wall, lambda w: {"place": 3}),
     "drop_wall": Case("owner", Scope.MANAGE, wall),
+    "list_scans": Case("setter", Scope.UPLOAD, wall),
+    "begin_scan": Case("setter", Scope.UPLOAD, wall),
+    "read_scan": Case("setter", Scope.UPLOAD, a_scan),
+    "start_scan": Case("setter", Scope.UPLOAD, a_scan),
+    "cancel_scan": Case("setter", Scope.UPLOAD, a_queued_scan),
+    "list_photos": Case("setter", Scope.UPLOAD, a_scan),
+    "announce_photo": Case("setter", Scope.UPLOAD, a_scan, headers=TUS | {
+        "upload-length": "5", "upload-metadata": "filename YS5qcGc="}),
+    "ask_offset": Case("setter", Scope.UPLOAD, a_photo, headers=TUS),
+    "send_photo": Case("setter", Scope.UPLOAD, a_photo, headers=TUS | {
+        "upload-offset": "0", "content-type": "application/offset+octet-stream"}, content=b"bytes"),
+    "drop_photo": Case("setter", Scope.UPLOAD, a_photo, headers=TUS),
+    "read_thumbnail": Case("setter", Scope.UPLOAD, a_seen_photo),
 }  # fmt: skip
 
 
@@ -159,7 +194,7 @@ EXCEPT = {("leave_gym", "owner"): 409} | {  # a gym keeps an owner; a token is i
     ("drop_token", kind): 404 for kind in PEOPLE if kind != "owner"
 }
 
-Request = tuple[str, str, object]
+Request = tuple[str, str, object, dict[str, str], bytes | None]
 
 
 def prepare(world: World, name: str, **other: Any) -> Request:
@@ -167,12 +202,12 @@ def prepare(world: World, name: str, **other: Any) -> Request:
     method, path, _ = operations(world.server)[name]
     case = CASES[name]
     values = {"gym": world.gym.slug, **case.values(world), **other}
-    return method, path.format(**values), case.body(world)
+    return method, path.format(**values), case.body(world), case.headers, case.content
 
 
 def send(world: World, request: Request, who: Somebody) -> httpx.Response:
-    method, path, body = request
-    return world.server.ask(method, path, who, body)
+    method, path, body, headers, content = request
+    return world.server.ask(method, path, who, body, headers, content)
 
 
 def expected(case: Case, kind: str, visibility: str) -> int | None:

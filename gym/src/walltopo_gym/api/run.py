@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import socket
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 import uvicorn
 
 from walltopo.core import EnvironmentLacksError
-from walltopo_gym.accounts.passwords import Passwords
 from walltopo_gym.api.app import build_app
 from walltopo_gym.api.services import Services
-from walltopo_gym.database.engine import Database
-from walltopo_gym.mail import make_mailer
 from walltopo_gym.migrations.run import migrate
+from walltopo_gym.scans.stages import ScanSteps
+from walltopo_gym.scans.worker import run_worker
 from walltopo_gym.settings import GymSettings
+from walltopo_gym.uploads.receiving import finish_all
 
 __all__ = ["serve"]
 
@@ -32,11 +34,10 @@ def serve(settings: GymSettings, tell: Callable[[str], None]) -> None:
     ------
     EnvironmentLacksError : the address cannot be listened on.
     """
-    settings.data.mkdir(parents=True, exist_ok=True)
-    database = Database(settings.database_url)
+    services = Services.open(settings)
     try:
-        migrate(database)
-        services = Services(settings, database, Passwords(), make_mailer(settings))
+        migrate(services.database)
+        finish_all(services.database, services.store, services.incoming)
         listener = _listener(settings)
         config = uvicorn.Config(
             build_app(services),
@@ -47,9 +48,27 @@ def serve(settings: GymSettings, tell: Callable[[str], None]) -> None:
         )
         host, port = listener.getsockname()[:2]
         tell(f"http://{host}:{port}")
-        uvicorn.Server(config).run(sockets=[listener])
+        with _worker_within(services):
+            uvicorn.Server(config).run(sockets=[listener])
     finally:
-        database.close()
+        services.database.close()
+
+
+@contextmanager
+def _worker_within(services: Services) -> Iterator[None]:
+    """A worker in this process, unless the settings leave the scans to others."""
+    if services.settings.workers == 0:
+        yield
+        return
+    stop = threading.Event()
+    steps = ScanSteps.of(services.settings, services.database, services.store)
+    worker = threading.Thread(target=run_worker, args=(steps, stop), name="worker")
+    worker.start()
+    try:
+        yield
+    finally:
+        stop.set()
+        worker.join()
 
 
 def _listener(settings: GymSettings) -> socket.socket:
@@ -59,6 +78,7 @@ def _listener(settings: GymSettings) -> socket.socket:
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         listener.bind((settings.host, settings.port))
+        listener.listen()  # who comes before uvicorn is ready waits
     except OSError as error:
         listener.close()
         raise EnvironmentLacksError(

@@ -11,8 +11,10 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.passwords import Passwords
 from walltopo_gym.database.engine import Database
-from walltopo_gym.mail import Mailer
+from walltopo_gym.mail import Mailer, make_mailer
 from walltopo_gym.settings import GymSettings
+from walltopo_gym.storage.files import FileStore, open_store
+from walltopo_gym.uploads.incoming import Incoming
 
 __all__ = ["Db", "Services", "ServicesOf", "client_of", "is_reading"]
 
@@ -27,6 +29,21 @@ class Services:
     database: Database
     passwords: Passwords
     mailer: Mailer
+    store: FileStore
+    incoming: Incoming
+
+    @classmethod
+    def open(cls, settings: GymSettings) -> Services:
+        """All of them, as the settings say."""
+        settings.data.mkdir(parents=True, exist_ok=True)
+        return cls(
+            settings,
+            Database(settings.database_url),
+            Passwords(),
+            make_mailer(settings),
+            open_store(settings),
+            Incoming(settings.data / "incoming", settings.keep_free_mb),
+        )
 
 
 def _services(request: Request) -> Services:

@@ -35,6 +35,9 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     serve.add_argument("--port", help="port to listen on; 0: any free one (default 8080)")
     serve.add_argument("--address", help="the address as people type it, e.g. https://gym.example")
     serve.set_defaults(run=_serve)
+    worker = inner.add_parser("worker", help="work on scans, on this or another machine")
+    _add_place(worker)
+    worker.set_defaults(run=_worker)
     migrate = inner.add_parser("migrate", help="bring the database to this version (serve does it)")
     _add_place(migrate)
     migrate.set_defaults(run=_migrate)
@@ -73,6 +76,22 @@ def _serve(args: argparse.Namespace) -> int:
         console.print("Ctrl-C stops.")
 
     serve(settings, tell)
+    return 0
+
+
+def _worker(args: argparse.Namespace) -> int:
+    import threading
+
+    from walltopo.cli.console import console
+    from walltopo_gym.cli.place import opened, settings_of
+    from walltopo_gym.scans.stages import ScanSteps
+    from walltopo_gym.scans.worker import run_worker
+    from walltopo_gym.storage.files import open_store
+
+    settings = settings_of(args)
+    with opened(args) as database:
+        console.print("working on scans; Ctrl-C stops")
+        run_worker(ScanSteps.of(settings, database, open_store(settings)), threading.Event())
     return 0
 
 

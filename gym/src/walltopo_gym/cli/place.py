@@ -11,15 +11,20 @@ from contextlib import contextmanager
 from walltopo.core import InputError
 from walltopo_gym.database.engine import Database
 from walltopo_gym.migrations.run import migrate
-from walltopo_gym.settings import load_settings
+from walltopo_gym.settings import GymSettings, load_settings
 
-__all__ = ["asked_password", "opened"]
+__all__ = ["asked_password", "opened", "settings_of"]
+
+
+def settings_of(args: argparse.Namespace) -> GymSettings:
+    """The settings of `--data`, `--database` and `--objects`."""
+    return load_settings({name: getattr(args, name) for name in ("data", "database", "objects")})
 
 
 @contextmanager
 def opened(args: argparse.Namespace) -> Iterator[Database]:
     """The database of `--data` and `--database`, with the tables of this version."""
-    settings = load_settings({name: getattr(args, name) for name in ("data", "database")})
+    settings = settings_of(args)
     settings.data.mkdir(parents=True, exist_ok=True)
     database = Database(settings.database_url)
     try:

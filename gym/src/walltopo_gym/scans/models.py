@@ -12,7 +12,7 @@ from sqlalchemy.orm import Mapped, mapped_column
 from walltopo_gym.clock import now
 from walltopo_gym.database.base import Base, Keyed
 
-__all__ = ["Scan", "ScanProgress"]
+__all__ = ["Scan", "ScanProgress", "Worker"]
 
 
 class Scan(Keyed, Base):
@@ -51,3 +51,12 @@ class ScanProgress(Base):
     total: Mapped[int | None]
     notes: Mapped[list[str]] = mapped_column(JSON, default=list)
     at: Mapped[datetime] = mapped_column(default=now)
+
+
+class Worker(Base):
+    """A worker, and when it was last heard of."""
+
+    __tablename__ = "workers"
+
+    name: Mapped[str] = mapped_column(String(200), primary_key=True)
+    at: Mapped[datetime]

@@ -80,6 +80,12 @@ def upgrade() -> None:
         batch_op.create_index("ix_tries_key_at", ["key", "at"], unique=False)
 
     op.create_table(
+        "workers",
+        sa.Column("name", sa.String(length=200), nullable=False),
+        sa.Column("at", UtcTime(), nullable=False),
+        sa.PrimaryKeyConstraint("name", name=op.f("pk_workers")),
+    )
+    op.create_table(
         "api_tokens",
         sa.Column("person_id", sa.Uuid(), nullable=False),
         sa.Column("name", sa.String(length=80), nullable=False),
@@ -206,6 +212,29 @@ def upgrade() -> None:
         batch_op.create_index(batch_op.f("ix_scans_reference_id"), ["reference_id"], unique=False)
         batch_op.create_index(batch_op.f("ix_scans_state"), ["state"], unique=False)
         batch_op.create_index(batch_op.f("ix_scans_wall_id"), ["wall_id"], unique=False)
+
+    op.create_table(
+        "photos",
+        sa.Column("scan_id", sa.Uuid(), nullable=False),
+        sa.Column("name", sa.String(length=200), nullable=False),
+        sa.Column("size", sa.BigInteger(), nullable=False),
+        sa.Column("state", sa.String(length=10), nullable=False),
+        sa.Column("reason", sa.String(length=500), nullable=False),
+        sa.Column("sha256", sa.String(length=64), nullable=True),
+        sa.Column("width", sa.Integer(), nullable=True),
+        sa.Column("height", sa.Integer(), nullable=True),
+        sa.Column("sharpness", sa.Double(), nullable=True),
+        sa.Column("id", sa.Uuid(), nullable=False),
+        sa.Column("created_at", UtcTime(), nullable=False),
+        sa.ForeignKeyConstraint(
+            ["scan_id"], ["scans.id"], name=op.f("fk_photos_scan_id"), ondelete="CASCADE"
+        ),
+        sa.PrimaryKeyConstraint("id", name=op.f("pk_photos")),
+    )
+    with op.batch_alter_table("photos", schema=None) as batch_op:
+        batch_op.create_index(batch_op.f("ix_photos_scan_id"), ["scan_id"], unique=False)
+        batch_op.create_index(batch_op.f("ix_photos_sha256"), ["sha256"], unique=False)
+        batch_op.create_index(batch_op.f("ix_photos_state"), ["state"], unique=False)
 
     op.create_table(
         "scan_progress",
