@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 from uuid import UUID
 
@@ -13,6 +15,10 @@ from argon2 import PasswordHasher
 from fastapi.testclient import TestClient
 from sqlalchemy import create_engine, event, text
 
+from walltopo.scans import routes as found
+from walltopo.scans.attributes import Attributes, Hold
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.scale import Scale
 from walltopo_gym.accounts.actor import TOKEN_PREFIX, Scope, sign_in
 from walltopo_gym.accounts.models import ApiToken
 from walltopo_gym.accounts.passwords import Passwords
@@ -166,6 +172,43 @@ class World:
             self.photo(row.id, name=f"{number}.jpg", state="usable")
         return row.id
 
+    def reviewed(
+        self, routes: Mapping[int, Sequence[int]], holds: Sequence[Hold], **facts: Any
+    ) -> UUID:
+        """A scan that is in review: its routes by number, and its holds."""
+        row = Scan(wall_id=self.wall.id, state=State.REVIEW, **facts)
+        with self.server.database.writing() as session:
+            session.add(row)
+        store = self.server.services.store
+        with TemporaryDirectory() as name:
+            folder = ScanFolder(Path(name))
+            made = (found.Route(id=n, colour="red", holds=tuple(h)) for n, h in routes.items())
+            found.Routes(routes=tuple(made)).save(folder.routes)
+            Attributes(instances=tuple(holds)).save(folder.attributes)
+            scale = Scale(method="measure", scale=1.0, metric=True, up_known=True, floor_known=True)
+            scale.save(folder.scale)
+            for path in Path(name).iterdir():
+                store.put(f"scans/{row.id}/{path.name}", path)
+        store.put("content/abcd", b"<!doctype html>")
+        files = {"index.html": {"key": "content/abcd", "size": 15, "type": "text/html"}}
+        with self.server.database.writing() as session:
+            session.get_one(Scan, row.id).files = files
+        return row.id
+
+    def publish(self, scan: UUID, *entries: dict[str, Any], revision: int = 0) -> httpx.Response:
+        """Publish a scan as the setter."""
+        body = {"revision": revision, "routes": list(entries)}
+        path = f"{self.path}/scans/{scan}/publish"
+        return self.server.ask("POST", path, self.people["setter"], body)
+
+    def published(self) -> dict[str, Any]:
+        """What everybody sees of the wall."""
+        path = f"{self.path}/walls/{self.wall.id}/published"
+        answer = self.server.ask("GET", path, self.people["member"])
+        assert answer.status_code == 200, answer.text
+        told: dict[str, Any] = answer.json()
+        return told
+
     def photo(self, scan: UUID, **facts: Any) -> UUID:
         """A photo of a scan."""
         row = Photo(scan_id=scan, **{"name": "a.jpg", "size": 9, "state": "receiving"} | facts)
@@ -178,6 +221,11 @@ class World:
     @property
     def owner(self) -> Somebody:
         return self.people["owner"]
+
+
+def hold(number: int, x: float, z: float, *, colour: str = "red", size: float = 0.1) -> Hold:
+    """A hold on a vertical wall, at metres from its left foot."""
+    return Hold(id=number, kind="hold", colour=colour, position=(x, 0.0, z), size=size)
 
 
 def make_people(server: Server) -> dict[str, Somebody]:

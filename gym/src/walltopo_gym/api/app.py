@@ -6,7 +6,7 @@ from importlib.metadata import version
 
 from fastapi import APIRouter, FastAPI
 
-from walltopo_gym.api import accounts, gyms, health, scans, uploads, walls
+from walltopo_gym.api import accounts, gyms, health, publishing, scans, uploads, walls
 from walltopo_gym.api.cross_origin import CrossOriginGuard
 from walltopo_gym.api.headers import SafeHeaders
 from walltopo_gym.api.problems import PROBLEMS, handle_problems
@@ -16,7 +16,7 @@ from walltopo_gym.api.services import Services
 __all__ = ["PREFIX", "build_app"]
 
 PREFIX = "/api/v1"
-_ROOMS = (accounts, gyms, walls, scans, uploads)
+_ROOMS = (accounts, gyms, walls, scans, uploads, publishing)
 
 
 def build_app(services: Services) -> FastAPI:

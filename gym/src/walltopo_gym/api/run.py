@@ -11,6 +11,7 @@ import uvicorn
 
 from walltopo.core import EnvironmentLacksError
 from walltopo_gym.api.app import build_app
+from walltopo_gym.api.logs import log_config
 from walltopo_gym.api.services import Services
 from walltopo_gym.migrations.run import migrate
 from walltopo_gym.scans.stages import ScanSteps
@@ -42,6 +43,7 @@ def serve(settings: GymSettings, tell: Callable[[str], None]) -> None:
         config = uvicorn.Config(
             build_app(services),
             server_header=False,
+            log_config=log_config(),
             proxy_headers=bool(settings.proxies),
             forwarded_allow_ips=list(settings.proxies),
             timeout_graceful_shutdown=_LAST_WORDS_S,

@@ -17,7 +17,7 @@ from walltopo.pipeline.stages import STAGES, stage_index
 from walltopo.scans.folder import ScanFolder
 from walltopo_gym.storage.files import FileStore, hash_of_file
 
-__all__ = ["shelve_stage", "take_scan", "take_visible"]
+__all__ = ["shelve_stage", "take_files", "take_scan", "take_visible"]
 
 # What is shown of a published wall.
 _VISIBLE = ("page", "page_assets", "glb", "holds", "routes")
@@ -46,6 +46,18 @@ def take_scan(store: FileStore, scan: UUID, folder: ScanFolder) -> None:
         path = folder.root / key.removeprefix(prefix)
         if not path.exists():
             store.fetch(key, path)
+
+
+def take_files(store: FileStore, scan: UUID, folder: ScanFolder, *names: str) -> None:
+    """Take single files, by the names of the scan folder.
+
+    Raises
+    ------
+    NotFoundError : the scan has not come so far.
+    """
+    for name in names:
+        path: Path = getattr(folder, name)
+        store.fetch(f"{_prefix(scan)}/{path.relative_to(folder.root).as_posix()}", path)
 
 
 def take_visible(store: FileStore, folder: ScanFolder) -> dict[str, Any]:

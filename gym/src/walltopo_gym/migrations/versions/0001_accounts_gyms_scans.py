@@ -185,6 +185,38 @@ def upgrade() -> None:
         sa.UniqueConstraint("gym_id", "name", name=op.f("uq_walls_gym_id_name")),
     )
     op.create_table(
+        "routes",
+        sa.Column("wall_id", sa.Uuid(), nullable=False),
+        sa.Column("name", sa.String(length=80), nullable=False),
+        sa.Column("colour", sa.String(length=40), nullable=False),
+        sa.Column("grade_system_id", sa.Uuid(), nullable=True),
+        sa.Column("grade", sa.String(length=80), nullable=False),
+        sa.Column("setter", sa.String(length=80), nullable=False),
+        sa.Column("tags", sa.JSON(), nullable=False),
+        sa.Column("set_on", sa.Date(), nullable=False),
+        sa.Column("strip_on", sa.Date(), nullable=True),
+        sa.Column("stripped_at", UtcTime(), nullable=True),
+        sa.Column("id", sa.Uuid(), nullable=False),
+        sa.Column("created_at", UtcTime(), nullable=False),
+        sa.ForeignKeyConstraint(
+            ["grade_system_id"],
+            ["grade_systems.id"],
+            name=op.f("fk_routes_grade_system_id"),
+            ondelete="SET NULL",
+        ),
+        sa.ForeignKeyConstraint(
+            ["wall_id"], ["walls.id"], name=op.f("fk_routes_wall_id"), ondelete="CASCADE"
+        ),
+        sa.PrimaryKeyConstraint("id", name=op.f("pk_routes")),
+    )
+    with op.batch_alter_table("routes", schema=None) as batch_op:
+        batch_op.create_index(
+            batch_op.f("ix_routes_grade_system_id"), ["grade_system_id"], unique=False
+        )
+        batch_op.create_index(batch_op.f("ix_routes_stripped_at"), ["stripped_at"], unique=False)
+        batch_op.create_index(batch_op.f("ix_routes_wall_id"), ["wall_id"], unique=False)
+
+    op.create_table(
         "scans",
         sa.Column("wall_id", sa.Uuid(), nullable=False),
         sa.Column("made_by", sa.Uuid(), nullable=True),
@@ -235,6 +267,23 @@ def upgrade() -> None:
         batch_op.create_index(batch_op.f("ix_photos_scan_id"), ["scan_id"], unique=False)
         batch_op.create_index(batch_op.f("ix_photos_sha256"), ["sha256"], unique=False)
         batch_op.create_index(batch_op.f("ix_photos_state"), ["state"], unique=False)
+
+    op.create_table(
+        "placements",
+        sa.Column("scan_id", sa.Uuid(), nullable=False),
+        sa.Column("number", sa.Integer(), nullable=False),
+        sa.Column("route_id", sa.Uuid(), nullable=False),
+        sa.Column("holds", sa.JSON(), nullable=False),
+        sa.ForeignKeyConstraint(
+            ["route_id"], ["routes.id"], name=op.f("fk_placements_route_id"), ondelete="CASCADE"
+        ),
+        sa.ForeignKeyConstraint(
+            ["scan_id"], ["scans.id"], name=op.f("fk_placements_scan_id"), ondelete="CASCADE"
+        ),
+        sa.PrimaryKeyConstraint("scan_id", "number", name=op.f("pk_placements")),
+    )
+    with op.batch_alter_table("placements", schema=None) as batch_op:
+        batch_op.create_index(batch_op.f("ix_placements_route_id"), ["route_id"], unique=False)
 
     op.create_table(
         "scan_progress",
