@@ -15,7 +15,7 @@ help:
 	@echo "make test-ultralytics   the tests that need Ultralytics (AGPL-3.0), in an environment of its own"
 	@echo "make test-pythons       the quick tests on Python 3.12 and 3.13, where they are installed"
 	@echo "make lint     ruff, mypy, import floors"
-	@echo "make wheels   wheels and source archives of both distributions in dist/"
+	@echo "make wheels   wheels and source archives of all distributions in dist/"
 	@echo "make docs     write the generated parts of docs/"
 	@echo "make viewer   build the web viewer into the package (needs node)"
 	@echo "make pictures GYM=SCAN SPRAYWALL=SCAN   retake the README's pictures"
@@ -29,7 +29,7 @@ $(VENV)/pip-ready:
 	$(PYTHON) -m venv $(VENV)
 	@touch $@
 
-$(VENV)/core-ready: $(VENV)/pip-ready pyproject.toml lab/pyproject.toml VERSION constraints.txt
+$(VENV)/core-ready: $(VENV)/pip-ready pyproject.toml lab/pyproject.toml gym/pyproject.toml VERSION constraints.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e .
 	@command -v c++ >/dev/null || $(MAKE) --no-print-directory system-compiler || true
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[web]' \
@@ -38,14 +38,14 @@ $(VENV)/core-ready: $(VENV)/pip-ready pyproject.toml lab/pyproject.toml VERSION 
 
 $(VENV)/dev-ready: $(VENV)/core-ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt \
-	  -e '.[dev]' -e './lab[train,tune,dev]'
+	  -e '.[dev]' -e './lab[train,tune,dev]' -e './gym[dev]'
 	@touch $@
 
 demo: $(VENV)/core-ready
 	$(BIN)/walltopo scan examples/demo-photos -o demo-scan
 
 test: $(VENV)/dev-ready browser database
-	$(BIN)/python -m pytest --cov=walltopo --cov-report=term:skip-covered
+	$(BIN)/python -m pytest --cov=walltopo --cov=walltopo_gym --cov-report=term:skip-covered
 
 # Ultralytics is AGPL-3.0, so it is no part of `make test`.
 test-ultralytics: $(VENV)/dev-ready
@@ -67,8 +67,8 @@ test-pythons:
 	done
 
 lint: $(VENV)/dev-ready
-	$(BIN)/ruff format --check src lab tests examples conftest.py
-	$(BIN)/ruff check src lab tests examples conftest.py
+	$(BIN)/ruff format --check src lab gym tests examples conftest.py
+	$(BIN)/ruff check src lab gym tests examples conftest.py
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
@@ -82,6 +82,7 @@ docs: $(VENV)/dev-ready
 wheels: $(VENV)/dev-ready
 	$(BIN)/python -m build --outdir dist .
 	$(BIN)/python -m build --outdir dist lab
+	$(BIN)/python -m build --outdir dist gym
 
 viewer:
 	cd viewer && npm ci --no-audit --no-fund && npm run build
@@ -98,12 +99,12 @@ browser:
 	  [ -d viewer/node_modules ] || (cd viewer && npm ci --no-audit --no-fund --silent) \
 	    || echo "npm ci failed: the viewer's tests will be skipped"; fi
 
-# One test of the lab starts a PostgreSQL of its own.
+# The tests of the platform and one of the lab run on a PostgreSQL of their own.
 database:
 	@command -v initdb >/dev/null || ls /usr/lib/postgresql/*/bin/initdb >/dev/null 2>&1 \
 	  || { command -v apt-get >/dev/null && $(SUDO) apt-get update -qq \
 	       && $(SUDO) apt-get install -y -qq postgresql >/dev/null; } \
-	  || echo "no PostgreSQL: the test of tuning on several machines will be skipped"
+	  || echo "no PostgreSQL: the platform is tested on SQLite alone, tuning on one machine"
 
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 

@@ -1,15 +1,11 @@
-"""Workers that share a PostgreSQL database; a server of its own, under a temporary folder."""
+"""Workers that share a PostgreSQL database; on the server of the tests."""
 
 from __future__ import annotations
 
 import importlib.util
-import os
-import shutil
-import socket
 import subprocess
 import sys
-import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import NoReturn
 
@@ -18,53 +14,13 @@ import pytest
 DRIVERS = ("pg8000", "psycopg", "psycopg2")
 
 
-def programs() -> Path | None:
-    """The folder of initdb and pg_ctl, which Debian does not put on the path."""
-    found = shutil.which("initdb")
-    folders = [Path(found).parent] if found else []
-    folders += sorted(Path("/usr/lib/postgresql").glob("*/bin"), reverse=True)
-    wanted = ("initdb", "pg_ctl")
-    return next((f for f in folders if all((f / name).is_file() for name in wanted)), None)
-
-
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
-
-
 @pytest.fixture
-def database(lacks: Callable[[str], NoReturn]) -> Iterator[str]:
-    """URL of an empty database; the server ends with the test."""
-    folder = programs()
-    if folder is None:
-        lacks("PostgreSQL is not installed (Debian: apt-get install postgresql)")
+def database(postgres: str, lacks: Callable[[str], NoReturn]) -> str:
+    """URL of an empty database."""
     driver = next((name for name in DRIVERS if importlib.util.find_spec(name)), None)
     if driver is None:
         lacks(f"no PostgreSQL driver ({', '.join(DRIVERS)}): pip install pg8000")
-    place = Path(tempfile.mkdtemp(prefix="walltopo-postgres-"))
-    # The server refuses to run as root.
-    user = "nobody" if os.getuid() == 0 else None
-    if user:
-        shutil.chown(place, user)
-
-    def call(program: str, *words: str) -> None:
-        command = [str(folder / program), *words]
-        with (place / "log").open("ab") as log:
-            subprocess.run(command, check=True, user=user, cwd=place, stdout=log, stderr=log)
-
-    port = free_port()
-    try:
-        call("initdb", "-D", f"{place}/db", "-A", "trust", "-U", "tuner")
-        options = f"-k {place} -p {port} -c listen_addresses=127.0.0.1"
-        call(
-            "pg_ctl", "-D", f"{place}/db", "-w", "-o", options, "-l", f"{place}/server.log", "start"
-        )
-        yield f"postgresql+{driver}://tuner@127.0.0.1:{port}/postgres"
-    finally:
-        if (place / "db/postmaster.pid").is_file():
-            call("pg_ctl", "-D", f"{place}/db", "-m", "immediate", "stop")
-        shutil.rmtree(place)
+    return f"postgresql+{driver}://{postgres}/postgres"
 
 
 def test_two_machines_share_a_search(

@@ -45,6 +45,7 @@ ELSEWHERE = {
     "train": ("train a detector or a classifier", "walltopo-lab"),
     "evaluate": ("measure against truth", "walltopo-lab"),
     "tune": ("search settings", "walltopo-lab"),
+    "gym": ("put a gym's walls online", "walltopo-gym"),
 }
 
 EXIT_CODES = """\

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["motion", "sharpness", "thumbnail"]
+__all__ = ["LEAST_SHARPNESS", "motion", "sharpness", "thumbnail"]
+
+LEAST_SHARPNESS = 3.0  # below it no photo of a wall is any use
 
 _SHARPNESS_WIDTH = 1024
 

@@ -17,6 +17,7 @@ from walltopo.photos.contract import IngestSettings, Reads, Writes
 from walltopo.photos.decoding import decode_files
 from walltopo.photos.job import Done, Stored
 from walltopo.photos.names import Names
+from walltopo.photos.quality import LEAST_SHARPNESS
 from walltopo.photos.sources import find_sources, is_video, shown_name
 from walltopo.scans.context import Context
 from walltopo.scans.manifest import Metrics
@@ -26,9 +27,7 @@ from walltopo.scans.photo_set import PhotoSet
 __all__ = ["run"]
 
 _FEWEST = 3
-# A photo is blurred below this variance of its Laplacian at 1024 px, and below this share of the
-# set's median.
-_LEAST_SHARPNESS = 3.0
+# A photo is blurred below `LEAST_SHARPNESS`, and below this share of the set's median.
 _LEAST_SHARPNESS_SHARE = 0.04
 # Mean grey difference (of 255) under which two photos show the same.
 _SAME_DIFFERENCE = 0.6
@@ -168,7 +167,7 @@ def _select(photos: Sequence[_Photo]) -> tuple[list[_Photo], list[SkippedFile]]:
     kept: list[_Photo] = []
     rejected: list[SkippedFile] = []
     median = float(np.median([photo.sharpness for photo in photos])) if photos else 0.0
-    least = max(_LEAST_SHARPNESS, _LEAST_SHARPNESS_SHARE * median)
+    least = max(LEAST_SHARPNESS, _LEAST_SHARPNESS_SHARE * median)
     for photo in photos:
         twin = next((k for k in kept if _same(k, photo)), None)
         if photo.sharpness < least:

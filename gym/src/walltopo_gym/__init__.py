@@ -1,0 +1,1 @@
+"""walltopo-gym: the platform that puts a gym's walls online; `walltopo gym`."""

@@ -1,0 +1,87 @@
+"""Tables of people and of what proves who they are. No secret stands in them, only its hash."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from typing import Any
+from uuid import UUID
+
+from sqlalchemy import JSON, ForeignKey, Index, String
+from sqlalchemy.orm import Mapped, mapped_column
+
+from walltopo_gym.database.base import Base, Keyed
+
+__all__ = ["ApiToken", "AuditEntry", "MailedLink", "Person", "SignIn", "Try"]
+
+_PERSON = "people.id"
+
+
+class Person(Keyed, Base):
+    """Somebody with an account; `operator` may do what concerns the whole server."""
+
+    __tablename__ = "people"
+
+    email: Mapped[str] = mapped_column(String(320), unique=True)
+    name: Mapped[str] = mapped_column(String(80))
+    password_hash: Mapped[str] = mapped_column(String(200))
+    operator: Mapped[bool] = mapped_column(default=False)
+
+
+class SignIn(Keyed, Base):
+    """One browser in which somebody is signed in."""
+
+    __tablename__ = "sign_ins"
+
+    person_id: Mapped[UUID] = mapped_column(ForeignKey(_PERSON, ondelete="CASCADE"), index=True)
+    token_hash: Mapped[str] = mapped_column(String(64), unique=True)
+    expires_at: Mapped[datetime]
+    browser: Mapped[str] = mapped_column(String(200), default="")
+
+
+class ApiToken(Keyed, Base):
+    """A key for programs: acts as its person, within its scopes."""
+
+    __tablename__ = "api_tokens"
+
+    person_id: Mapped[UUID] = mapped_column(ForeignKey(_PERSON, ondelete="CASCADE"), index=True)
+    name: Mapped[str] = mapped_column(String(80))
+    token_hash: Mapped[str] = mapped_column(String(64), unique=True)
+    scopes: Mapped[list[str]] = mapped_column(JSON)
+    expires_at: Mapped[datetime]
+
+
+class MailedLink(Keyed, Base):
+    """A link that proves that somebody reads the mail of an address; good once.
+
+    `kind` is "sign-up" or "reset".
+    """
+
+    __tablename__ = "mailed_links"
+
+    kind: Mapped[str] = mapped_column(String(10))
+    email: Mapped[str] = mapped_column(String(320), index=True)
+    token_hash: Mapped[str] = mapped_column(String(64), unique=True)
+    expires_at: Mapped[datetime]
+
+
+class Try(Base):
+    """One try at something that is limited; `key` is a hash, so that no address is kept."""
+
+    __tablename__ = "tries"
+    __table_args__ = (Index("ix_tries_key_at", "key", "at"),)
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    key: Mapped[str] = mapped_column(String(64))
+    at: Mapped[datetime] = mapped_column(index=True)
+
+
+class AuditEntry(Keyed, Base):
+    """Who changed what. It outlives both: names no row by foreign key."""
+
+    __tablename__ = "audit"
+
+    person_id: Mapped[UUID | None] = mapped_column(index=True)
+    gym_id: Mapped[UUID | None] = mapped_column(index=True)
+    action: Mapped[str] = mapped_column(String(40))
+    subject: Mapped[str] = mapped_column(String(200), default="")
+    details: Mapped[dict[str, Any]] = mapped_column(JSON, default=dict)

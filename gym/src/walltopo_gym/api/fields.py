@@ -1,0 +1,30 @@
+"""Fields that several bodies share, with their bounds."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints
+
+__all__ = ["Body", "Name", "Secret", "Slug", "Text"]
+
+# Printable, of one line: no control or bidirectional override characters, no lone surrogates.
+_LINE = r"^[^\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]+$"
+
+Name = Annotated[
+    str, StringConstraints(strip_whitespace=True, min_length=1, max_length=80, pattern=_LINE)
+]
+Text = Annotated[
+    str,
+    StringConstraints(
+        strip_whitespace=True, max_length=120, pattern=_LINE.replace("]+$", "]*$")
+    ),
+]  # fmt: skip
+Slug = Annotated[str, Field(pattern=r"^[a-z0-9]+(-[a-z0-9]+)*$", max_length=60)]
+Secret = Annotated[str, Field(min_length=20, max_length=100)]
+
+
+class Body(BaseModel):
+    """Base of all that comes in: what is not known is refused."""
+
+    model_config = ConfigDict(extra="forbid")

@@ -1,0 +1,37 @@
+"""For whoever watches the server: is it alive, can it work. Tells no more than that."""
+
+from __future__ import annotations
+
+from fastapi import APIRouter
+from pydantic import BaseModel
+from sqlalchemy import text
+from sqlalchemy.exc import SQLAlchemyError
+from starlette.responses import JSONResponse
+
+from walltopo_gym.api.problems import problem
+from walltopo_gym.api.services import ServicesOf
+
+__all__ = ["router"]
+
+router = APIRouter(tags=["health"], include_in_schema=False)
+
+
+class Health(BaseModel):
+    status: str
+
+
+@router.get("/health")
+def read_health() -> Health:
+    """The process answers."""
+    return Health(status="ok")
+
+
+@router.get("/ready", response_model=Health)
+def read_readiness(services: ServicesOf) -> Health | JSONResponse:
+    """The database answers, too."""
+    try:
+        with services.database.reading() as session:
+            session.execute(text("SELECT 1"))
+    except SQLAlchemyError:
+        return problem(503, "the database does not answer")
+    return Health(status="ok")

@@ -1,0 +1,106 @@
+"""Errors as `application/problem+json` (RFC 9457), in words for people."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from typing import Any, Final
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from sqlalchemy.exc import IntegrityError
+from starlette.exceptions import HTTPException
+from starlette.responses import JSONResponse
+
+from walltopo.core import EnvironmentLacksError, InputError, WalltopoError
+from walltopo_gym.errors import (
+    ConflictError,
+    ForbiddenError,
+    NotFoundError,
+    SignInNeededError,
+    TooManyError,
+)
+
+__all__ = ["PROBLEMS", "handle_problems", "problem"]
+
+_LOG = logging.getLogger("walltopo_gym.api")
+
+_STATUS: Final[Mapping[type[WalltopoError], int]] = {
+    SignInNeededError: 401,
+    ForbiddenError: 403,
+    NotFoundError: 404,
+    ConflictError: 409,
+    InputError: 422,
+    TooManyError: 429,
+    EnvironmentLacksError: 507,
+}
+
+# What every endpoint may answer, for the OpenAPI document.
+PROBLEMS: Final[dict[int | str, dict[str, Any]]] = {
+    "4XX": {
+        "description": "Why not, in words",
+        "content": {
+            "application/problem+json": {
+                "schema": {
+                    "type": "object",
+                    "properties": {
+                        "title": {"type": "string"},
+                        "status": {"type": "integer"},
+                        "hint": {"type": "string"},
+                    },
+                    "required": ["title", "status"],
+                }
+            }
+        },
+    }
+}
+
+
+def problem(
+    status: int, title: str, hint: str = "", headers: Mapping[str, str] | None = None
+) -> JSONResponse:
+    """An answer that says what happened, and what can be done."""
+    body = {"title": title, "status": status} | ({"hint": hint} if hint else {})
+    return JSONResponse(body, status, headers, media_type="application/problem+json")
+
+
+def handle_problems(app: FastAPI) -> None:
+    """Let the application answer so."""
+    app.add_exception_handler(WalltopoError, _told)
+    app.add_exception_handler(RequestValidationError, _not_valid)
+    app.add_exception_handler(HTTPException, _http)
+    app.add_exception_handler(IntegrityError, _raced)
+    app.add_exception_handler(Exception, _defect)
+
+
+def _told(request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, WalltopoError)
+    status = next((code for kind, code in _STATUS.items() if isinstance(error, kind)), 500)
+    headers = {}
+    if isinstance(error, TooManyError):
+        headers["retry-after"] = str(error.seconds)
+    if isinstance(error, SignInNeededError):
+        headers["www-authenticate"] = "Bearer"
+    return problem(status, error.message, error.hint, headers)
+
+
+def _not_valid(request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, RequestValidationError)
+    first = error.errors()[0]
+    where = " ".join(str(part) for part in first["loc"])
+    return problem(422, f"{where}: {first['msg']}")
+
+
+def _http(request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, HTTPException)
+    return problem(error.status_code, str(error.detail), headers=error.headers)
+
+
+def _raced(request: Request, error: Exception) -> JSONResponse:
+    """Two that did the same at the same moment: the database let one of them in."""
+    _LOG.info("conflict: %s", error)
+    return problem(409, "somebody else did this at the same moment", "Look again.")
+
+
+def _defect(request: Request, error: Exception) -> JSONResponse:
+    return problem(500, "a defect in walltopo gym", "The operator's log says more.")

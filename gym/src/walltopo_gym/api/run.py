@@ -1,0 +1,90 @@
+"""Serving the application with uvicorn."""
+
+from __future__ import annotations
+
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import uvicorn
+
+from walltopo.core import EnvironmentLacksError
+from walltopo_gym.api.app import build_app
+from walltopo_gym.api.logs import log_config
+from walltopo_gym.api.services import Services
+from walltopo_gym.migrations.run import migrate
+from walltopo_gym.scans.stages import ScanSteps
+from walltopo_gym.scans.worker import run_worker
+from walltopo_gym.settings import GymSettings
+from walltopo_gym.uploads.receiving import finish_all
+
+__all__ = ["serve"]
+
+_LAST_WORDS_S = 10  # what is being answered when the server is asked to stop
+
+
+def serve(settings: GymSettings, tell: Callable[[str], None]) -> None:
+    """Serve until a signal ends it.
+
+    Parameters
+    ----------
+    tell : is given the address that is listened on, when it is.
+
+    Raises
+    ------
+    EnvironmentLacksError : the address cannot be listened on.
+    """
+    services = Services.open(settings)
+    try:
+        migrate(services.database)
+        finish_all(services.database, services.store, services.incoming)
+        listener = _listener(settings)
+        config = uvicorn.Config(
+            build_app(services),
+            server_header=False,
+            log_config=log_config(),
+            proxy_headers=bool(settings.proxies),
+            forwarded_allow_ips=list(settings.proxies),
+            timeout_graceful_shutdown=_LAST_WORDS_S,
+        )
+        host, port = listener.getsockname()[:2]
+        tell(f"http://{host}:{port}")
+        with _worker_within(services):
+            uvicorn.Server(config).run(sockets=[listener])
+    finally:
+        services.database.close()
+
+
+@contextmanager
+def _worker_within(services: Services) -> Iterator[None]:
+    """A worker in this process, unless the settings leave the scans to others."""
+    if services.settings.workers == 0:
+        yield
+        return
+    stop = threading.Event()
+    steps = ScanSteps.of(services.settings, services.database, services.store)
+    worker = threading.Thread(target=run_worker, args=(steps, stop), name="worker")
+    worker.start()
+    try:
+        yield
+    finally:
+        stop.set()
+        worker.join()
+
+
+def _listener(settings: GymSettings) -> socket.socket:
+    """Bound here, so that port 0 is known and a taken one is told in words."""
+    family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
+    listener = socket.socket(family, socket.SOCK_STREAM)
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listener.bind((settings.host, settings.port))
+        listener.listen()  # who comes before uvicorn is ready waits
+    except OSError as error:
+        listener.close()
+        raise EnvironmentLacksError(
+            f"cannot listen on {settings.host}:{settings.port} ({error.strerror})",
+            "Give another --port.",
+        ) from error
+    return listener

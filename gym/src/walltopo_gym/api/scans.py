@@ -1,0 +1,162 @@
+"""Scans of a wall: begun, started, watched, ended."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from typing import Annotated
+from uuid import UUID
+
+from fastapi import APIRouter
+from pydantic import BaseModel
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from walltopo_gym.accounts.actor import Scope
+from walltopo_gym.accounts.audit import log_change
+from walltopo_gym.api.paging import Cursor, Page, Size, page_of
+from walltopo_gym.api.rules import Access, gym_rule
+from walltopo_gym.api.services import Db
+from walltopo_gym.api.walls import wall_of
+from walltopo_gym.errors import ConflictError, NotFoundError
+from walltopo_gym.gyms.models import Wall
+from walltopo_gym.gyms.roles import Role
+from walltopo_gym.scans.models import Scan, ScanProgress
+from walltopo_gym.scans.states import State, move
+from walltopo_gym.uploads.models import Photo
+
+__all__ = ["UploaderMay", "router", "scan_of"]
+
+router = APIRouter(tags=["scans"])
+
+UploaderMay = Annotated[Access, gym_rule(Role.SETTER, Scope.UPLOAD)]
+
+FEWEST_PHOTOS = 3
+
+
+class Progress(BaseModel):
+    """How far a running scan is: in words, and in numbers where they are known."""
+
+    stage: str
+    doing: str
+    done: int
+    total: int | None
+    notes: list[str]
+    at: datetime
+
+
+class ScanFacts(BaseModel):
+    """One version of a wall; `error` and `hint` say why it failed and what to do."""
+
+    id: UUID
+    wall_id: UUID
+    state: State
+    reference_id: UUID | None
+    error: str
+    hint: str
+    created_at: datetime
+    published_at: datetime | None
+    progress: Progress | None = None
+
+
+def scan_of(session: Session, gym: UUID, scan: UUID) -> Scan:
+    """A scan of this gym.
+
+    Raises
+    ------
+    NotFoundError : there is none, or it is another gym's.
+    """
+    found = select(Scan).join(Wall, Wall.id == Scan.wall_id)
+    row = session.scalar(found.where(Scan.id == scan, Wall.gym_id == gym))
+    if row is None:
+        raise NotFoundError("no such scan")
+    return row
+
+
+def facts_of(session: Session, row: Scan) -> ScanFacts:
+    """A scan as it is told, with its progress."""
+    facts = ScanFacts.model_validate(row, from_attributes=True)
+    progress = session.get(ScanProgress, row.id)
+    if progress is not None:
+        facts.progress = Progress.model_validate(progress, from_attributes=True)
+    return facts
+
+
+@router.get("/gyms/{gym}/walls/{wall}/scans")
+def list_scans(
+    wall: UUID, session: Db, access: UploaderMay, cursor: Cursor = None, size: Size = 50
+) -> Page[ScanFacts]:
+    """The wall's versions, the newest first."""
+    wall_of(session, access.gym.id, wall)
+    rows, following = page_of(session, select(Scan).where(Scan.wall_id == wall), Scan, cursor, size)
+    return Page(items=[facts_of(session, row) for row in rows], next=following)
+
+
+@router.post("/gyms/{gym}/walls/{wall}/scans", status_code=201)
+def begin_scan(wall: UUID, session: Db, access: UploaderMay) -> ScanFacts:
+    """Begin a version of the wall, to which photos are sent. It will lie in the frame of the one
+    that is published now."""
+    row = wall_of(session, access.gym.id, wall)
+    scan = Scan(
+        wall_id=wall,
+        made_by=access.actor.known,
+        state=State.UPLOADING,
+        reference_id=row.published_scan_id,
+    )
+    session.add(scan)
+    session.flush()
+    _log(session, access, "scan.create", scan)
+    return facts_of(session, scan)
+
+
+@router.get("/gyms/{gym}/scans/{scan}")
+def read_scan(scan: UUID, session: Db, access: UploaderMay) -> ScanFacts:
+    """One version of a wall, and how far it is."""
+    return facts_of(session, scan_of(session, access.gym.id, scan))
+
+
+@router.post("/gyms/{gym}/scans/{scan}/start")
+def start_scan(scan: UUID, session: Db, access: UploaderMay) -> ScanFacts:
+    """Make a wall of the photos; again, where that failed or was cancelled."""
+    row = scan_of(session, access.gym.id, scan)
+    _check_photos(session, row)
+    move(session, row.id, State.QUEUED)
+    session.refresh(row)
+    row.run, row.error, row.hint = row.run + 1, "", ""
+    _log(session, access, "scan.start", row)
+    return facts_of(session, row)
+
+
+@router.post("/gyms/{gym}/scans/{scan}/cancel")
+def cancel_scan(scan: UUID, session: Db, access: UploaderMay) -> ScanFacts:
+    """Stop working on it; what is done is kept, should it be started again."""
+    row = scan_of(session, access.gym.id, scan)
+    move(session, row.id, State.CANCELLED)
+    session.refresh(row)
+    _log(session, access, "scan.cancel", row)
+    return facts_of(session, row)
+
+
+def _check_photos(session: Session, scan: Scan) -> None:
+    """Refuse a scan that could not come to anything.
+
+    Raises
+    ------
+    ConflictError : photos are still on their way, or too few are usable.
+    """
+    counted = session.execute(
+        select(Photo.state, func.count()).where(Photo.scan_id == scan.id).group_by(Photo.state)
+    )
+    states = {row[0]: row[1] for row in counted}
+    waiting = states.get("receiving", 0) + states.get("received", 0)
+    if waiting:
+        raise ConflictError(f"{waiting} photos are still on their way", "Wait, or take them back.")
+    usable = states.get("usable", 0)
+    if usable < FEWEST_PHOTOS:
+        raise ConflictError(
+            f"{usable} usable photos, at least {FEWEST_PHOTOS} are needed", "Take more photos."
+        )
+
+
+def _log(session: Session, access: Access, action: str, scan: Scan) -> None:
+    log_change(session, action, person=access.actor.known, gym=access.gym.id,
+               subject=str(scan.id))  # fmt: skip

@@ -1,0 +1,74 @@
+"""What the endpoints share: made once when the server starts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Annotated
+
+from fastapi import Depends, Request
+from sqlalchemy.orm import Session
+
+from walltopo_gym.accounts.passwords import Passwords
+from walltopo_gym.database.engine import Database
+from walltopo_gym.mail import Mailer, make_mailer
+from walltopo_gym.settings import GymSettings
+from walltopo_gym.storage.files import FileStore, open_store
+from walltopo_gym.uploads.incoming import Incoming
+
+__all__ = ["Db", "Services", "ServicesOf", "client_of", "is_reading"]
+
+_READING = {"GET", "HEAD", "OPTIONS"}
+
+
+@dataclass(frozen=True)
+class Services:
+    """The settings, the database, and what speaks to the world outside."""
+
+    settings: GymSettings
+    database: Database
+    passwords: Passwords
+    mailer: Mailer
+    store: FileStore
+    incoming: Incoming
+
+    @classmethod
+    def open(cls, settings: GymSettings) -> Services:
+        """All of them, as the settings say."""
+        settings.data.mkdir(parents=True, exist_ok=True)
+        return cls(
+            settings,
+            Database(settings.database_url),
+            Passwords(),
+            make_mailer(settings),
+            open_store(settings),
+            Incoming(settings.data / "incoming", settings.keep_free_mb),
+        )
+
+
+def _services(request: Request) -> Services:
+    services: Services = request.app.state.services
+    return services
+
+
+ServicesOf = Annotated[Services, Depends(_services)]
+
+
+def is_reading(request: Request) -> bool:
+    """Whether the request changes nothing, by its method."""
+    return request.method in _READING
+
+
+def _session(request: Request, services: ServicesOf) -> Iterator[Session]:
+    database = services.database
+    with database.reading() if is_reading(request) else database.writing() as session:
+        yield session
+
+
+# Ended when the endpoint returns: what was answered has been committed.
+Db = Annotated[Session, Depends(_session, scope="function")]
+
+
+def client_of(request: Request) -> str:
+    """The asker's address; of the nearest proxy that is believed, it is what that one says."""
+    return request.client.host if request.client else ""

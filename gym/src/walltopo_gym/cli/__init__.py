@@ -1,0 +1,1 @@
+"""`walltopo gym ...`: one thin function a command."""

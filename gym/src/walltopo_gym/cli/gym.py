@@ -1,0 +1,140 @@
+"""`walltopo gym`: serve the platform, and look after it."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from walltopo.core import InputError
+
+__all__ = ["register"]
+
+_EXAMPLES = """\
+examples:
+  walltopo gym serve --data gym/                       SQLite and files in gym/
+  walltopo gym serve --data gym/ --database postgresql://user@host/walls
+  walltopo gym user add owner@gym.example --data gym/ --operator
+
+Everything that can be set: `walltopo gym settings`; in DIR/gym.toml, or as WALLTOPO_GYM_NAME.
+"""
+
+
+def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the `gym` command."""
+    gym = commands.add_parser(
+        "gym",
+        help="put a gym's walls online: accounts, uploads, scans, routes",
+        epilog=_EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    gym.set_defaults(run=lambda args: _help(gym))
+    inner = gym.add_subparsers(title="commands", metavar="COMMAND")
+    serve = inner.add_parser("serve", help="serve the platform until Ctrl-C")
+    _add_place(serve)
+    serve.add_argument("--host", help="address to listen on (default 127.0.0.1)")
+    serve.add_argument("--port", help="port to listen on; 0: any free one (default 8080)")
+    serve.add_argument("--address", help="the address as people type it, e.g. https://gym.example")
+    serve.set_defaults(run=_serve)
+    worker = inner.add_parser("worker", help="work on scans, on this or another machine")
+    _add_place(worker)
+    worker.set_defaults(run=_worker)
+    migrate = inner.add_parser("migrate", help="bring the database to this version (serve does it)")
+    _add_place(migrate)
+    migrate.set_defaults(run=_migrate)
+    user = inner.add_parser("user", help="make an account, or give it another password")
+    user.add_argument("what", choices=("add", "password"))
+    user.add_argument("email")
+    user.add_argument("--name", help="(add) as others see it; default: what stands before the @")
+    user.add_argument("--operator", action="store_true", help="(add) may open gyms")
+    _add_place(user)
+    user.set_defaults(run=_user)
+    settings = inner.add_parser("settings", help="every setting with its default")
+    settings.set_defaults(run=_settings)
+
+
+def _help(parser: argparse.ArgumentParser) -> int:
+    parser.print_help()
+    return 2
+
+
+def _add_place(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--data", type=Path, metavar="DIR", help="the folder of everything")
+    parser.add_argument("--database", metavar="URL", help="PostgreSQL instead of SQLite in DIR")
+    parser.add_argument("--objects", metavar="URL", help="an S3 bucket instead of files in DIR")
+
+
+def _serve(args: argparse.Namespace) -> int:
+    from walltopo.cli.console import console
+    from walltopo_gym.api.run import serve
+    from walltopo_gym.settings import load_settings
+
+    names = ("data", "database", "objects", "host", "port", "address")
+    settings = load_settings({name: getattr(args, name) for name in names})
+
+    def tell(address: str) -> None:
+        console.print(address, style="bold", soft_wrap=True)
+        console.print("Ctrl-C stops.")
+
+    serve(settings, tell)
+    return 0
+
+
+def _worker(args: argparse.Namespace) -> int:
+    import threading
+
+    from walltopo.cli.console import console
+    from walltopo_gym.cli.place import opened, settings_of
+    from walltopo_gym.scans.stages import ScanSteps
+    from walltopo_gym.scans.worker import run_worker
+    from walltopo_gym.storage.files import open_store
+
+    settings = settings_of(args)
+    with opened(args) as database:
+        console.print("working on scans; Ctrl-C stops")
+        run_worker(ScanSteps.of(settings, database, open_store(settings)), threading.Event())
+    return 0
+
+
+def _migrate(args: argparse.Namespace) -> int:
+    from walltopo.cli.console import console
+    from walltopo_gym.cli.place import opened
+
+    with opened(args):
+        console.print("the database is of this version")
+    return 0
+
+
+def _user(args: argparse.Namespace) -> int:
+    from walltopo.cli.console import console
+    from walltopo_gym.accounts.addresses import one_spelling
+    from walltopo_gym.accounts.passwords import Passwords, check_password
+    from walltopo_gym.accounts.people import add_person, find_person, set_password
+    from walltopo_gym.cli.place import asked_password, opened
+
+    email = one_spelling(args.email)
+    passwords = Passwords()
+    with opened(args) as database, database.writing() as session:
+        if args.what == "add":
+            name = args.name or email.partition("@")[0]
+            password = asked_password()
+            check_password(password, email, name)
+            add_person(session, email, name, passwords.hash(password), operator=args.operator)
+        else:
+            person = find_person(session, email)
+            if person is None:
+                raise InputError(f"{email}: no account")
+            set_password(session, person, asked_password(), passwords)
+    console.print(f"{email}: done", soft_wrap=True)
+    return 0
+
+
+def _settings(args: argparse.Namespace) -> int:
+    from pydantic_core import PydanticUndefined
+
+    from walltopo.cli.console import console
+    from walltopo_gym.settings import GymSettings
+
+    for name, field in GymSettings.model_fields.items():
+        default = "(must be given)" if field.default is PydanticUndefined else repr(field.default)
+        console.print(f"{name} = {default:<30} # {field.description}", soft_wrap=True, markup=False)
+    return 0

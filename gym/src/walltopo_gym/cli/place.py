@@ -1,0 +1,50 @@
+"""What the operator's commands share: the database, and a password from the keyboard or a pipe."""
+
+from __future__ import annotations
+
+import argparse
+import getpass
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from walltopo.core import InputError
+from walltopo_gym.database.engine import Database
+from walltopo_gym.migrations.run import migrate
+from walltopo_gym.settings import GymSettings, load_settings
+
+__all__ = ["asked_password", "opened", "settings_of"]
+
+
+def settings_of(args: argparse.Namespace) -> GymSettings:
+    """The settings of `--data`, `--database` and `--objects`."""
+    return load_settings({name: getattr(args, name) for name in ("data", "database", "objects")})
+
+
+@contextmanager
+def opened(args: argparse.Namespace) -> Iterator[Database]:
+    """The database of `--data` and `--database`, with the tables of this version."""
+    settings = settings_of(args)
+    settings.data.mkdir(parents=True, exist_ok=True)
+    database = Database(settings.database_url)
+    try:
+        migrate(database)
+        yield database
+    finally:
+        database.close()
+
+
+def asked_password() -> str:
+    """A password, twice from a keyboard, once from a pipe; never from the command line, which
+    other people of the machine can read.
+
+    Raises
+    ------
+    InputError : the two differ.
+    """
+    if not sys.stdin.isatty():
+        return sys.stdin.readline().rstrip("\n")
+    first = getpass.getpass("password: ")
+    if getpass.getpass("again: ") != first:
+        raise InputError("the two passwords differ")
+    return first

@@ -1,0 +1,90 @@
+"""Mails: by SMTP where an operator has set it, else shown in the console."""
+
+from __future__ import annotations
+
+import logging
+import smtplib
+from dataclasses import dataclass
+from email.message import EmailMessage
+from typing import Protocol
+from urllib.parse import unquote, urlsplit
+
+from walltopo.core import SettingsError
+from walltopo_gym.settings import GymSettings
+
+__all__ = ["ConsoleMailer", "Letter", "Mailer", "SmtpMailer", "make_mailer"]
+
+_LOG = logging.getLogger("walltopo_gym.mail")
+_PATIENCE_S = 30
+
+
+@dataclass(frozen=True)
+class Letter:
+    """A mail of plain text."""
+
+    to: str
+    subject: str
+    text: str
+
+
+class Mailer(Protocol):
+    """Sends letters."""
+
+    def send(self, letter: Letter) -> None:
+        """Hand it over; a failure is logged, for nobody waits for it."""
+
+
+class ConsoleMailer:
+    """Shows letters to the operator, who can pass them on."""
+
+    def send(self, letter: Letter) -> None:
+        _LOG.warning(
+            "mail (set `smtp` to have it sent)\n  to: %s\n  %s\n\n%s",
+            letter.to, letter.subject, letter.text,
+        )  # fmt: skip
+
+
+class SmtpMailer:
+    """Sends by SMTP: smtp:// with STARTTLS where the server offers it, smtps:// with TLS at once.
+
+    Parameters
+    ----------
+    url : smtp[s]://user:password@host:port.
+    sender : address that the mails come from.
+    """
+
+    def __init__(self, url: str, sender: str) -> None:
+        parts = urlsplit(url)
+        if parts.scheme not in ("smtp", "smtps") or not parts.hostname:
+            raise SettingsError("smtp: expected smtp://user:password@host:port or smtps://...")
+        self._secure = parts.scheme == "smtps"
+        self._host, self._port = parts.hostname, parts.port or (465 if self._secure else 587)
+        self._user, self._password = unquote(parts.username or ""), unquote(parts.password or "")
+        self._sender = sender
+
+    def send(self, letter: Letter) -> None:
+        message = EmailMessage()
+        message["From"], message["To"] = self._sender, letter.to
+        message["Subject"] = letter.subject
+        message.set_content(letter.text)
+        try:
+            self._deliver(message)
+        except (OSError, smtplib.SMTPException) as error:
+            _LOG.error("mail to %s was not sent: %s", letter.to, error)
+
+    def _deliver(self, message: EmailMessage) -> None:
+        kind = smtplib.SMTP_SSL if self._secure else smtplib.SMTP
+        with kind(self._host, self._port, timeout=_PATIENCE_S) as server:
+            if not self._secure and server.ehlo()[0] == 250 and server.has_extn("starttls"):
+                server.starttls()
+            if self._user:
+                server.login(self._user, self._password)
+            server.send_message(message)
+
+
+def make_mailer(settings: GymSettings) -> Mailer:
+    """The mailer that the settings ask for."""
+    if not settings.smtp:
+        return ConsoleMailer()
+    host = urlsplit(settings.address).hostname or "localhost"
+    return SmtpMailer(settings.smtp, settings.mail_from or f"walltopo@{host}")

@@ -1,0 +1,27 @@
+"""Alembic's entry: runs on the connection that `run.migrate` hands over."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from alembic import context
+
+from walltopo_gym.database.base import UtcTime
+from walltopo_gym.migrations.tables import METADATA
+
+
+def _rendered(kind: str, item: Any, _: Any) -> str | Literal[False]:
+    """How a new version's file names our own type of column."""
+    return "UtcTime()" if kind == "type" and isinstance(item, UtcTime) else False
+
+
+context.configure(
+    connection=context.config.attributes["connection"],
+    target_metadata=METADATA,
+    # SQLite changes a table by making it anew.
+    render_as_batch=True,
+    render_item=_rendered,
+    # The transaction is the caller's.
+    transactional_ddl=False,
+)
+context.run_migrations()

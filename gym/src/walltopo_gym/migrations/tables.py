@@ -1,0 +1,17 @@
+"""All tables of the platform: importing this module makes `Base.metadata` whole."""
+
+from __future__ import annotations
+
+from sqlalchemy import MetaData
+
+from walltopo_gym.accounts import models as _accounts
+from walltopo_gym.database.base import Base
+from walltopo_gym.gyms import models as _gyms
+from walltopo_gym.publishing import models as _publishing
+from walltopo_gym.scans import models as _scans
+from walltopo_gym.uploads import models as _uploads
+
+__all__ = ["METADATA"]
+
+_ROOMS = (_accounts, _gyms, _scans, _uploads, _publishing)
+METADATA: MetaData = Base.metadata

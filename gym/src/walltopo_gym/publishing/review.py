@@ -1,0 +1,74 @@
+"""What a setter is shown of a scan before it is published."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from uuid import UUID
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from walltopo.pipeline.settings import Settings
+from walltopo.scans import routes as found
+from walltopo.scans.attributes import Attributes, Hold
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.scale import Scale
+from walltopo.scans.units import unit_of
+from walltopo_gym.gyms.models import Wall
+from walltopo_gym.publishing.identity import Line, compare
+from walltopo_gym.publishing.models import Placement, Route
+from walltopo_gym.scans.models import Scan
+from walltopo_gym.scans.shelf import take_files
+from walltopo_gym.storage.files import FileStore
+
+__all__ = ["Review", "found_routes", "review"]
+
+
+@dataclass(frozen=True)
+class Review:
+    """The lines to confirm, the routes of the scan by number, and the wall's revision."""
+
+    lines: list[Line[UUID]]
+    routes: dict[int, found.Route]
+    revision: int
+
+
+def found_routes(store: FileStore, scan: UUID) -> dict[int, found.Route]:
+    """The routes of a scan by their numbers."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = ScanFolder(Path(name))
+        take_files(store, scan, folder, "routes")
+        return {route.id: route for route in found.Routes.load(folder.routes).routes}
+
+
+def review(session: Session, store: FileStore, scan: Scan) -> Review:
+    """Compare a scan with what hangs."""
+    wall = session.get_one(Wall, scan.wall_id)
+    routes = found_routes(store, scan.id)
+    new = {number: route.holds for number, route in routes.items()}
+    before = wall.published_scan_id
+    if before is None:
+        lines: list[Line[UUID]] = compare({}, (), new, ())
+        return Review(lines, routes, wall.revision)
+    hanging = session.scalars(
+        select(Placement)
+        .join(Route, Route.id == Placement.route_id)
+        .where(Placement.scan_id == before, Route.stripped_at.is_(None))
+        .order_by(Placement.number)
+    )
+    old = {placement.route_id: placement.holds for placement in hanging}
+    old_holds, _ = _holds(store, before)
+    new_holds, unit = _holds(store, scan.id)
+    return Review(compare(old, old_holds, new, new_holds, unit), routes, wall.revision)
+
+
+def _holds(store: FileStore, scan: UUID) -> tuple[tuple[Hold, ...], float]:
+    """The holds of a scan, and its units a metre."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = ScanFolder(Path(name))
+        take_files(store, scan, folder, "attributes", "scale")
+        holds = Attributes.load(folder.attributes).instances
+        metric = Scale.load(folder.scale).metric
+    return holds, unit_of(holds, metric, Settings().routes.typical_hold)

@@ -1,0 +1,1 @@
+"""Scans of a wall: their photos, and the job that makes a wall of them."""

@@ -1,0 +1,91 @@
+"""The process that scans: `python -m walltopo_gym.scans.child`.
+
+Native code of ten stages, fed with photos from anywhere: here it may crash, or be killed, and
+costs one scan. It ends when its parent does, so that a scan that goes on elsewhere is alone.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+import time
+import traceback
+from pathlib import Path
+
+import msgspec
+
+from walltopo.core import WalltopoError
+from walltopo.pipeline.forecast import Forecast
+from walltopo.pipeline.runner import scan
+from walltopo.pipeline.settings import load_settings
+from walltopo.scans.manifest import StageRecord
+from walltopo_gym.scans.job import Advanced, Ended, Failed, Job, Noted, Said, Step
+
+__all__ = ["main"]
+
+_AT_LEAST_S = 0.2  # between two lines that only count
+
+
+class _Teller:
+    """Tells the parent what the pipeline tells its listener."""
+
+    def __init__(self, out: int) -> None:
+        self._out = os.fdopen(out, "wb", buffering=0)
+        self._stage, self._count, self._told = "", 0, 0.0
+
+    def say(self, what: Said) -> None:
+        self._out.write(msgspec.json.encode(what) + b"\n")
+
+    def step(self, what: str, total: int | None = None) -> None:
+        self._count = 0
+        self.say(Step(self._stage, what, total))
+
+    def advance(self, count: int = 1) -> None:
+        self._count += count
+        if time.monotonic() - self._told >= _AT_LEAST_S:
+            self.say(Advanced(self._count))
+            self._count, self._told = 0, time.monotonic()
+
+    def note(self, message: str) -> None:
+        self.say(Noted(message))
+
+    def detail(self, message: str) -> None: ...
+
+    def scan_begins(self, forecast: Forecast) -> None: ...
+
+    def stage_begins(self, stage: str) -> None:
+        self._stage = stage
+        self.step("starting")
+
+    def stage_ends(self, stage: str, record: StageRecord) -> None:
+        if record.state == "done":
+            self.say(Ended(stage))
+
+    def stage_kept(self, stage: str, record: StageRecord) -> None:
+        self.say(Ended(stage))
+
+
+def main() -> None:
+    """Read one job from stdin, tell on stdout; end when stdin ends."""
+    teller = _Teller(os.dup(1))
+    os.dup2(2, 1)  # what libraries print goes to the operator's log
+    job = msgspec.json.decode(sys.stdin.buffer.readline(), type=Job)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    try:
+        config = Path(job.config) if job.config else None
+        scan(job.photos, job.out, load_settings(config, job.settings), listener=teller)
+    except WalltopoError as error:
+        teller.say(Failed(error.message, error.hint, defect=False))
+    except Exception as error:
+        traceback.print_exc()
+        teller.say(Failed(f"{type(error).__name__}: {error}", "", defect=True))
+
+
+def _end_with_parent() -> None:
+    sys.stdin.buffer.read()
+    os._exit(1)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,204 @@
+"""A worker: takes queued scans and sees them through, with DBOS as its memory.
+
+Each scan is one durable workflow, its steps are the scan's stages. What a step returned is written
+down; a workflow whose worker died goes on after the last of them, here or on another worker. DBOS
+keeps its tables in the PostgreSQL database (schema `dbos`), or in a SQLite file beside ours: two
+programs that write into one SQLite file would wait for each other.
+
+The platform's own table says what is wanted (`queued`, and which run); the workflow's name is the
+scan and the run, so that it is begun once however often it is asked for.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import logging
+import socket
+import threading
+from contextlib import ExitStack
+from datetime import timedelta
+from pathlib import Path
+from typing import IO, Final
+from uuid import UUID
+
+from dbos import DBOS, DBOSConfig, SetEnqueueOptions, SetWorkflowID
+from sqlalchemy import select
+
+from walltopo.pipeline.stages import stage_names
+from walltopo_gym.clock import now
+from walltopo_gym.gyms.models import Wall
+from walltopo_gym.scans.models import Scan, Worker
+from walltopo_gym.scans.stages import ScanSteps
+from walltopo_gym.scans.states import State
+from walltopo_gym.settings import GymSettings
+from walltopo_gym.uploads.looking import look_at_some
+
+__all__ = ["run_worker"]
+
+_LOG = logging.getLogger("walltopo_gym.scans")
+_QUEUE: Final = "scans"
+# Raised when the steps change so that a workflow cannot go on under the new ones.
+_SHAPE: Final = "1"
+_POLL_S: Final = 1.0
+_BEAT_S: Final = 5.0
+_DEAD_AFTER: Final = timedelta(seconds=30)
+
+# DBOS is one for a process, and calls functions: what they work with stands here.
+_steps: ScanSteps | None = None
+
+
+def _at_work() -> ScanSteps:
+    assert _steps is not None, "the worker has not begun"
+    return _steps
+
+
+@DBOS.workflow(name="scan")
+def scan_workflow(scan: str, run: int) -> str:
+    """One scan, from its photos to the review; the state it came to."""
+    if not DBOS.run_step({"name": "claim"}, _claim, scan, run):
+        return "not begun"
+    why = ""
+    for stage in stage_names():
+        why = DBOS.run_step({"name": stage}, _stage, scan, run, stage)
+        if why:
+            break
+    if why:
+        DBOS.run_step({"name": "fail"}, _fail, scan, run, why)
+    else:
+        DBOS.run_step({"name": "finish"}, _finish, scan, run)
+    _at_work().release(UUID(scan), run)
+    return State.FAILED if why else State.REVIEW
+
+
+def _claim(scan: str, run: int) -> bool:
+    return _at_work().claim(UUID(scan), run)
+
+
+def _stage(scan: str, run: int, stage: str) -> str:
+    return _at_work().stage(UUID(scan), run, stage)
+
+
+def _finish(scan: str, run: int) -> None:
+    _at_work().finish(UUID(scan), run)
+
+
+def _fail(scan: str, run: int, why: str) -> None:
+    _at_work().fail(UUID(scan), run, why)
+
+
+def run_worker(steps: ScanSteps, stop: threading.Event) -> None:
+    """Work until `stop`; scans that are being worked on go on when a worker starts again."""
+    global _steps
+    _steps = steps
+    with ExitStack() as held:
+        name = held.enter_context(_Place(steps.settings)).name
+        config: DBOSConfig = {
+            "name": "walltopo-gym",
+            "system_database_url": jobs_url(steps.settings),
+            "executor_id": name,
+            "application_version": _SHAPE,
+            "log_level": "WARNING",
+            "enable_otlp": False,
+        }
+        DBOS(config=config)
+        DBOS.launch()
+        held.callback(DBOS.destroy, workflow_completion_timeout_sec=0)
+        held.callback(steps.stop)
+        workers = max(1, steps.settings.workers)
+        # A queue a gym, of which each worker takes at random: one gym's ten scans delay no other.
+        DBOS.register_queue(
+            _QUEUE,
+            worker_concurrency=workers,
+            partition_worker_concurrency=workers,
+            polling_interval_sec=_POLL_S,
+        )
+        _work(steps, name, stop)
+
+
+def jobs_url(settings: GymSettings) -> str:
+    """Where DBOS keeps its tables."""
+    url = settings.database_url
+    if url.startswith("sqlite"):
+        return f"sqlite:///{settings.data.absolute() / 'jobs.sqlite'}"
+    return url
+
+
+def _work(steps: ScanSteps, name: str, stop: threading.Event) -> None:
+    begun: set[str] = set()
+    next_beat = now()
+    while not stop.wait(_POLL_S):
+        try:
+            if now() >= next_beat:
+                _beat(steps, name)
+                _take_over(steps, name)
+                next_beat = now() + timedelta(seconds=_BEAT_S)
+            _begin_queued(steps, begun)
+            while look_at_some(steps.database, steps.store) and not stop.is_set():
+                pass
+        except Exception:  # a database that is away for a while shall not end the worker
+            _LOG.exception("the worker goes on")
+
+
+def _begin_queued(steps: ScanSteps, begun: set[str]) -> None:
+    """Hand what is queued to DBOS, once."""
+    queued = (
+        select(Scan.id, Scan.run, Wall.gym_id)
+        .join(Wall, Wall.id == Scan.wall_id)
+        .where(Scan.state == State.QUEUED)
+        .order_by(Scan.created_at)
+    )
+    with steps.database.reading() as session:
+        rows = list(session.execute(queued))
+    for scan, run, gym in rows:
+        name = f"{scan}-{run}"
+        if name not in begun:
+            with SetWorkflowID(name), SetEnqueueOptions(queue_partition_key=str(gym)):
+                DBOS.enqueue_workflow(_QUEUE, scan_workflow, str(scan), run)
+            begun.add(name)
+
+
+def _beat(steps: ScanSteps, name: str) -> None:
+    with steps.database.writing() as session:
+        session.merge(Worker(name=name, at=now()))
+
+
+def _take_over(steps: ScanSteps, own: str) -> None:
+    """Let the scans of workers that were not heard of for a while go on."""
+    late = select(Worker).where(Worker.at < now() - _DEAD_AFTER, Worker.name != own)
+    # One at a time does this: the row goes when its scans are in the queue again.
+    with steps.database.writing() as session:
+        for worker in session.scalars(late.with_for_update(skip_locked=True)):
+            left = DBOS.list_workflows(status="PENDING", executor_id=worker.name)
+            for workflow in left:
+                _LOG.warning("worker %s is gone: %s goes on", worker.name, workflow.workflow_id)
+                DBOS.resume_workflow(workflow.workflow_id)
+            session.delete(worker)
+
+
+class _Place:
+    """A worker's name, the same after a restart and never two workers' at a time: the first free
+    of the numbered locks in the data folder."""
+
+    def __init__(self, settings: GymSettings) -> None:
+        self._folder: Path = settings.data / "workers"
+        self._lock: IO[bytes] | None = None
+        self.name = ""
+
+    def __enter__(self) -> _Place:
+        self._folder.mkdir(parents=True, exist_ok=True)
+        number = 0
+        while self._lock is None:
+            stream = (self._folder / f"{number}.lock").open("wb")
+            try:
+                fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                stream.close()
+                number += 1
+            else:
+                self._lock = stream
+        self.name = f"{socket.gethostname()}-{number}"
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        assert self._lock is not None
+        self._lock.close()

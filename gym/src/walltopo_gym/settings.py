@@ -1,0 +1,138 @@
+"""What an operator can set: command line over environment over `gym.toml` in the data folder.
+
+An unknown name is refused wherever it stands, so that a misspelt setting is not silently nothing.
+"""
+
+from __future__ import annotations
+
+import difflib
+import os
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import Field, ValidationError
+from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, SettingsConfigDict
+
+from walltopo.core import InputError, SettingsError
+
+__all__ = ["FILE", "PREFIX", "GymSettings", "load_settings"]
+
+FILE = "gym.toml"
+PREFIX = "WALLTOPO_GYM_"
+
+
+class GymSettings(BaseSettings):
+    """All settings of the platform; `data` alone has no default."""
+
+    model_config = SettingsConfigDict(env_prefix=PREFIX, extra="forbid", frozen=True)
+
+    data: Path = Field(description="the folder of everything that is not elsewhere by a URL")
+    database: str = Field("", description="SQLAlchemy URL; empty: SQLite in the data folder")
+    objects: str = Field("", description="URL of the file store (s3://...); empty: a folder")
+    address: str = Field(
+        "http://localhost:8080", description="as people type it; links in mails begin with it"
+    )
+    host: str = Field("127.0.0.1", description="address to listen on")
+    port: int = Field(8080, ge=0, le=65535, description="port to listen on; 0: any free one")
+    proxies: tuple[str, ...] = Field(
+        (), description="addresses of proxies whose X-Forwarded-For is believed"
+    )
+
+    sign_up: Literal["open", "invitation"] = Field("open", description="who may sign up")
+    new_gyms: Literal["operators", "anyone"] = Field("operators", description="who may open a gym")
+    session_days: int = Field(60, ge=1, le=400, description="how long a sign-in lasts")
+
+    mail_from: str = Field("", description="sender of mails; empty: the address's host")
+    smtp: str = Field("", description="smtp[s]://user:password@host:port; empty: the console")
+
+    most_photo_mb: int = Field(100, ge=1, le=2000, description="largest photo")
+    most_photos: int = Field(400, ge=3, le=5000, description="most photos of one scan")
+    keep_free_mb: int = Field(1000, ge=0, description="uploads are refused below this free space")
+
+    workers: int = Field(1, ge=0, le=64, description="scans at a time in this process")
+    stage_minutes: int = Field(120, ge=1, description="a stage that takes longer is ended")
+    scan_settings: Path | None = Field(None, description="walltopo.toml for all scans")
+
+    @property
+    def database_url(self) -> str:
+        """The database, as SQLAlchemy wants it."""
+        if not self.database:
+            return f"sqlite:///{self.data.absolute() / 'gym.sqlite'}"
+        # PostgreSQL's own spelling, and the driver that is installed.
+        for spelled in ("postgres://", "postgresql://"):
+            if self.database.startswith(spelled):
+                return "postgresql+psycopg://" + self.database.removeprefix(spelled)
+        return self.database
+
+    @property
+    def link_base(self) -> str:
+        """The address without a slash at its end."""
+        return self.address.rstrip("/")
+
+    @classmethod
+    def settings_customise_sources(
+        cls,
+        settings_cls: type[BaseSettings],
+        init_settings: PydanticBaseSettingsSource,
+        env_settings: PydanticBaseSettingsSource,
+        dotenv_settings: PydanticBaseSettingsSource,
+        file_secret_settings: PydanticBaseSettingsSource,
+    ) -> tuple[PydanticBaseSettingsSource, ...]:
+        """Only what `load_settings` hands over: it has merged file, environment and words."""
+        return (init_settings,)
+
+
+def load_settings(
+    given: Mapping[str, object], environment: Mapping[str, str] = os.environ
+) -> GymSettings:
+    """Settings from `gym.toml`, the environment and the command line, the last one first.
+
+    Parameters
+    ----------
+    given : from the command line; None means not given.
+
+    Raises
+    ------
+    SettingsError : an unknown name, or a value that is not allowed; says where it stands.
+    InputError : `gym.toml` is no TOML.
+    """
+    words = {key: value for key, value in given.items() if value is not None}
+    named = {
+        key.removeprefix(PREFIX).lower(): value
+        for key, value in environment.items()
+        if key.startswith(PREFIX)
+    }
+    data = words.get("data", named.get("data"))
+    if data is None:
+        raise SettingsError("no data folder", f"Give --data DIR or {PREFIX}DATA.")
+    file = Path(str(data)) / FILE
+    written = _read(file)
+    for origin, names in ((f"environment, {PREFIX}...", named), (str(file), written)):
+        for name in names:
+            _refuse_unknown(name, origin)
+    merged: dict[str, Any] = {**written, **named, **words}
+    try:
+        return GymSettings(**merged)
+    except ValidationError as error:
+        first = error.errors()[0]
+        name = ".".join(map(str, first["loc"]))
+        raise SettingsError(f"{name}: {first['msg']} (it is {first['input']!r})") from error
+
+
+def _read(file: Path) -> dict[str, Any]:
+    if not file.is_file():
+        return {}
+    try:
+        return tomllib.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise InputError(f"{file}: cannot be read as TOML ({error})") from error
+
+
+def _refuse_unknown(name: str, origin: str) -> None:
+    if name in GymSettings.model_fields:
+        return
+    near = difflib.get_close_matches(name, GymSettings.model_fields, n=1)
+    hint = f"Did you mean {near[0]}?" if near else "`walltopo gym settings` lists all."
+    raise SettingsError(f"{origin}: unknown setting {name!r}", hint)

@@ -1,0 +1,1 @@
+"""Photos on their way in: received piece by piece, stored by content, looked at."""

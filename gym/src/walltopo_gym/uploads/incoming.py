@@ -1,0 +1,88 @@
+"""Files that are being received: each grows in the data folder until it is whole.
+
+How much of a file is here is its length on the disk and nothing else: a killed server has what it
+has written, and says so.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO
+from uuid import UUID
+
+from walltopo.core import EnvironmentLacksError
+from walltopo_gym.errors import ConflictError
+
+__all__ = ["Incoming"]
+
+_MB = 1_000_000
+
+
+class Incoming:
+    """The folder of unfinished files.
+
+    Parameters
+    ----------
+    folder : made if it is not there.
+    keep_free_mb : nothing is received when the disk has less left.
+    """
+
+    def __init__(self, folder: Path, keep_free_mb: int) -> None:
+        self._folder, self._keep_free_mb = folder, keep_free_mb
+        folder.mkdir(parents=True, exist_ok=True)
+
+    def path(self, photo: UUID) -> Path:
+        """Where the file of this photo grows."""
+        return self._folder / photo.hex
+
+    def begin(self, photo: UUID, size: int) -> None:
+        """Make room for a file of so many bytes.
+
+        Raises
+        ------
+        EnvironmentLacksError : the disk is too full for it.
+        """
+        free = shutil.disk_usage(self._folder).free
+        if free - size < self._keep_free_mb * _MB:
+            raise EnvironmentLacksError(
+                "the server's disk is nearly full", "Its operator has to make room first."
+            )
+        self.path(photo).touch()
+
+    def offset(self, photo: UUID) -> int:
+        """How many bytes are here; 0 where nothing is."""
+        try:
+            return self.path(photo).stat().st_size
+        except FileNotFoundError:
+            return 0
+
+    @contextmanager
+    def appending(self, photo: UUID, offset: int) -> Iterator[IO[bytes]]:
+        """Write on at `offset`; on the disk when the block ends, whatever ended it.
+
+        Raises
+        ------
+        ConflictError : the file is not as long as that, or somebody else is writing it.
+        """
+        with self.path(photo).open("ab") as stream:
+            try:
+                fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError as error:
+                raise ConflictError("another request is sending this file") from error
+            here = os.fstat(stream.fileno()).st_size
+            if here != offset:
+                raise ConflictError(f"{here} bytes are here, not {offset}", "Ask where to go on.")
+            try:
+                yield stream
+            finally:
+                stream.flush()
+                os.fsync(stream.fileno())
+
+    def drop(self, photo: UUID) -> None:
+        """Forget a file."""
+        self.path(photo).unlink(missing_ok=True)

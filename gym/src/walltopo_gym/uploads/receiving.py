@@ -1,0 +1,107 @@
+"""A photo from its announcement to its place in the store."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from pathlib import PurePosixPath
+from uuid import UUID
+
+from sqlalchemy import func, select, update
+from sqlalchemy.orm import Session
+
+from walltopo.core import InputError
+from walltopo.photos.sources import PHOTO_SUFFIXES
+from walltopo_gym.database.engine import Database
+from walltopo_gym.errors import ConflictError
+from walltopo_gym.storage.files import FileStore, hash_of_file
+from walltopo_gym.uploads.incoming import Incoming
+from walltopo_gym.uploads.models import Photo
+
+__all__ = ["announce", "finish", "finish_all", "shown_name", "suffix_of"]
+
+_LONGEST_NAME = 120
+
+
+def suffix_of(name: str) -> str:
+    """The kind of a photo, by its name: ".jpg".
+
+    Raises
+    ------
+    InputError : no kind that is read here.
+    """
+    suffix = PurePosixPath(name.replace("\\", "/")).suffix.lower()
+    if suffix not in PHOTO_SUFFIXES:
+        kinds = ", ".join(sorted(kind.lstrip(".").upper() for kind in PHOTO_SUFFIXES))
+        raise InputError(f"{name!r} is no photo by its name", f"Photos are {kinds}.")
+    return suffix
+
+
+def announce(
+    session: Session, scan: UUID, name: str, size: int, sha256: str | None, most: int
+) -> tuple[Photo, bool]:
+    """The photo that will be received, and whether it is new.
+
+    A photo whose content this scan has already, or that was begun before (the tab was closed), is
+    the one that is there: its sender goes on with it.
+
+    Raises
+    ------
+    InputError : the name is no photo's; ConflictError : the scan has `most` photos.
+    """
+    suffix_of(name)
+    mine = select(Photo).where(Photo.scan_id == scan)
+    if sha256 is not None:
+        same = mine.where(Photo.sha256 == sha256, Photo.size == size)
+        found = session.scalars(same.order_by(Photo.created_at)).first()
+        if found is not None:
+            return found, False
+    if (session.scalar(select(func.count()).select_from(mine.subquery())) or 0) >= most:
+        raise ConflictError(f"a scan has at most {most} photos", "Leave out what shows the same.")
+    photo = Photo(scan_id=scan, name=shown_name(name), size=size, state="receiving", sha256=sha256)
+    session.add(photo)
+    session.flush()
+    return photo, True
+
+
+def finish(database: Database, store: FileStore, incoming: Incoming, photo: UUID) -> None:
+    """Store a photo all of whose bytes are here; may be done again at any point.
+
+    Raises
+    ------
+    InputError : its content is not what was announced; it is forgotten.
+    """
+    path = incoming.path(photo)
+    with database.reading() as session:
+        row = session.get(Photo, photo)
+    if row is None or not path.is_file():
+        return  # somebody else finished it, or it was taken back
+    content = hash_of_file(path)
+    if row.sha256 not in (None, content):
+        incoming.drop(photo)
+        with database.writing() as session:
+            session.delete(session.get_one(Photo, photo))
+        raise InputError(f"{row.name}: its content is not what was announced", "Send it again.")
+    key = f"originals/{content}"
+    if not store.has(key):
+        store.put(key, path)
+    with database.writing() as session:
+        received = update(Photo).where(Photo.id == photo, Photo.state == "receiving")
+        session.execute(received.values(state="received", sha256=content))
+    incoming.drop(photo)
+
+
+def finish_all(database: Database, store: FileStore, incoming: Incoming) -> None:
+    """Finish photos of which a server had all bytes when it was killed."""
+    with database.reading() as session:
+        rows = session.execute(select(Photo.id, Photo.size).where(Photo.state == "receiving"))
+        whole = [photo for photo, size in rows if incoming.offset(photo) == size]
+    for photo in whole:
+        with suppress(InputError):  # not what was announced: its sender is told "no such photo"
+            finish(database, store, incoming, photo)
+
+
+def shown_name(name: str) -> str:
+    """The last part of a name, without what no line of text has."""
+    last = name.replace("\\", "/").rpartition("/")[2]
+    kept = "".join(c if c.isprintable() else "_" for c in last)
+    return kept[-_LONGEST_NAME:]

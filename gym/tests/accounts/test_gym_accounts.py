@@ -1,0 +1,186 @@
+"""Signing up, in and out, as a browser does it."""
+
+from __future__ import annotations
+
+import re
+from contextlib import suppress
+from datetime import timedelta
+
+import pytest
+from gym.tests.worlds import ORIGIN, PASSWORD, Server, World
+from hypothesis import given
+from hypothesis import strategies as st
+from sqlalchemy import select, update
+
+from walltopo.core import InputError
+from walltopo_gym.accounts.models import MailedLink, Person, SignIn
+from walltopo_gym.accounts.passwords import LONGEST, Passwords, check_password
+from walltopo_gym.accounts.secrets import hash_of
+from walltopo_gym.api.app import PREFIX
+from walltopo_gym.api.rules import COOKIE
+from walltopo_gym.clock import now
+
+NEW = {"name": "Ada", "password": PASSWORD}
+
+
+def signed_up(server: Server, email: str) -> str:
+    """Ask for an account; the secret that was mailed."""
+    assert server.ask("POST", "/sign-up", json={"email": email}).status_code == 202
+    return server.outbox.secret_for(email)
+
+
+def test_from_the_first_mail_to_signed_out(server: Server) -> None:
+    browser = server.client()
+    token = signed_up(server, "Ada.First@Example.com".lower())
+    answer = browser.post(f"{PREFIX}/sign-up/confirm", json=NEW | {"token": token})
+    assert answer.status_code == 201, answer.text
+    cookie = answer.headers["set-cookie"]
+    assert cookie.startswith(COOKIE + "=")
+    for word in ("Secure", "HttpOnly", "Path=/", "SameSite=lax"):
+        assert word in cookie
+    assert "Domain" not in cookie
+    assert browser.get(f"{PREFIX}/me").json()["email"] == "ada.first@example.com"
+    assert browser.delete(f"{PREFIX}/session").status_code == 204
+    assert browser.get(f"{PREFIX}/me").status_code == 401
+    again = {"email": "ADA.first@example.com", "password": PASSWORD}
+    assert browser.post(f"{PREFIX}/session", json=again).status_code == 200
+    assert browser.get(f"{PREFIX}/me").json()["name"] == "Ada"
+
+
+def test_a_cookie_that_was_stolen_ends_with_the_sign_in(server: Server) -> None:
+    somebody = server.person()
+    assert server.ask("DELETE", "/me/sessions", somebody).status_code == 204
+    assert server.ask("GET", "/me", somebody).status_code == 401
+
+
+def test_a_sign_in_ends_by_itself(server: Server) -> None:
+    somebody = server.person()
+    with server.database.writing() as session:
+        late = update(SignIn).where(SignIn.person_id == somebody.id)
+        session.execute(late.values(expires_at=now() - timedelta(seconds=1)))
+    assert server.ask("GET", "/me", somebody).status_code == 401
+
+
+def test_nothing_tells_whether_an_address_has_an_account(server: Server) -> None:
+    """Answers are equal; the mail alone, which its owner reads, tells."""
+    known, unknown = server.person().email, "nobody.knows@example.com"
+    for path in ("/sign-up", "/password-reset"):
+        answers = [server.ask("POST", path, json={"email": email}) for email in (known, unknown)]
+        assert answers[0].status_code == answers[1].status_code == 202
+        assert answers[0].content == answers[1].content
+    wrong = [
+        server.ask("POST", "/session", json={"email": email, "password": "not the password"})
+        for email in (known, unknown)
+    ]
+    assert wrong[0].status_code == wrong[1].status_code == 401
+    assert wrong[0].content == wrong[1].content
+    subjects = {letter.to: letter.subject for letter in server.outbox.letters}
+    assert subjects[known] == "A new password"
+    assert subjects[unknown] == "There is no account"
+
+
+def test_a_mailed_link_is_good_once_and_for_a_while(server: Server) -> None:
+    token = signed_up(server, "once@example.com")
+    body = NEW | {"token": token}
+    assert server.ask("POST", "/sign-up/confirm", json=body).status_code == 201
+    assert server.ask("POST", "/sign-up/confirm", json=body).status_code == 422
+    late = signed_up(server, "late@example.com")
+    with server.database.writing() as session:
+        row = update(MailedLink).where(MailedLink.token_hash == hash_of(late))
+        session.execute(row.values(expires_at=now() - timedelta(seconds=1)))
+    assert server.ask("POST", "/sign-up/confirm", json=NEW | {"token": late}).status_code == 422
+
+
+def test_a_new_password_ends_all_that_the_old_one_began(server: Server) -> None:
+    somebody = server.person()
+    made = server.ask("POST", "/me/tokens", somebody, {"name": "t", "scopes": ["read"]}).json()
+    program = {"authorization": f"Bearer {made['secret']}"}
+    assert server.ask("GET", "/gyms", headers=program).status_code == 200
+    assert server.ask("POST", "/password-reset", json={"email": somebody.email}).status_code == 202
+    token = server.outbox.secret_for(somebody.email)
+    body = {"token": token, "password": "tall slab without holds"}
+    assert server.ask("POST", "/password-reset/confirm", json=body).status_code == 204
+    assert server.ask("GET", "/me", somebody).status_code == 401
+    assert server.ask("GET", "/gyms", headers=program).status_code == 401
+    for password, status in ((PASSWORD, 401), (body["password"], 200)):
+        given = {"email": somebody.email, "password": password}
+        assert server.ask("POST", "/session", json=given).status_code == status
+
+
+def test_guessing_is_stopped(server: Server) -> None:
+    somebody = server.person()
+    wrong = {"email": somebody.email, "password": "not the password"}
+    statuses = [server.ask("POST", "/session", json=wrong).status_code for _ in range(11)]
+    assert statuses == [401] * 10 + [429]
+    right = {"email": somebody.email, "password": PASSWORD}
+    answer = server.ask("POST", "/session", json=right)
+    assert answer.status_code == 429
+    assert int(answer.headers["retry-after"]) > 0
+    # One who is signed in is not shut out by others' guesses.
+    assert server.ask("GET", "/me", somebody).status_code == 200
+
+
+@pytest.mark.parametrize(
+    ("headers", "status"),
+    [
+        ({"sec-fetch-site": "cross-site"}, 403),
+        ({"sec-fetch-site": "same-site"}, 403),
+        ({"sec-fetch-site": "same-origin"}, 200),
+        ({"origin": "https://evil.example"}, 403),
+        ({"origin": "null"}, 403),
+        ({"origin": ORIGIN}, 200),
+        ({}, 200),
+    ],
+)
+def test_another_sites_page_changes_nothing(
+    server: Server, headers: dict[str, str], status: int
+) -> None:
+    somebody = server.person()
+    answer = server.ask("PATCH", "/me", somebody, {"name": "Changed"}, headers)
+    assert answer.status_code == status
+    with server.database.reading() as session:
+        name = session.scalar(select(Person.name).where(Person.id == somebody.id))
+    assert (name == "Changed") == (status == 200)
+
+
+def test_no_secret_stands_in_the_database(server: Server) -> None:
+    somebody = server.person()
+    made = server.ask("POST", "/me/tokens", somebody, {"name": "t", "scopes": ["read"]}).json()
+    secrets = [made["secret"], somebody.headers["cookie"].partition("=")[2], PASSWORD]
+    with server.database.engine.connect() as connection:
+        for table in ("people", "sign_ins", "api_tokens", "mailed_links", "audit"):
+            written = str(connection.exec_driver_sql(f"SELECT * FROM {table}").all())
+            assert [secret for secret in secrets if secret in written] == []
+
+
+def test_the_last_use_of_an_invitation_is_one_persons(world: World) -> None:
+    made = world.server.ask("POST", f"{world.path}/invitations", world.owner, {"role": "setter"})
+    body = {"secret": made.json()["secret"]}
+    first, second = world.server.person(), world.server.person()
+    answer = world.server.ask("POST", "/invitations/accept", first, body)
+    assert (answer.status_code, answer.json()["role"]) == (200, "setter")
+    assert world.server.ask("POST", "/invitations/accept", second, body).status_code == 422
+    assert world.server.ask("GET", world.path, second).status_code == 404
+
+
+def test_passwords_are_kept_by_argon2id() -> None:
+    passwords = Passwords()
+    kept = passwords.hash(PASSWORD)
+    assert re.match(r"\$argon2id\$v=19\$m=(\d+)", kept)
+    assert passwords.matches(kept, PASSWORD)
+    assert not passwords.matches(kept, PASSWORD + " ")
+    assert not passwords.matches(None, "nobody has this")
+
+
+@pytest.mark.parametrize(
+    "password", ["short", "password1234", "qwertyuiop", "1234567890", "adaadaada1", "aaaaaaaaaaaa"]
+)
+def test_a_password_that_is_guessed_soon_is_refused(password: str) -> None:
+    with pytest.raises(InputError, match="password"):
+        check_password(password, "ada@gym.example", "Ada")
+
+
+@given(st.text(min_size=0, max_size=LONGEST + 5))
+def test_any_password_is_taken_or_refused_in_words(password: str) -> None:
+    with suppress(InputError):
+        check_password(password, "ada@gym.example")

@@ -1,0 +1,336 @@
+"""Each endpoint of the OpenAPI document × each kind of person × a gym they may see or not.
+
+The table below is this file's own: it says again who may do what, and how it is asked for. An
+endpoint that is not in it fails, and so does one that lets in whom the table does not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import httpx
+import pytest
+from gym.tests.worlds import PASSWORD, Server, Somebody, World, hold, make_world
+from sqlalchemy import func, select
+
+from walltopo_gym.accounts.actor import Scope
+from walltopo_gym.accounts.mailed_links import new_link
+from walltopo_gym.accounts.models import AuditEntry
+from walltopo_gym.gyms.members import invite
+from walltopo_gym.gyms.models import GradeSystem, Invitation
+from walltopo_gym.gyms.roles import Role
+from walltopo_gym.scans.states import State
+
+ROLES = ("guest", "member", "judge", "setter", "owner")
+PEOPLE = ("nobody", "stranger", "operator", "member", "judge", "setter", "owner")
+
+
+def no_values(world: World) -> dict[str, Any]:
+    """The path names nothing below the gym."""
+    return {}
+
+
+@dataclass(frozen=True)
+class Case:
+    """How an endpoint is used, and by whom.
+
+    Parameters
+    ----------
+    who : "anyone", "signed-in", or the least role in the gym ("guest": whoever sees it).
+    scope : what a token needs; None: no token will do.
+    values : of the path, made anew for each request; body : likewise.
+    known : a guest must be signed in.
+    """
+
+    who: str
+    scope: Scope | None = None
+    values: Callable[[World], dict[str, Any]] = no_values
+    body: Callable[[World], object] = lambda world: None
+    known: bool = False
+    headers: dict[str, str] = field(default_factory=dict)
+    content: bytes | None = None
+
+
+def _invitation(world: World) -> str:
+    owner = world.owner.id
+    assert owner is not None
+    with world.server.database.writing() as session:
+        return invite(session, world.gym.id, Role.MEMBER, 1, 1, owner)
+
+
+def _row_of(kind: Any) -> Callable[[World], dict[str, Any]]:
+    name = {"GradeSystem": "system", "Invitation": "invitation"}[kind.__name__]
+
+    def values(world: World) -> dict[str, Any]:
+        if kind is Invitation:
+            _invitation(world)
+        with world.server.database.reading() as session:
+            return {
+                name: session.scalars(select(kind.id).where(kind.gym_id == world.gym.id)).first()
+            }
+
+    return values
+
+
+def _mailed(kind: Any) -> Callable[[World], str]:
+    def secret(world: World) -> str:
+        email = world.server.person().email if kind == "reset" else f"{world.gym.slug}@example.com"
+        with world.server.database.writing() as session:
+            return new_link(session, kind, email)
+
+    return secret
+
+
+def _token(world: World) -> dict[str, Any]:
+    made = world.server.ask("POST", "/me/tokens", world.owner, {"name": "t", "scopes": ["read"]})
+    return {"token": made.json()["id"]}
+
+
+def wall(world: World) -> dict[str, Any]:
+    return {"wall": world.wall.id}
+
+
+def member(world: World) -> dict[str, Any]:
+    return {"person": world.people["member"].id}
+
+
+def a_scan(world: World) -> dict[str, Any]:
+    return {"scan": world.scan(usable=3)}
+
+
+def a_queued_scan(world: World) -> dict[str, Any]:
+    return {"scan": world.scan(State.QUEUED)}
+
+
+def a_photo(world: World) -> dict[str, Any]:
+    return {"photo": world.photo(world.scan(), size=5)}
+
+
+def a_seen_photo(world: World) -> dict[str, Any]:
+    photo = world.photo(world.scan(), state="usable", width=4, sha256="ab" * 32)
+    world.server.services.store.put(f"thumbnails/{'ab' * 32}.jpg", b"picture")
+    return {"photo": photo}
+
+
+def a_draft(world: World) -> dict[str, Any]:
+    return {"scan": world.reviewed({1: [1]}, [hold(1, 0.0, 1.0)])}
+
+
+def _published(world: World, revision: int = 0) -> Any:
+    scan = a_draft(world)["scan"]
+    assert world.publish(scan, {"number": 1}, revision=revision).is_success
+    return scan
+
+
+def _former(world: World) -> Any:
+    scan = _published(world)
+    _published(world, revision=1)
+    return scan
+
+
+def a_published_wall(world: World) -> dict[str, Any]:
+    _published(world)
+    return wall(world)
+
+
+def a_published_file(world: World) -> dict[str, Any]:
+    return {"scan": _published(world), "path": "index.html"}
+
+
+def a_route(world: World) -> dict[str, Any]:
+    _published(world)
+    return {"route": world.published()["routes"][0]["id"]}
+
+
+TUS = {"tus-resumable": "1.0.0"}
+GRADES = {"name": "Ours", "kind": "own", "grades": [{"label": "easy"}, {"label": "hard"}]}
+
+CASES = {
+    "ask_for_account": Case("anyone", Scope.READ, body=lambda w: {
+        "email": f"{w.gym.slug}@example.com"}),
+    "make_account": Case("anyone", Scope.READ, body=lambda w: {
+        "token": _mailed("sign-up")(w), "name": "New", "password": PASSWORD}),
+    "begin_session": Case("anyone", Scope.READ, body=lambda w: {
+        "email": w.server.person().email, "password": PASSWORD}),
+    "end_session": Case("signed-in"),
+    "read_me": Case("signed-in"),
+    "rename_me": Case("signed-in", body=lambda w: {"name": "Other"}),
+    "list_sessions": Case("signed-in"),
+    "end_sessions": Case("signed-in"),
+    "change_password": Case("signed-in", body=lambda w: {
+        "old": PASSWORD, "new": "another chalk bucket 8"}),
+    "ask_for_reset": Case("anyone", Scope.READ, body=lambda w: {
+        "email": f"{w.gym.slug}@example.com"}),
+    "reset_password": Case("anyone", Scope.READ, body=lambda w: {
+        "token": _mailed("reset")(w), "password": "another chalk bucket 9"}),
+    "list_tokens": Case("signed-in"),
+    "make_token": Case("signed-in", body=lambda w: {"name": "t", "scopes": ["read"]}),
+    "drop_token": Case("signed-in", values=_token),
+    "list_gyms": Case("anyone", Scope.READ),
+    "list_own_gyms": Case("signed-in"),
+    "make_gym": Case("signed-in", body=lambda w: {"name": f"Hall {_invitation(w)[:9]}"}),
+    "accept_invitation": Case("signed-in", body=lambda w: {"secret": _invitation(w)}),
+    "read_gym": Case("guest", Scope.READ),
+    "change_gym": Case("owner", Scope.MANAGE, body=lambda w: {"place": "Brno"}),
+    "close_gym": Case("owner"),
+    "join_gym": Case("guest", known=True),
+    "leave_gym": Case("member"),
+    "list_members": Case("owner", Scope.MANAGE),
+    "change_member": Case("owner", Scope.MANAGE, member, lambda w: {"role": "judge"}),
+    "drop_member": Case("owner", Scope.MANAGE, member),
+    "list_invitations": Case("owner", Scope.MANAGE),
+    "make_invitation": Case("owner", Scope.MANAGE, body=lambda w: {"role": "setter"}),
+    "drop_invitation": Case("owner", Scope.MANAGE, _row_of(Invitation)),
+    "list_grade_systems": Case("guest", Scope.READ),
+    "make_grade_system": Case("owner", Scope.MANAGE, body=lambda w: GRADES),
+    "change_grade_system": Case("owner", Scope.MANAGE, _row_of(GradeSystem), lambda w: GRADES),
+    "drop_grade_system": Case("owner", Scope.MANAGE, _row_of(GradeSystem)),
+    "list_changes": Case("owner", Scope.MANAGE),
+    "list_walls": Case("guest", Scope.READ),
+    "make_wall": Case("setter", Scope.MANAGE, body=lambda w: {"name": "Slab"}),
+    "read_wall": Case("guest", Scope.READ, wall),
+    "change_wall": Case("setter", Scope.MANAGE, wall, lambda w: {"place": 3}),
+    "drop_wall": Case("owner", Scope.MANAGE, wall),
+    "list_scans": Case("setter", Scope.UPLOAD, wall),
+    "begin_scan": Case("setter", Scope.UPLOAD, wall),
+    "read_scan": Case("setter", Scope.UPLOAD, a_scan),
+    "start_scan": Case("setter", Scope.UPLOAD, a_scan),
+    "cancel_scan": Case("setter", Scope.UPLOAD, a_queued_scan),
+    "list_photos": Case("setter", Scope.UPLOAD, a_scan),
+    "announce_photo": Case("setter", Scope.UPLOAD, a_scan, headers=TUS | {
+        "upload-length": "5", "upload-metadata": "filename YS5qcGc="}),
+    "ask_offset": Case("setter", Scope.UPLOAD, a_photo, headers=TUS),
+    "send_photo": Case("setter", Scope.UPLOAD, a_photo, headers=TUS | {
+        "upload-offset": "0", "content-type": "application/offset+octet-stream"}, content=b"bytes"),
+    "drop_photo": Case("setter", Scope.UPLOAD, a_photo, headers=TUS),
+    "read_draft": Case("setter", Scope.PUBLISH, a_draft),
+    "publish_scan": Case("setter", Scope.PUBLISH, a_draft, lambda w: {
+        "revision": 0, "routes": [{"number": 1}]}),
+    "put_back_scan": Case("setter", Scope.PUBLISH, wall, lambda w: {
+        "scan_id": str(_former(w)), "revision": 2}),
+    "read_published": Case("guest", Scope.READ, a_published_wall),
+    "read_file": Case("guest", Scope.READ, a_published_file),
+    "read_route": Case("guest", Scope.READ, a_route),
+    "change_route": Case("setter", Scope.PUBLISH, a_route, lambda w: {"name": "Moon"}),
+    "strip_route": Case("setter", Scope.PUBLISH, a_route),
+    "read_thumbnail": Case("setter", Scope.UPLOAD, a_seen_photo),
+}  # fmt: skip
+
+
+def operations(server: Server) -> dict[str, tuple[str, str, dict[str, Any]]]:
+    """Operation to method, path and its part of the document."""
+    paths = server.app.openapi()["paths"]
+    return {
+        operation["operationId"]: (method.upper(), path.removeprefix("/api/v1"), operation)
+        for path, methods in paths.items()
+        for method, operation in methods.items()
+    }
+
+
+# Who is let in and meets another reason against it.
+EXCEPT = {("leave_gym", "owner"): 409} | {  # a gym keeps an owner; a token is its maker's
+    ("drop_token", kind): 404 for kind in PEOPLE if kind != "owner"
+}
+
+Request = tuple[str, str, object, dict[str, str], bytes | None]
+
+
+def prepare(world: World, name: str, **other: Any) -> Request:
+    """A use of an endpoint as the table says; `other` values stand for its own in the path."""
+    method, path, _ = operations(world.server)[name]
+    case = CASES[name]
+    values = {"gym": world.gym.slug, **case.values(world), **other}
+    return method, path.format(**values), case.body(world), case.headers, case.content
+
+
+def send(world: World, request: Request, who: Somebody) -> httpx.Response:
+    method, path, body, headers, content = request
+    return world.server.ask(method, path, who, body, headers, content)
+
+
+def expected(case: Case, kind: str, visibility: str) -> int | None:
+    """The status of a refusal; None where it is allowed."""
+    if case.who in ROLES:
+        role = kind if kind in ROLES else "guest"
+        if visibility == "private" and role == "guest":
+            return 404
+        if case.known and kind == "nobody":
+            return 401
+        if ROLES.index(role) < ROLES.index(case.who):
+            return 401 if kind == "nobody" else 403
+        return None
+    return 401 if kind == "nobody" and case.who != "anyone" else None
+
+
+def audit_length(world: World) -> int:
+    with world.server.database.reading() as session:
+        return session.scalar(select(func.count()).select_from(AuditEntry)) or 0
+
+
+def test_every_endpoint_is_in_the_table(server: Server) -> None:
+    found = operations(server)
+    assert set(found) == set(CASES)
+    told = {name: operation["x-walltopo-rule"] for name, (_, _, operation) in found.items()}
+    assert told == {
+        name: {"who": case.who} | ({"scope": case.scope.value} if case.scope else {})
+        for name, case in CASES.items()
+    }
+
+
+def visibilities(name: str) -> tuple[str, ...]:
+    return ("public", "private") if CASES[name].who in ROLES else ("private",)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_who_may_not(server: Server, name: str) -> None:
+    """They are refused, and nothing changes by it."""
+    for visibility in visibilities(name):
+        world = make_world(server, visibility=visibility)
+        request = prepare(world, name)
+        before = audit_length(world)
+        for kind in PEOPLE:
+            refusal = expected(CASES[name], kind, visibility)
+            if refusal is not None:
+                answer = send(world, request, world.people[kind])
+                assert answer.status_code == refusal, (visibility, kind, answer.text)
+        assert audit_length(world) == before
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_who_may(server: Server, name: str) -> None:
+    for visibility in visibilities(name):
+        for kind in PEOPLE:
+            if expected(CASES[name], kind, visibility) is None:
+                world = make_world(server, visibility=visibility)
+                answer = send(world, prepare(world, name), world.people[kind])
+                wanted = EXCEPT.get((name, kind), 200)
+                is_right = answer.is_success if wanted == 200 else answer.status_code == wanted
+                assert is_right, (visibility, kind, answer.text)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_what_a_token_may(server: Server, name: str) -> None:
+    scope = CASES[name].scope
+    others = [other for other in Scope if other != scope]
+    for scopes, is_enough in ((others, False), ([scope] if scope else [], scope is not None)):
+        if scopes:
+            world = make_world(server)
+            answer = send(world, prepare(world, name), server.token(world.owner, *scopes))
+            assert answer.is_success == is_enough, answer.text
+            assert is_enough or answer.status_code == 403
+
+
+BELOW_A_GYM = [
+    name for name, case in CASES.items() if case.who in ROLES and case.values is not no_values
+]
+
+
+@pytest.mark.parametrize("name", BELOW_A_GYM)
+def test_what_belongs_to_another_gym_is_not_there(server: Server, name: str) -> None:
+    """An owner who names their own gym and another's wall, member or grades."""
+    theirs = make_world(server, visibility="public")
+    ours = make_world(server)
+    answer = send(ours, prepare(ours, name, **CASES[name].values(theirs)), ours.owner)
+    assert answer.status_code == 404, answer.text

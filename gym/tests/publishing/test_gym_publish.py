@@ -1,0 +1,151 @@
+"""Publishing: a reset from the first wall to the next, two setters at once, and the way back."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+import pytest
+from gym.tests.worlds import World, hold
+from sqlalchemy import func, select
+
+from walltopo_gym.publishing.models import Placement, Route
+
+HOLDS = [hold(n, 0.5 * n, 1.0 + 0.1 * (n % 3)) for n in range(1, 13)]
+FIRST = {1: [1, 2, 3, 4], 2: [5, 6, 7, 8], 3: [9, 10, 11, 12]}
+
+
+@pytest.fixture
+def hanging(world: World) -> tuple[World, dict[str, Any]]:
+    """A wall with three named routes."""
+    scan = world.reviewed(FIRST, HOLDS)
+    entries = [{"number": n, "name": f"Route {n}"} for n in FIRST]
+    assert world.publish(scan, *entries).status_code == 200
+    return world, world.published()
+
+
+def draft(world: World, scan: object) -> dict[str, Any]:
+    answer = world.server.ask("GET", f"{world.path}/scans/{scan}/draft", world.people["setter"])
+    assert answer.status_code == 200, answer.text
+    told: dict[str, Any] = answer.json()
+    return told
+
+
+def test_a_reset_keeps_what_stays(hanging: tuple[World, dict[str, Any]]) -> None:
+    world, before = hanging
+    ids = {route["name"]: route["id"] for route in before["routes"]}
+    # Route 2 is gone, 4 is new, the others stay under other numbers.
+    new = [*HOLDS[:4], *HOLDS[8:], *(hold(n, 0.5 * n, 2.6) for n in range(20, 24))]
+    scan = world.reviewed({1: [20, 21, 22, 23], 2: [9, 10, 11, 12], 3: [1, 2, 3, 4]}, new)
+    table = draft(world, scan)
+    fates = [(line["fate"], line["number"], line["route_id"]) for line in table["lines"]]
+    assert fates == [
+        ("new", 1, None),
+        ("kept", 2, ids["Route 3"]),
+        ("kept", 3, ids["Route 1"]),
+        ("stripped", None, ids["Route 2"]),
+    ]
+    entries = [
+        {"number": line["number"], "route_id": line["route_id"]}
+        | ({"name": "New"} if line["fate"] == "new" else {})
+        for line in table["lines"]
+        if line["number"] is not None
+    ]
+    assert world.publish(scan, *entries, revision=table["revision"]).status_code == 200
+    after = {route["name"]: route for route in world.published()["routes"]}
+    assert set(after) == {"New", "Route 1", "Route 3"}
+    assert after["Route 1"]["id"] == ids["Route 1"]
+    assert after["Route 3"]["holds"] == [9, 10, 11, 12]
+    gone = f"{world.path}/routes/{ids['Route 2']}"
+    assert world.server.ask("GET", gone, world.people["member"]).json()["stripped_at"] is not None
+
+
+def test_the_former_version_comes_back(hanging: tuple[World, dict[str, Any]]) -> None:
+    world, before = hanging
+    assert world.publish(world.reviewed({}, []), revision=1).status_code == 200
+    assert world.published()["routes"] == []
+    body = {"scan_id": before["scan_id"], "revision": 2}
+    path = f"{world.path}/walls/{world.wall.id}/put-back"
+    assert world.server.ask("POST", path, world.owner, body).status_code == 200
+    again = world.published()
+    assert [r["id"] for r in again["routes"]] == [r["id"] for r in before["routes"]]
+    assert again["revision"] == 3
+
+
+def test_of_two_setters_one_publishes(hanging: tuple[World, dict[str, Any]]) -> None:
+    world, _ = hanging
+    scans = [world.reviewed({1: [1]}, HOLDS[:1]) for _ in range(2)]
+    statuses: list[int] = []
+
+    def publish(scan: Any) -> None:
+        statuses.append(world.publish(scan, {"number": 1}, revision=1).status_code)
+
+    threads = [threading.Thread(target=publish, args=(scan,)) for scan in scans]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert sorted(statuses) == [200, 409]
+    assert len(world.published()["routes"]) == 1
+
+
+@pytest.mark.parametrize(
+    "entries",
+    [
+        [{"number": 1}, {"number": 99}],
+        [{"number": 1}, {"number": 1}],
+        [{"number": 1, "route_id": "00000000-0000-0000-0000-000000000000"}],
+        [{"number": 1, "grade": "6A"}],
+    ],
+)
+def test_what_makes_no_sense_changes_nothing(
+    hanging: tuple[World, dict[str, Any]], entries: list[dict[str, Any]]
+) -> None:
+    world, before = hanging
+    scan = world.reviewed({1: [1]}, HOLDS[:1])
+    assert world.publish(scan, *entries, revision=1).status_code == 422
+    assert world.published() == before
+    with world.server.database.reading() as session:
+        placed = select(func.count()).select_from(Placement).where(Placement.scan_id == scan)
+        assert session.scalar(placed) == 0
+        routes = select(func.count()).select_from(Route).where(Route.wall_id == world.wall.id)
+        assert session.scalar(routes) == 3
+
+
+def test_a_wall_that_did_not_change_is_not_sent_again(
+    hanging: tuple[World, dict[str, Any]],
+) -> None:
+    world, before = hanging
+    member, path = world.people["member"], f"{world.path}/walls/{world.wall.id}/published"
+    tag = world.server.ask("GET", path, member).headers["etag"]
+    answer = world.server.ask("GET", path, member, headers={"if-none-match": tag})
+    assert (answer.status_code, answer.content) == (304, b"")
+    strip = f"{world.path}/routes/{before['routes'][0]['id']}/strip"
+    assert world.server.ask("POST", strip, world.people["setter"]).status_code == 200
+    assert world.server.ask("POST", strip, world.people["setter"]).status_code == 409
+    answer = world.server.ask("GET", path, member, headers={"if-none-match": tag})
+    assert (answer.status_code, len(answer.json()["routes"])) == (200, 2)
+
+
+def test_grades_are_the_gyms(hanging: tuple[World, dict[str, Any]]) -> None:
+    world, before = hanging
+    system = world.server.ask("GET", f"{world.path}/grade-systems", world.owner).json()[0]["id"]
+    route = f"{world.path}/routes/{before['routes'][0]['id']}"
+    for grade, status in (("6A", 200), ("V4", 422)):
+        body = {"grade_system_id": system, "grade": grade}
+        answer = world.server.ask("PATCH", route, world.people["setter"], body)
+        assert answer.status_code == status, answer.text
+    assert world.server.ask("GET", route, world.owner).json()["grade"] == "6A"
+
+
+def test_a_draft_is_for_setters(world: World) -> None:
+    """Its files are not there for members before it is published."""
+    scan = world.reviewed({1: [1]}, HOLDS[:1])
+    path = f"{world.path}/scans/{scan}/files/index.html"
+    assert world.server.ask("GET", path, world.people["member"]).status_code == 404
+    assert world.server.ask("GET", path, world.people["setter"]).status_code == 200
+    assert world.publish(scan, {"number": 1}).status_code == 200
+    shown = world.server.ask("GET", path, world.people["member"])
+    assert shown.status_code == 200
+    assert "immutable" in shown.headers["cache-control"]
+    assert "default-src 'none'" in shown.headers["content-security-policy"]

@@ -1,0 +1,69 @@
+"""From photos to a wall in review, the server killed on the way: program and scan are real."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+from gym.tests.running import Process, announce, browser, send, wait_for
+from gym.tests.worlds import Server, make_world
+
+# Small and quick: the pipeline is the same code as on any other scene.
+QUICK = "[sparse]\nthreads = 1\n[texture]\nsize = 512\n"
+
+
+def _manifest(data: Path, scan: str) -> dict[str, Any]:
+    """What the shelf knows of the scan's stages."""
+    path = data / "files" / "scans" / scan / "scan.json"
+    if not path.is_file():
+        return {}
+    stages: dict[str, Any] = json.loads(path.read_text())["stages"]
+    return {name: record for name, record in stages.items() if record["state"] == "done"}
+
+
+def _scan(client: httpx.Client, path: str) -> dict[str, Any]:
+    answer = client.get(path)
+    assert answer.status_code == 200, answer.text
+    facts: dict[str, Any] = answer.json()
+    return facts
+
+
+@pytest.mark.slow
+def test_a_scan_outlives_its_server(tmp_path: Path, tiny_photos: Path) -> None:
+    world = make_world(Server(tmp_path))
+    world.server.close()
+    (tmp_path / "quick.toml").write_text(QUICK)
+    settings = {"scan_settings": str(tmp_path / "quick.toml")}
+    cookie = world.people["setter"].headers["cookie"].partition("=")[2]
+    process = Process(tmp_path, "serve", "--port", "0", **settings)
+    try:
+        client = browser(process.said, cookie)
+        begun = client.post(f"{world.path}/walls/{world.wall.id}/scans").json()
+        path = f"{world.path}/scans/{begun['id']}"
+        for file in sorted(tiny_photos.iterdir()):
+            content = file.read_bytes()
+            place = announce(client, f"{path}/photos", file.name, content).headers["location"]
+            assert send(client, place, content).status_code == 204
+        wait_for(lambda: {p["state"] for p in client.get(f"{path}/photos").json()} == {"usable"})
+        assert client.post(f"{path}/start").status_code == 200
+        before = wait_for(lambda: "sparse" in (done := _manifest(tmp_path, begun["id"])) and done)
+        process.kill()
+        assert "export" not in before
+        process = Process(tmp_path, "serve", "--port", "0", **settings)
+        client = browser(process.said, cookie)
+        ended = wait_for(
+            lambda: (facts := _scan(client, path))["state"] in ("review", "failed") and facts
+        )
+        assert ended["state"] == "review", ended
+        after = _manifest(tmp_path, begun["id"])
+        # What was done before the kill was not done again.
+        assert {name: after[name] for name in before} == before
+        assert len(after) == 10
+        assert not (tmp_path / "work" / begun["id"]).exists()
+        # Started again in review: no.
+        assert client.post(f"{path}/start").status_code == 409
+    finally:
+        process.stop()
