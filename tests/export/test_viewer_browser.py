@@ -225,7 +225,7 @@ def edited_files(scan: ScanFolder) -> str:
     for edit in found:
         for key in ("hold", "route"):
             edit[key] = edit[key]["id"] if key in edit else None
-    expected = [
+    expected: list[dict[str, object]] = [
         {"do": "hold", "hold": 2},
         {"do": "hold", "hold": 5, "colour": "green"},
         {"do": "hold", "hold": 5, "type": "crimp"},

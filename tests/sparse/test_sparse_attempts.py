@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_sparse_end_to_end import chosen, put_photos, true_centres
+from half_size import chosen, put_photos, true_centres  # type: ignore[import-not-found]
 
 from walltopo.meshes.similarity import fit_similarity
 from walltopo.pipeline.runner import run_stage

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from half_size import chosen, put_photos, true_centres  # type: ignore[import-not-found]
 from numpy.typing import NDArray
-from PIL import Image
 
 from walltopo.core import InputError, Silent, StageError
 from walltopo.core.files import hash_path
@@ -17,7 +17,6 @@ from walltopo.pipeline.runner import run_stage
 from walltopo.scans.aligned import Aligned
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.model import read_views
-from walltopo.scans.photo_list import Photo, PhotoList
 from walltopo.scans.scale import Frame, Scale
 from walltopo.sparse.contract import SparseSettings
 
@@ -25,30 +24,6 @@ Floats = NDArray[np.float64]
 SETTINGS: dict[str, Any] = {"first_octave": -1, "max_features": 4000, "threads": 2}
 GYM = [0, 1, 2, 3, 20, 21, 22, 23, 36, 37, 60, 61, 62]
 RESET = [0, 1, 2, 9, 10, 11]
-
-
-def put_photos(folder: Path, files: list[Path], focal: float | None) -> ScanFolder:
-    """A scan folder after ingest, photos at half size."""
-    scan = ScanFolder(folder)
-    scan.photos.mkdir(parents=True)
-    entries = []
-    for file in files:
-        with Image.open(file) as image:
-            small = image.convert("RGB").reduce(2)
-        small.save(scan.photos / file.name, quality=95)
-        entries.append(Photo(file.name, small.width, small.height, focal, file.name, 100.0))
-    PhotoList(photos=tuple(entries)).save(scan.photo_list)
-    return scan
-
-
-def chosen(folder: Path, numbers: list[int]) -> list[Path]:
-    return [folder / "photos" / f"IMG_{number:04d}.jpg" for number in numbers]
-
-
-def true_centres(folder: Path, numbers: list[int]) -> Floats:
-    poses = np.load(folder / "gt.npz")["cam_from_world"][numbers]
-    turned: Floats = np.einsum("nji,nj->ni", poses[:, :, :3], poses[:, :, 3])
-    return -turned
 
 
 def centres(scan: ScanFolder) -> Floats:

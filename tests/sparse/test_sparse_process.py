@@ -12,7 +12,7 @@ import pytest
 
 from walltopo.core import Silent, StageError
 from walltopo.sparse.colmap_process import run_worker
-from walltopo.sparse.job import Job, MapTask
+from walltopo.sparse.job import Job, MapTask, Sift
 
 
 class Recorder(Silent):
@@ -37,7 +37,7 @@ def job(
     threads: int = 1, database: str = "", image_root: str = "", map: MapTask | None = None
 ) -> Job:
     """A job of no photos."""
-    return Job(database, image_root, threads, 0, 500, 0, 15, cameras=(), images=(), map=map)
+    return Job(database, image_root, threads, 0, Sift(500, 0), 15, cameras=(), images=(), map=map)
 
 
 def fake_worker(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, body: str) -> None:

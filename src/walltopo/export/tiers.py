@@ -9,9 +9,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-import numpy as np
-from numpy.typing import NDArray
-
 from walltopo.core import StageError
 from walltopo.export.atlas import retexture
 from walltopo.export.contract import ExportSettings
