@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from half_size import chosen, put_photos, true_centres  # type: ignore[import-not-found]
 from numpy.typing import NDArray
+from PIL import Image
 
 from walltopo.core import InputError, Silent, StageError
 from walltopo.core.files import hash_path
