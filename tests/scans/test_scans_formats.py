@@ -81,6 +81,7 @@ def test_guesses_there_and_back(tmp_path: Path) -> None:
     assert alone.guessed is None
     np.testing.assert_array_equal(alone.vertices, corners[:3])
     np.testing.assert_array_equal(alone.faces, [[0, 1, 2]])
+    assert replace(mesh, guessed=np.zeros(3, np.bool_)).guessed is None
     with pytest.raises(InputError, match="guesses"):
         replace(mesh, guessed=np.array([True]))
 

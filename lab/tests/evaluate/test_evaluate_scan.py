@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ import pytest
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh
-from walltopo.meshes.ply import write_ply
+from walltopo.meshes.ply import read_mesh, write_ply
 from walltopo.scans.attributes import Attributes, Hold
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTable
@@ -267,6 +268,32 @@ def test_scan_command_end_to_end(tmp_path: Path, truth: Truth) -> None:
         assert fit["routes"]["ari"] == 1.0
     assert (tmp_path / "scan/evaluation/errors.glb").stat().st_size > 1000
     assert (tmp_path / "scan/evaluation/errors.ply").is_file()
+
+
+def test_what_is_guessed_changes_no_figure(tmp_path: Path, truth: Truth) -> None:
+    mesh, scan = grid(60), ScanFolder(tmp_path / "scan")
+    write_scan(scan.root, mesh, angle=0.0)
+    whole, table = read_mesh(scan.mesh), InstanceTable.load(scan.instances)
+    placed = replace(truth, mesh=Mesh(truth.mesh.vertices + [2.0, 1.0, 0.0], truth.mesh.faces))
+    before = evaluate_scan(scan, placed, similarity=False).figures
+    # A second wall before the first, all of it guessed and of hold 1.
+    count = len(whole.faces)
+    doubled = Mesh(
+        np.concatenate([whole.vertices, whole.vertices + [0.01, 0.01, 0.0]]),
+        np.concatenate([whole.faces, whole.faces + len(whole.vertices)]).astype(np.int32),
+        None,
+        np.arange(2 * count) >= count,
+    )
+    write_ply(scan.mesh, doubled)
+    InstanceTable(
+        np.concatenate([table.face_instance, np.ones(count, np.int32)]),
+        np.concatenate([table.face_score, np.zeros(count, np.float32)]),
+    ).save(scan.instances)
+    assert evaluate_scan(scan, placed, similarity=False).figures == before
+    assert before["instances"]["agnostic"]["ap50"] > 0.9
+    write_ply(scan.mesh, whole)
+    with pytest.raises(InputError, match="lift again"):
+        evaluate_scan(scan, placed, similarity=False)
 
 
 def test_a_doubtful_instance_is_ranked_but_not_shown(tmp_path: Path) -> None:

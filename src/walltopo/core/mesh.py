@@ -24,8 +24,8 @@ class Mesh:
     vertices : (V, 3) float64, finite.
     faces : (F, 3) int32, counter-clockwise seen from outside.
     vertex_colours : (V, 3) uint8 sRGB, or None.
-    guessed : (F,) bool, triangles that span a hole: no photo measured them; None where all were
-        measured.
+    guessed : (F,) bool, triangles that span a hole: no photo measured them; becomes None where it
+        names none.
     """
 
     vertices: Floats
@@ -56,6 +56,8 @@ class Mesh:
             raise InputError(f"mesh vertex colours: expected {vertices.shape}, got {colours.shape}")
         if self.guessed is not None and self.guessed.shape != (len(faces),):
             raise InputError(f"mesh guesses: expected ({len(faces)},), got {self.guessed.shape}")
+        if self.guessed is not None and not self.guessed.any():
+            object.__setattr__(self, "guessed", None)
         object.__setattr__(self, "vertices", vertices)
         object.__setattr__(self, "faces", faces)
 
