@@ -6,11 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
+from walltopo.meshes.halving import halved
 from walltopo.meshes.topology import edges_of
 
 __all__ = ["drop_wide", "split_long_edges"]
-
-Faces = NDArray[np.int32]
 
 
 def drop_wide(mesh: Mesh, longest: float) -> Mesh:
@@ -35,39 +34,10 @@ def split_long_edges(mesh: Mesh, longest: float) -> Mesh:
         middle = np.full(len(split), -1, dtype=np.int64)
         middle[split] = len(mesh.vertices) + np.arange(int(split.sum()))
         vertices = np.concatenate([mesh.vertices, 0.5 * (a[split] + b[split])])
-        mesh = Mesh(vertices, _split(mesh.faces, middle[edges.of_face]))
+        mesh = Mesh(vertices, halved(mesh.faces, middle[edges.of_face]))
 
 
 def _lengths(mesh: Mesh) -> NDArray[np.float64]:
     """(F, 3) lengths of the edges from corner k to corner k + 1."""
     corners = mesh.vertices[mesh.faces]
     return np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2)
-
-
-def _split(faces: Faces, middle: NDArray[np.int64]) -> Faces:
-    """The triangles with new vertices on some of their edges.
-
-    Parameters
-    ----------
-    faces : (F, 3).
-    middle : (F, 3) new vertex on the edge from corner k to corner k + 1, -1 = none.
-    """
-    count = (middle >= 0).sum(axis=1)
-    # Turned so that one new vertex lies on the first edge, two on the first and second.
-    first = np.where(count == 1, (middle >= 0).argmax(axis=1), (middle < 0).argmax(axis=1) + 1)
-    turn = (first[:, None] + np.arange(3)) % 3
-    u, v, w = np.take_along_axis(faces, turn, axis=1).T
-    p, q, r = np.take_along_axis(middle, turn, axis=1).T
-    one, two, three = (count == n for n in (1, 2, 3))
-    pieces = [
-        faces[count == 0],
-        np.stack([u, p, w], axis=1)[one],
-        np.stack([p, v, w], axis=1)[one],
-        np.stack([p, v, q], axis=1)[two | three],
-        np.stack([u, p, q], axis=1)[two],
-        np.stack([u, q, w], axis=1)[two],
-        np.stack([u, p, r], axis=1)[three],
-        np.stack([q, w, r], axis=1)[three],
-        np.stack([p, q, r], axis=1)[three],
-    ]
-    return np.concatenate(pieces).astype(np.int32)

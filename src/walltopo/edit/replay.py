@@ -12,14 +12,17 @@ from numpy.typing import NDArray
 
 from walltopo.edit.board import Board, MissingError, RouteFacts, Scanned
 from walltopo.edit.on_holds import keep, remove, set_hold
+from walltopo.edit.on_new import add
 from walltopo.edit.on_routes import assign, merge, set_role, set_route, split
 from walltopo.edit.on_surface import cut, join, paint
-from walltopo.holds.geometry import Shape, measure_shapes
+from walltopo.edit.shapes import with_shape
+from walltopo.holds.geometry import measure_shapes
 from walltopo.holds.palette import REFERENCE
 from walltopo.routes.order import describe_route, usual_size
-from walltopo.scans.attributes import Attributes, Doubtful, Hold
+from walltopo.scans.attributes import Attributes, Doubtful
 from walltopo.scans.bounds import Rgb
 from walltopo.scans.edits import (
+    Add,
     Assign,
     Cut,
     Edit,
@@ -39,6 +42,7 @@ from walltopo.scans.routes import Ambiguous, Route, Routes
 __all__ = ["Outcome", "replay"]
 
 _KINDS: dict[type[Any], Callable[[Board, Any], None]] = {
+    Add: add,
     Assign: assign,
     Cut: cut,
     Join: join,
@@ -121,20 +125,6 @@ def _measure(board: Board) -> None:
         else:
             row = board.out[number]
             board.out[number] = replace(row, hold=with_shape(row.hold, shape))
-
-
-def with_shape(hold: Hold, shape: Shape) -> Hold:
-    """The hold with the place and the measures of a shape."""
-    x, y, z = shape.position.tolist()
-    nx, ny, nz = shape.normal.tolist()
-    return replace(
-        hold,
-        position=(x, y, z),
-        normal=(nx, ny, nz),
-        size=shape.size,
-        area=shape.area,
-        steepness_deg=shape.steepness_deg,
-    )
 
 
 def _route(board: Board, number: int) -> Route:

@@ -7,7 +7,7 @@ from io import BytesIO
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["encode_picture", "texels"]
+__all__ = ["decode_picture", "encode_picture", "texels"]
 
 QUALITY = 80  # percent, of the pictures in a GLB or USDZ
 # Of each format: its MIME type, and what Pillow's encoder takes besides the quality.
@@ -40,3 +40,11 @@ def encode_picture(
     stream = BytesIO()
     image.save(stream, kind, quality=quality, **options)
     return stream.getvalue(), mime
+
+
+def decode_picture(data: bytes) -> NDArray[np.uint8]:
+    """The (H, W, 3) sRGB picture that `encode_picture` made bytes of."""
+    from PIL import Image
+
+    with Image.open(BytesIO(data)) as image:
+        return np.asarray(image.convert("RGB"), dtype=np.uint8)

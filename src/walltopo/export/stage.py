@@ -26,7 +26,7 @@ class Exported:
 
     Parameters
     ----------
-    first : the page's first tier.
+    first : the page's first tier, for drawings: labels of an earlier export may be on it.
     metrics : sizes (MB) and triangles of all tiers.
     """
 
@@ -38,11 +38,15 @@ class Exported:
 
 
 def export_wall(
-    wall: Wall, settings: ExportSettings, scratch: Path, progress: Progress
+    wall: Wall,
+    settings: ExportSettings,
+    scratch: Path,
+    progress: Progress,
+    kept: Path | None = None,
 ) -> Exported:
-    """`wall.glb` and the page with its tiers, made in `scratch`."""
+    """`wall.glb` and the page with its tiers, made in `scratch`; `kept`: see `TierBuilder`."""
     metrics: Metrics = {}
-    builder = TierBuilder(wall, settings)
+    builder = TierBuilder(wall, settings, kept)
     if not available():
         progress.note(
             "meshoptimizer is not installed: the page gets every triangle, uncompressed, and loads "
@@ -52,7 +56,7 @@ def export_wall(
     def made(name: str, key: str) -> bytes:
         data = builder.glb(name)
         metrics[f"{key}_mb"] = round(len(data) / 1e6, 3)
-        metrics[f"{key}_triangles"] = len(builder.look(name).surface.triangles)
+        metrics[f"{key}_triangles"] = len(builder.surface(name).triangles)
         progress.advance()
         return data
 
@@ -67,7 +71,7 @@ def export_wall(
         Made(glb),
         Made(assets),
         Made(page),
-        builder.look("first"),
+        builder.drawn("first"),
         metrics,
     )
 
@@ -83,12 +87,12 @@ def run(reads: Reads, settings: ExportSettings, context: Context) -> Writes:
     """
     progress = context.progress
     wall = wall_of(reads, settings.title or context.title)
-    made = export_wall(wall, settings, context.scratch, progress)
+    made = export_wall(wall, settings, context.scratch, progress, context.cache / "tiers")
     progress.step("report", 1)
     report = context.scratch / "report.html"
     size = made.glb.path.stat().st_size
     facts = Facts.of(reads, context.records)
-    text = report_html(wall, facts, made.first, size, made.page.path.name)
+    text = report_html(wall, facts, made.first, size, made.page.path.name, context.cache)
     report.write_text(text, encoding="utf-8")
     progress.advance()
     volumes = sum(hold.kind == "volume" for hold in wall.holds)

@@ -4,14 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
 
 from walltopo.core import StageError
 from walltopo.export.atlas import retexture
 from walltopo.export.contract import ExportSettings
 from walltopo.export.gltf import Packing, write_glb
+from walltopo.export.kept_tiers import KeptTier, TierShelf
 from walltopo.export.loose import without_loose
 from walltopo.export.meshopt import available
-from walltopo.export.picture import encode_picture
+from walltopo.export.picture import decode_picture, encode_picture
+from walltopo.export.relabel import relabelled
 from walltopo.export.surface import Look, Surface, mixed_triangles, simplify, split_at_borders
 from walltopo.export.wall import Wall
 from walltopo.imaging.photo_file import read_rgb
@@ -41,12 +47,21 @@ class TierBuilder:
 
     A textured wall that is to be simplified gets a new atlas, see `walltopo.export.atlas`. Loose
     pieces of surface are in the archive alone, see `walltopo.export.loose`.
+
+    Parameters
+    ----------
+    kept : a folder where finished tiers are kept for the next export of this wall; see
+        `walltopo.export.kept_tiers`.
     """
 
-    def __init__(self, wall: Wall, settings: ExportSettings) -> None:
+    def __init__(self, wall: Wall, settings: ExportSettings, kept: Path | None = None) -> None:
         self.wall = wall
         self.settings = settings
         self._looks: dict[str, Look] = {}
+        self._surfaces: dict[str, Surface] = {}
+        self._unlabelled: dict[str, Surface] = {}
+        self._pictures: dict[str, tuple[bytes, str] | None] = {}
+        self._shelf = None if kept is None else TierShelf(kept, wall, settings)
 
     @cached_property
     def _shown(self) -> Wall:
@@ -61,20 +76,55 @@ class TierBuilder:
         """The surface split at hold borders alone, so that simplification is free elsewhere."""
         return split_at_borders(self._shown.mesh, self._shown.face_instance)
 
-    def look(self, name: str) -> Look:
-        """Surface and picture of a tier.
+    def surface(self, name: str) -> Surface:
+        """The surface of a tier: as an earlier export made it, with the labels of now, else anew.
 
         Raises
         ------
         StageError : a triangle mixes two ids (a fault of the simplifier, never of the input).
         """
-        if name not in self._looks:
-            look = self._make(name)
-            mixed = mixed_triangles(look.surface)
+        if name not in self._surfaces:
+            kept = None if self._shelf is None else self._shelf.get(name)
+            if kept is None:
+                self._looks[name] = self._made(name)
+                surface = self._unlabelled[name] = self._looks[name].surface
+            else:
+                self._pictures[name], self._unlabelled[name] = kept.picture, kept.surface
+                wall = self.wall
+                surface = relabelled(kept.surface, wall.mesh, kept.labels, wall.face_instance)
+            mixed = mixed_triangles(surface)
             if mixed:
                 raise StageError(f"export: {mixed} triangles mix two holds after simplification")
-            self._looks[name] = look
+            self._surfaces[name] = surface
+        return self._surfaces[name]
+
+    def look(self, name: str) -> Look:
+        """Surface and picture of a tier; see `surface`."""
+        surface = self.surface(name)
+        if name not in self._looks:
+            self._looks[name] = Look(surface, self._decoded(name))
         return self._looks[name]
+
+    def drawn(self, name: str) -> Look:
+        """A tier for drawings, in which labels do not matter: the same after every edit."""
+        look = self.look(name)
+        return replace(look, surface=self._unlabelled[name])
+
+    def _decoded(self, name: str) -> NDArray[np.uint8] | None:
+        encoded = self._pictures[name]
+        return None if encoded is None else decode_picture(encoded[0])
+
+    def _made(self, name: str) -> Look:
+        """The tier anew; kept for the next time."""
+        look = self._make(name)
+        picture = None
+        if look.picture is not None:
+            longest = getattr(self.settings, f"{name}_texture")
+            picture = encode_picture(look.picture, longest, TIERS[name].picture)
+        self._pictures[name] = picture
+        if self._shelf is not None:
+            self._shelf.put(name, KeptTier(look.surface, self.wall.face_instance, picture))
+        return look
 
     def _make(self, name: str) -> Look:
         triangles = getattr(self.settings, f"{name}_triangles")
@@ -94,16 +144,12 @@ class TierBuilder:
 
     def glb(self, name: str) -> bytes:
         """The GLB of one tier: `first`, `detail` or `archive`."""
-        look, tier, settings = self.look(name), TIERS[name], self.settings
-        picture = None
-        if look.picture is not None:
-            longest = getattr(settings, f"{name}_texture")
-            picture = encode_picture(look.picture, longest, tier.picture)
+        surface, tier = self.surface(name), TIERS[name]
         return write_glb(
-            look.surface,
+            surface,
             self.wall.holds,
             self.wall.routes,
-            picture=picture,
+            picture=self._pictures[name],
             packing=replace(tier.packing, compressed=tier.packing.compressed and available()),
             metric=self.wall.metric,
             title=self.wall.title,

@@ -14,7 +14,7 @@ from walltopo.imaging.oklab import DARK, oklab_from_linear
 from walltopo.imaging.photo_file import read_rgb
 from walltopo.imaging.srgb import linear_from_srgb8
 
-__all__ = ["HoldView", "WallLight", "load_photo", "look", "paint_of", "wall_patches"]
+__all__ = ["HoldView", "WallLight", "hold_views", "load_photo", "look", "paint_of", "wall_patches"]
 
 Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -145,7 +145,7 @@ def _wall_light(
     return WallLight(photo, numbers[enough], sums[enough] / counts[enough, None])
 
 
-def _hold_views(
+def hold_views(
     photo: int,
     picture: Image,
     ids: NDArray[np.int32],
@@ -153,6 +153,14 @@ def _hold_views(
     erode: int,
     crop_px: int,
 ) -> Iterator[HoldView]:
+    """What a picture shows of each hold.
+
+    Parameters
+    ----------
+    photo : its number; picture : (h, w, 3) uint8 RGB.
+    ids : (h, w) int32, the hold that each pixel sees, 0 = none; depth : (h, w) float32.
+    erode, crop_px : see `look`.
+    """
     import cv2
     from scipy.ndimage import find_objects
 
@@ -263,6 +271,6 @@ def look(
         ids = np.where(face_id >= 0, face_instance[np.maximum(face_id, 0)], 0).astype(np.int32)
         picture = load(view, camera.width, camera.height)
         yield (
-            list(_hold_views(number, picture, ids, depth, erode, crop_px)),
+            list(hold_views(number, picture, ids, depth, erode, crop_px)),
             _wall_light(number, picture, face_id, patch_of),
         )

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import Mesh, View
+from walltopo.core import InputError, Mesh, View
+from walltopo.core.files import atomic_path
+from walltopo.scans.arrays import read_arrays
 
-__all__ = ["THIN", "Spot", "count_views", "thin_spots"]
+__all__ = ["THIN", "Spot", "count_views", "counted_views", "thin_spots"]
 
 Floats = NDArray[np.float64]
 
@@ -37,6 +42,23 @@ def count_views(mesh: Mesh, views: Sequence[View]) -> NDArray[np.int32]:
         column, row = pixel[index].astype(int).T
         shown = local[index, 2] <= depth[row, column] * (1 + SLACK)
         counts[index[shown]] += 1
+    return counts
+
+
+def counted_views(mesh: Mesh, views: Sequence[View], cache: Path) -> NDArray[np.int32]:
+    """As `count_views`; what was counted for the same mesh and photos is read from `cache`."""
+    digest = hashlib.blake2b(mesh.vertices.tobytes(), digest_size=16)
+    digest.update(mesh.faces.tobytes())
+    for view in views:
+        digest.update(repr(view.camera).encode() + view.cam_from_world.tobytes())
+    key = np.frombuffer(digest.digest(), dtype=np.uint8)
+    with suppress(InputError):
+        counts, made_of = read_arrays(cache, "counts", "key")
+        if made_of.tobytes() == key.tobytes() and counts.shape == (len(mesh.faces),):
+            return counts.astype(np.int32)
+    counts = count_views(mesh, views)
+    with atomic_path(cache) as temporary, temporary.open("wb") as stream:
+        np.savez_compressed(stream, counts=counts, key=key)
     return counts
 
 

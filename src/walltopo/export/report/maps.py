@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from walltopo.core import Mesh, View
 from walltopo.export.parallel import front_direction
 from walltopo.export.report.canvas import Canvas, base_colours, paper_view
-from walltopo.export.report.coverage import THIN, count_views, thin_spots
+from walltopo.export.report.coverage import THIN, counted_views, thin_spots
 from walltopo.export.report.pictures import data_url
 from walltopo.export.surface import Look
 from walltopo.scans.holds import HoldRow
@@ -129,7 +130,9 @@ def _climbing(mesh: Mesh, holds: Sequence[HoldRow]) -> NDArray[np.bool_]:
     return near if near.any() else surface
 
 
-def draw_maps(first: Look, views: Sequence[View], holds: Sequence[HoldRow], metric: bool) -> Maps:
+def draw_maps(
+    first: Look, views: Sequence[View], holds: Sequence[HoldRow], metric: bool, cache: Path
+) -> Maps:
     """All drawings that need the wall and the cameras.
 
     Parameters
@@ -137,12 +140,13 @@ def draw_maps(first: Look, views: Sequence[View], holds: Sequence[HoldRow], metr
     first : the wall's first tier.
     views : registered photos, at least one.
     holds : rows of `holds.json`; they say where the climbing surface is.
+    cache : a folder that may be deleted at any time.
     """
     mesh = first.surface.mesh
     front = front_direction(mesh)
     colours = base_colours(first)
 
-    counts = count_views(mesh, views)
+    counts = counted_views(mesh, views, cache / "coverage.npz")
     canvas = paper_view(mesh.vertices, mesh.faces, -front, UP, WIDTH)
     climbing = _climbing(mesh, holds)
     areas, seen = mesh.areas[climbing], counts[climbing]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
 from walltopo.export.report.facts import Facts
@@ -24,13 +26,16 @@ def _median_edge(wall: Wall) -> float:
     return float(np.median(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)))
 
 
-def report_html(wall: Wall, facts: Facts, first: Look, glb_bytes: int, page: str) -> str:
+def report_html(
+    wall: Wall, facts: Facts, first: Look, glb_bytes: int, page: str, cache: Path
+) -> str:
     """The report: one file that needs no other, and asks no other host for anything.
 
     Parameters
     ----------
     first : the first tier, which the pictures are drawn from.
     glb_bytes : size of `wall.glb`; page : file name of the wall's page.
+    cache : a folder that may be deleted at any time.
     """
 
     def photo(name: str) -> str | None:
@@ -46,7 +51,7 @@ def report_html(wall: Wall, facts: Facts, first: Look, glb_bytes: int, page: str
         "report.html.jinja",
         wall=wall,
         facts=facts,
-        maps=draw_maps(first, facts.views, wall.holds, wall.metric),
+        maps=draw_maps(first, facts.views, wall.holds, wall.metric, cache),
         page=page,
         unsure=sorted(doubtful, key=lambda hold: (hold.score, hold.id)),
         colours={hold.id: hold.colour_rgb for hold in wall.holds},
