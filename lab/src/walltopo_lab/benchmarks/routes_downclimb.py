@@ -10,9 +10,9 @@ from what it said of that type on two reconstructed gyms (`python -m walltopo_la
 from __future__ import annotations
 
 import sys
-from dataclasses import replace
 
 import numpy as np
+from msgspec.structs import replace
 
 from walltopo.holds import downclimb
 from walltopo.scans.attributes import Hold
