@@ -93,16 +93,20 @@ def write_cameras(folder: Path, names: list[str]) -> None:
     (folder / "points3D.txt").write_text("")
 
 
-def build_scan(root: Path, holds: int = 12, cells: int = 90, metric: bool = True) -> ScanFolder:
-    """Write a scan folder as the earlier stages leave it."""
+def build_scan(
+    root: Path, holds: int = 12, cells: int = 90, metric: bool = True, missed: int = 0
+) -> ScanFolder:
+    """Write a scan folder as the earlier stages leave it; they missed the last so many holds."""
     scan = ScanFolder(root)
     root.mkdir(parents=True, exist_ok=True)
     mesh, labels, uv, (places, radius) = panel(holds, cells)
     write_ply(scan.mesh, mesh)
+    labels[labels > holds - missed] = 0
     InstanceTable(labels, (labels > 0).astype(np.float32)).save(scan.instances)
+    all_holds, holds = holds, holds - missed
     names = list(COLOURS)
-    rows = max(2, round(np.sqrt(holds * HEIGHT / WIDTH)))
-    colour_of = [names[(k // rows) % 3] for k in range(holds)]
+    rows = max(2, round(np.sqrt(all_holds * HEIGHT / WIDTH)))
+    colour_of = [names[(k // rows) % 3] for k in range(all_holds)]
     instances = [made_hold(k, places[k - 1], radius, colour_of[k - 1]) for k in range(1, holds + 1)]
     Attributes(instances=tuple(instances)).save(scan.attributes)
     RawAttributes(instances=tuple(instances)).save(scan.attributes_raw)

@@ -17,7 +17,7 @@ import msgspec
 import numpy as np
 import pytest
 from likeness import MEAN_BOUND, TILE_BOUND, alike, difference, small  # type: ignore[import-not-found]
-from made_scan import build_scan, export_alone, export_scan, panel  # type: ignore[import-not-found]
+from made_scan import build_scan, export_alone, export_scan, hold_places, panel  # type: ignore[import-not-found]
 from PIL import Image
 from served import served  # type: ignore[import-not-found]
 
@@ -296,13 +296,15 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Sca
         "odd": {kind: page.as_uri() for kind, page in odd.items()},
         "shots": str(SHOTS),
     }
-    after = exported(room / "reset")
+    after = exported(room / "reset", missed=1)
     with (
         served(scan.root, edit=False) as web,
         served(editing.root, edit=True, desk=Desk) as edit,
         served(after.root, edit=True, desk=Desk) as reset,
     ):
-        found |= {"web": web.url, "edit": edit.url, "reset": reset.url}
+        found |= {"web": web.url, "edit": edit.url}
+        x, z = hold_places(12)[-1]
+        found["reset"] = {"address": reset.url, "missed": [x, 0.0, z]}
         listing.write_text(json.dumps(found))
         yield listing, editing
 

@@ -39,7 +39,7 @@ export async function editor(browser, edit, size = {}) {
   };
   const saved = (words = "Saved and written") =>
     page.waitForFunction(
-      (said) => document.querySelector("wall-topo").shadowRoot.querySelector(".edit").textContent.includes(said),
+      (said) => document.querySelector("wall-topo").shadowRoot.querySelector(".edit [role=status]").textContent.includes(said),
       words,
       { timeout: 180_000 },
     );

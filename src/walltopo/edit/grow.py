@@ -33,8 +33,9 @@ SEED = 0.015  # metres: triangles so near to the place are of the hold
 # that is nearest tells best what the wall is.
 SHARES = (0.3, 0.45, 0.65, 1.0)
 HELD = 0.05  # share of a border that leans against the circle, from which on it was too small
+LEAST = 0.25  # mean score of what grows; with less the circle was too small to hold any wall
 RIM = 0.85  # share of the bound beyond which triangles are of the wall
-# Chosen on generated gyms (python -m walltopo_lab.benchmarks.added_holds choose).
+# Set by hand, not fitted: half of what separates a hold from a wall in relief and in colour.
 HEIGHT = 0.006  # metres out of the wall that say as much as `COLOUR`
 COLOUR = 0.06  # OKLab distance that says as much as `HEIGHT`
 BEND_DEG = 25.0  # an inward bend so sharp is a border
@@ -134,14 +135,17 @@ def _grown_within(
     seed = away <= max(SEED * unit, float(away.min()))
     rim = away >= RIM * radius
     score = _scores(scanned, rows, seed, rim, wall, looks)
+    scores = score.copy()
     score[seed], score[rim & ~seed] = np.inf, -np.inf
     chosen = _cut(score, *_borders(scanned, rows, beside, wall, looks))
     part, _ = patches(beside, chosen.astype(np.int32))
     found = _without_holes(beside, chosen & (part == part[away.argmin()]))
     others = beside[found]
     border = others[(others >= 0) & ~found[np.maximum(others, 0)]]
-    held = bool(rim[border].mean() > HELD) if len(border) else True
-    return rows[found], held
+    held = len(border) == 0 or float(rim[border].mean()) > HELD
+    # Nothing differs from what was taken for the wall: that was the hold itself.
+    blind = float(scores[found & ~seed].mean()) < LEAST if (found & ~seed).any() else True
+    return rows[found], held or blind
 
 
 def _scores(

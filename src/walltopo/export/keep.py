@@ -36,7 +36,7 @@ def keep_faces(wall: Wall, keep: NDArray[np.bool_], shown: Collection[int]) -> W
         if any(hold in shown for hold in route.holds):
             lists = {
                 name: tuple(h for h in getattr(route, name) if h in shown)
-                for name in ("holds", "start", "top", "footholds")
+                for name in ("holds", "start", "top", "zone", "footholds")
             }
             routes.append(msgspec.structs.replace(route, **lists))
     uv = None if wall.uv is None else wall.uv[keep]

@@ -101,7 +101,7 @@ def _renumbered(wall: Wall, holds: int, routes: int) -> tuple[list[HoldRow], lis
     for route in wall.routes:
         lists = {
             name: tuple(hold + holds for hold in getattr(route, name))
-            for name in ("holds", "start", "top", "footholds")
+            for name in ("holds", "start", "top", "zone", "footholds")
         }
         moved.append(msgspec.structs.replace(route, id=route.id + routes, ambiguous=(), **lists))
     return shift, moved

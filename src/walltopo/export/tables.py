@@ -46,6 +46,10 @@ def _number(description: str, component: str = "FLOAT32", **more: Any) -> dict[s
     }
 
 
+def _holds(description: str) -> dict[str, Any]:
+    return {**_number(description, "UINT32"), "array": True}
+
+
 _VECTOR = {"type": "VEC3", "componentType": "FLOAT32"}
 
 HOLD_SCHEMA: dict[str, dict[str, Any]] = {
@@ -68,11 +72,17 @@ ORIGIN_SCHEMA: dict[str, dict[str, Any]] = {
 
 ROUTE_SCHEMA: dict[str, dict[str, Any]] = {
     "id": _number("route id", "INT32"),
+    "name": _text("given by a setter"),
     "colour": _text("name of the colour"),
-    "holds": {
-        **_number("hold ids from bottom to top", "UINT32"),
-        "array": True,
-    },
+    "grade": _text("given by a setter"),
+    "setter": _text("who set it"),
+    "date": _text("when it was set, ISO"),
+    "description": _text("given by a setter"),
+    "holds": _holds("hold ids from bottom to top"),
+    "start": _holds("ids of the start holds"),
+    "top": _holds("ids of the top"),
+    "zone": _holds("ids of the zone"),
+    "footholds": _holds("ids of the holds for feet alone"),
     "length_m": _number("length along the wall, metres", noData=NO_NUMBER),
     "steepness_deg": _number("mean; 0 vertical, positive overhanging", noData=NO_NUMBER),
 }

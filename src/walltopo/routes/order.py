@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -20,8 +20,12 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 FOOT_SHARE = 0.55  # below this share of the scan's median hold size a hold is for feet
-START_STEP = 0.35  # two start holds differ in height by at most this share of the route
-START_SPREAD = 1.0  # and are this many typical moves apart at most
+# Of a typical move between hand holds, by `python -m walltopo_lab.benchmarks.starts choose`.
+START_RISE = 1.5  # two start holds differ in height by at most so much
+START_SPREAD = 2.0  # and are so far apart at most
+LEVEL = 0.9  # the second of a pair that is higher by more may be no start
+LEVEL_TOP = 0.15  # of two holds that differ by less either may be the top
+UNSURE_SIZE = (0.4, 0.9)  # of the usual hold, where the type is unknown: for hands or for feet
 STRONGEST = 3  # similarities that speak for a hold's membership of a route
 
 
@@ -36,22 +40,67 @@ def bottom_to_top(holds: Sequence[Hold]) -> list[Hold]:
     return sorted(holds, key=lambda hold: (hold.position[2], hold.id))
 
 
-def _start(hands: Sequence[Hold]) -> tuple[int, ...]:
-    """The lowest hand hold, and the next one if both hands fit on the pair.
+def _start(hands: Sequence[Hold]) -> tuple[Hold, ...]:
+    """The lowest hand hold, and the next one where both hands can start on the pair.
 
-    Both hands start together where the second hold is about as high as the first (within a
-    third of the route) and no farther from it than a typical move.
+    That is where the next is no higher, and no farther away, than a typical move; one hold must be
+    left for the top.
     """
     if len(hands) < 3:
-        return tuple(hold.id for hold in hands[:1])
+        return tuple(hands[:1])
     points = np.array([hold.position for hold in hands])
-    moves = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    rise = points[1, 2] - points[0, 2]
-    height = points[-1, 2] - points[0, 2]
-    typical = float(np.median(moves))
-    if rise <= min(START_STEP * height, 0.5 * typical) and moves[0] <= START_SPREAD * typical:
-        return hands[0].id, hands[1].id
-    return (hands[0].id,)
+    typical = _typical_move(hands)
+    rise, apart = points[1, 2] - points[0, 2], float(np.linalg.norm(points[1] - points[0]))
+    if rise <= START_RISE * typical and apart <= START_SPREAD * typical:
+        return hands[0], hands[1]
+    return (hands[0],)
+
+
+def _typical_move(hands: Sequence[Hold]) -> float:
+    points = np.array([hold.position for hold in hands])
+    return float(np.median(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+
+
+def _doubtful_start(
+    ordered: Sequence[Hold], hands: Sequence[Hold], usual: float, ambiguous: Collection[int]
+) -> str:
+    """Why the start may be another one; empty where all speaks for it."""
+    start = _start(hands)
+    if any(hold.id in ambiguous for hold in start):
+        return "a start hold may be of another route"
+    lowest = [hold for hold in ordered if hold.position[2] <= start[-1].position[2]]
+    if any(_may_be_either(hold, usual) for hold in lowest):
+        return "a hold at the start may be for the feet, or for the hands"
+    if len(hands) < 3:
+        return ""
+    rise = hands[1].position[2] - hands[0].position[2]
+    pair = len(start) == 2
+    return "one start hold or two" if (rise > LEVEL * _typical_move(hands)) == pair else ""
+
+
+def _doubtful_top(
+    ordered: Sequence[Hold], hands: Sequence[Hold], usual: float, ambiguous: Collection[int]
+) -> str:
+    """Why the top may be another one; empty where all speaks for it."""
+    top = hands[-1]
+    if top.id in ambiguous:
+        return "the top hold may be of another route"
+    above = [hold for hold in ordered if hold.position[2] >= top.position[2]]
+    if any(_may_be_either(hold, usual) for hold in above):
+        return "a hold at the top may be for the feet, or for the hands"
+    if len(hands) < 3:
+        return ""
+    rise = top.position[2] - hands[-2].position[2]
+    return "two holds are about as high" if rise < LEVEL_TOP * _typical_move(hands) else ""
+
+
+def _may_be_either(hold: Hold, usual: float) -> bool:
+    """Whether type and size disagree on what a hold is for, or neither tells."""
+    if hold.type == "unknown":
+        low, high = UNSURE_SIZE
+        return low * usual < hold.size < high * usual
+    small = 0 < hold.size < FOOT_SHARE * usual
+    return small != (hold.type == "foothold")
 
 
 def route_facts(holds: Sequence[Hold], hands: Sequence[Hold]) -> dict[str, Any]:
@@ -153,6 +202,11 @@ def describe_route(
     feet = having("foot")
     hands = [hold for hold in ordered if hold.id not in feet] or ordered
     colour, rgb = colour_of(ordered)
+    sure = [hold for hold in ordered if hold.id not in found["foot"]]
+    doubts = [
+        "" if role in said.values() else doubt(ordered, sure, usual, ambiguous or {})
+        for role, doubt in (("start", _doubtful_start), ("top", _doubtful_top))
+    ]
     return Route(
         id=number,
         colour=colour,
@@ -162,6 +216,8 @@ def describe_route(
         top=having("top"),
         zone=having("zone"),
         footholds=feet,
+        doubtful_start=doubts[0],
+        doubtful_top=doubts[1],
         ambiguous=tuple(
             Ambiguous(hold, {str(route): round(p, 3) for route, p in shares.items()})
             for hold, shares in (ambiguous or {}).items()
@@ -176,4 +232,5 @@ def _found_roles(ordered: Sequence[Hold], usual: float) -> dict[RoleName, set[in
     hands = [hold for hold in ordered if hold.id not in feet]
     if not hands:
         feet, hands = set(), list(ordered)
-    return {"start": set(_start(hands)), "top": {hands[-1].id}, "foot": feet, "zone": set()}
+    start = {hold.id for hold in _start(hands)}
+    return {"start": start, "top": {hands[-1].id}, "foot": feet, "zone": set()}

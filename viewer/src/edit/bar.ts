@@ -34,7 +34,8 @@ export class Bar {
   readonly root = h("div", { class: "edit", role: "toolbar", "aria-label": say().edit.edit });
   private readonly buttons = new Map<string, HTMLButtonElement>();
   private readonly size = h("input", { type: "range", min: 1, max: 12, value: 3, "aria-label": say().edit.brush });
-  private readonly said = h("span", { class: "said-state", role: "status" });
+  private readonly said = h("span", { class: "hush", role: "status" });
+  private measured = { width: 0, height: 0 };
 
   constructor(on: BarActs) {
     const { edit } = say();
@@ -59,9 +60,11 @@ export class Bar {
     this.root.append(this.size);
   }
 
-  /** CSS pixels that it takes at the top. */
+  /** CSS pixels that it takes at the top; the same while the width is: no button may move the picture. */
   get height(): number {
-    return this.root.offsetHeight;
+    const width = this.root.parentElement?.clientWidth ?? 0;
+    if (width !== this.measured.width) this.measured = { width, height: this.root.offsetHeight };
+    return this.measured.height;
   }
 
   show(state: BarState): void {
@@ -78,7 +81,8 @@ export class Bar {
     this.size.hidden = state.mode !== "paint" && state.mode !== "erase";
     this.root.classList.toggle("busy", state.busy);
     this.root.setAttribute("aria-busy", String(state.busy));
+    // Nothing to save: the button tells how it stands.
+    is("save").lastChild!.textContent = state.canSave ? edit.save : state.said || edit.save;
     this.said.textContent = state.said;
-    this.said.hidden = !state.said;
   }
 }

@@ -73,8 +73,7 @@ export class Session {
   /** How it stands with saving, in words. */
   get said(): string {
     const { edit } = say();
-    if (this.canSave) return edit.unsaved;
-    return this.written && edit[this.written];
+    return this.canSave ? "" : this.written && edit[this.written];
   }
 
   /** One step. */

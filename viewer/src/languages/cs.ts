@@ -131,7 +131,6 @@ export const cs: Language = {
     cutFirst: "Klepněte na chyt tam, kde řez začíná.",
     cutSecond: "Klepněte tam, kde řez končí.",
     chooseFirst: "Nejdřív vyberte chyt, který budete malovat.",
-    unsaved: "Neuloženo",
     saving: "Ukládá se …",
     writing: "Uloženo; stránky se zapisují …",
     written: "Uloženo a zapsáno",

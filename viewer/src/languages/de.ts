@@ -131,7 +131,6 @@ export const de: Language = {
     cutFirst: "Den Griff dort antippen, wo der Schnitt beginnt.",
     cutSecond: "Antippen, wo der Schnitt endet.",
     chooseFirst: "Zuerst den Griff wählen, der gemalt wird.",
-    unsaved: "Nicht gespeichert",
     saving: "Wird gespeichert …",
     writing: "Gespeichert; die Seiten werden geschrieben …",
     written: "Gespeichert und geschrieben",

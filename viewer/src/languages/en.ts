@@ -141,7 +141,6 @@ const edit = {
   cutFirst: "Tap the hold where the cut shall begin.",
   cutSecond: "Tap where the cut shall end.",
   chooseFirst: "Choose the hold to paint first.",
-  unsaved: "Not saved",
   saving: "Saving …",
   writing: "Saved; the pages are being written …",
   written: "Saved and written",

@@ -131,7 +131,6 @@ export const fr: Language = {
     cutFirst: "Touchez la prise là où la coupe commence.",
     cutSecond: "Touchez là où la coupe finit.",
     chooseFirst: "Choisissez d'abord la prise à peindre.",
-    unsaved: "Non enregistré",
     saving: "Enregistrement …",
     writing: "Enregistré ; les pages sont en cours d'écriture …",
     written: "Enregistré et écrit",

@@ -28,11 +28,13 @@ class SetGym:
     Parameters
     ----------
     route : hold id to its route, for holds that have one.
+    part : hold id to what it is in its route: hold, foot, start, top.
     """
 
     mesh: Mesh
     holds: list[Hold]
     route: dict[int, int]
+    part: dict[int, str]
 
 
 def _make(kind: str, style: str, rng: np.random.Generator, scale: float) -> Body:
@@ -71,7 +73,7 @@ def set_gym(preset: str, seed: int) -> SetGym:
     set_downclimbs(board, settings, _make, np.random.default_rng([seed, 4]))
     set_routes(board, lanes, 0, settings, _make, np.random.default_rng([seed, 3]))
     mesh = _one_surface([facet.corners for facet in wall])
-    holds, route = [], {}
+    holds, route, part = [], {}, {}
     for item in board.holds:
         position, normal = item.position.tolist(), item.normal.tolist()
         assert item.body is not None
@@ -89,5 +91,5 @@ def set_gym(preset: str, seed: int) -> SetGym:
             )
         )
         if role == "hold":
-            route[item.id] = item.route
-    return SetGym(mesh, holds, route)
+            route[item.id], part[item.id] = item.route, item.role
+    return SetGym(mesh, holds, route, part)

@@ -14,12 +14,15 @@ from walltopo.core.files import atomic_path, write_json
 from walltopo.export.parallel import front_direction
 from walltopo.export.wall import Wall
 from walltopo.scans.route_name import route_name
+from walltopo.scans.routes import Route
 
 __all__ = ["routes_beside", "write_csv", "write_geojson"]
 
 COLUMNS = ("id", "class", "type", "colour", "route", "score", "size_m", "area_m2", "steepness_deg")
 ROUTE_FIGURES = ("length_m", "largest_move_m", "steepness_deg")
-ROUTE_HOLDS = ("start", "top", "footholds", "holds")
+ROUTE_HOLDS = ("start", "top", "zone", "footholds", "holds")
+ROUTE_SAID = ("grade", "setter", "date", "description")
+ROUTE_DOUBTS = ("doubtful_start", "doubtful_top")
 
 
 def routes_beside(path: Path) -> Path:
@@ -30,15 +33,29 @@ def routes_beside(path: Path) -> Path:
 def write_csv(path: Path, wall: Wall) -> None:
     """One line a hold, position as x, y, z in metres; and beside it one line a route."""
     names = {route.id: route_name(route) for route in wall.routes}
+    parts = _parts(wall.routes)
     rows = []
     for hold in wall.holds:
         plain = msgspec.to_builtins(hold)
         route = names.get(hold.route, "") if hold.route is not None else ""
         row = [plain[key] for key in COLUMNS]
-        rows.append([*row, *hold.position, len(hold.photos), route, hold.role, hold.review])
-    head = [*COLUMNS, "x", "y", "z", "photos", "route_name", "role", "review"]
+        rows.append([*row, *hold.position, len(hold.photos), route])
+        rows[-1] += [parts.get(hold.id, ""), hold.role, hold.review]
+    head = [*COLUMNS, "x", "y", "z", "photos", "route_name", "part", "role", "review"]
     _write_rows(path, head, rows)
     _write_rows(routes_beside(path), *_route_table(wall))
+
+
+def _parts(routes: Sequence[Route]) -> dict[int, str]:
+    """What holds are in their routes: start, top, zone, foot; of several with spaces between."""
+    found: dict[int, list[str]] = {}
+    for route in routes:
+        lists = {"start": route.start, "top": route.top, "zone": route.zone}
+        for part, holds in (lists | {"foot": route.footholds}).items():
+            for hold in holds:
+                if part not in found.setdefault(hold, []):
+                    found[hold].append(part)
+    return {hold: " ".join(parts) for hold, parts in found.items()}
 
 
 def _route_table(wall: Wall) -> tuple[list[str], list[list[Any]]]:
@@ -48,8 +65,11 @@ def _route_table(wall: Wall) -> tuple[list[str], list[list[Any]]]:
         plain = msgspec.to_builtins(route)
         lists = [" ".join(map(str, plain[key])) for key in ROUTE_HOLDS]
         figures = [plain[key] for key in ROUTE_FIGURES]
-        rows.append([route.id, route_name(route), route.colour, len(route.holds), *figures, *lists])
-    return ["id", "name", "colour", "hold_count", *ROUTE_FIGURES, *ROUTE_HOLDS], rows
+        said, doubts = ([plain[key] for key in keys] for keys in (ROUTE_SAID, ROUTE_DOUBTS))
+        known = [route.id, route_name(route), route.colour, *said, len(route.holds)]
+        rows.append([*known, *figures, *lists, *doubts])
+    head = ["id", "name", "colour", *ROUTE_SAID, "hold_count", *ROUTE_FIGURES]
+    return [*head, *ROUTE_HOLDS, *ROUTE_DOUBTS], rows
 
 
 def _write_rows(path: Path, head: list[str], rows: list[list[Any]]) -> None:
