@@ -12,7 +12,14 @@ from gym.tests.running import Process, announce, browser, send, wait_for
 from gym.tests.worlds import Server, make_world
 
 # Small and quick: the pipeline is the same code as on any other scene.
-QUICK = "[sparse]\nthreads = 1\n[texture]\nsize = 512\n"
+QUICK = """\
+[sparse]
+threads = 1
+[dense]
+backend = "sparse"
+[texture]
+size = 512
+"""
 
 
 def _manifest(data: Path, scan: str) -> dict[str, Any]:
@@ -62,7 +69,7 @@ def test_a_scan_outlives_its_server(tmp_path: Path, tiny_photos: Path) -> None:
         # What was done before the kill was not done again.
         assert {name: after[name] for name in before} == before
         assert len(after) == 10
-        assert not (tmp_path / "work" / begun["id"]).exists()
+        wait_for(lambda: not (tmp_path / "work" / begun["id"]).exists())
         # Started again in review: no.
         assert client.post(f"{path}/start").status_code == 409
     finally:
