@@ -9,7 +9,7 @@ from typing import Any
 import httpx
 import pytest
 from gym.tests.running import Process, announce, browser, send, wait_for
-from gym.tests.worlds import Server, make_world
+from gym.tests.worlds import Server, World, make_world
 
 # Small and quick: the pipeline is the same code as on any other scene.
 QUICK = """\
@@ -36,6 +36,32 @@ def _scan(client: httpx.Client, path: str) -> dict[str, Any]:
     assert answer.status_code == 200, answer.text
     facts: dict[str, Any] = answer.json()
     return facts
+
+
+def test_a_worker_takes_what_is_queued_and_says_why_it_fails(server: Server) -> None:
+    """Two gyms' scans of what is no photo, on each database, by `walltopo gym worker`."""
+    worlds = [make_world(server) for _ in range(2)]
+    server.services.store.put("originals/None", b"no photo")
+    scans = []
+    for world in worlds:
+        scan = world.scan(usable=3)
+        path = f"{world.path}/scans/{scan}"
+        assert server.ask("POST", f"{path}/start", world.people["setter"]).status_code == 200
+        scans.append((world, path))
+    settings = {"database": server.settings.database} if server.settings.database else {}
+    worker = Process(server.settings.data, "worker", **settings)
+    try:
+        for world, path in scans:
+
+            def ended(world: World = world, path: str = path) -> dict[str, Any]:
+                facts = server.ask("GET", path, world.people["setter"]).json()
+                return facts if facts["state"] == "failed" else {}
+
+            facts = wait_for(ended)
+            assert "usable" in facts["error"]
+            assert "Add photos" in facts["hint"]
+    finally:
+        worker.stop()
 
 
 @pytest.mark.slow
