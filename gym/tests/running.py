@@ -48,7 +48,7 @@ class Process:
         self.said = self._child.stdout.readline().strip()
 
     def kill(self) -> None:
-        """SIGKILL, which nothing can prepare for."""
+        """SIGKILL, for which nothing can prepare."""
         self._child.send_signal(signal.SIGKILL)
         self.wait()
 
@@ -56,7 +56,7 @@ class Process:
         """SIGTERM, and wait."""
         if self._child.poll() is None:
             self._child.send_signal(signal.SIGTERM)
-        self.wait()
+            self.wait()
 
     def wait(self) -> None:
         self._child.wait(timeout=PATIENCE_S)

@@ -53,6 +53,7 @@ class GymSettings(BaseSettings):
 
     workers: int = Field(1, ge=0, le=64, description="scans at a time in this process")
     stage_minutes: int = Field(120, ge=1, description="a stage that takes longer is ended")
+    silent_s: int = Field(30, ge=2, description="a worker silent for longer is taken for dead")
     scan_settings: Path | None = Field(None, description="walltopo.toml for all scans")
 
     @property

@@ -196,6 +196,7 @@ CASES = {
     "list_scans": Case("setter", Scope.UPLOAD, wall),
     "begin_scan": Case("setter", Scope.UPLOAD, wall),
     "read_scan": Case("setter", Scope.UPLOAD, a_scan),
+    "watch_scan": Case("setter", Scope.UPLOAD, a_scan),
     "start_scan": Case("setter", Scope.UPLOAD, a_scan),
     "cancel_scan": Case("setter", Scope.UPLOAD, a_queued_scan),
     "list_photos": Case("setter", Scope.UPLOAD, a_scan),

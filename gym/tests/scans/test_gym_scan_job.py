@@ -3,16 +3,29 @@
 from __future__ import annotations
 
 import json
+from functools import partial
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import httpx
 import pytest
 from gym.tests.running import Process, announce, browser, send, wait_for
-from gym.tests.worlds import Server, make_world
+from gym.tests.worlds import Server, World, make_world
+from PIL import Image
+from sqlalchemy import delete, select
+
+from walltopo_gym.scans.models import Worker
 
 # Small and quick: the pipeline is the same code as on any other scene.
-QUICK = "[sparse]\nthreads = 1\n[texture]\nsize = 512\n"
+QUICK = """\
+[sparse]
+threads = 1
+[dense]
+backend = "sparse"
+[texture]
+size = 512
+"""
 
 
 def _manifest(data: Path, scan: str) -> dict[str, Any]:
@@ -29,6 +42,76 @@ def _scan(client: httpx.Client, path: str) -> dict[str, Any]:
     assert answer.status_code == 200, answer.text
     facts: dict[str, Any] = answer.json()
     return facts
+
+
+def test_a_worker_takes_what_is_queued_and_says_why_it_fails(server: Server) -> None:
+    """Two gyms' scans of what is no photo, on each database, by `walltopo gym worker`."""
+    worlds = [make_world(server) for _ in range(2)]
+    server.services.store.put("originals/None", b"no photo")
+    scans = []
+    for world in worlds:
+        scan = world.scan(usable=3)
+        path = f"{world.path}/scans/{scan}"
+        assert server.ask("POST", f"{path}/start", world.people["setter"]).status_code == 200
+        scans.append((world, path))
+    settings = {"database": server.settings.database} if server.settings.database else {}
+    worker = Process(server.settings.data, "worker", **settings)
+    try:
+        for world, path in scans:
+
+            def ended(world: World = world, path: str = path) -> dict[str, Any]:
+                facts = server.ask("GET", path, world.people["setter"]).json()
+                return facts if facts["state"] == "failed" else {}
+
+            facts = wait_for(ended)
+            assert "usable" in facts["error"]
+            assert "Add photos" in facts["hint"]
+    finally:
+        worker.stop()
+
+
+def test_another_worker_goes_on_when_one_is_silent(server: Server) -> None:
+    """One is killed over three photos of noise; the other ends what it had begun."""
+    world = make_world(server)
+    scan = world.scan()
+    for number in range(3):
+        content = BytesIO()
+        Image.effect_noise((640, 480), 70 + number).convert("RGB").save(content, "JPEG")
+        server.services.store.put(f"originals/noise{number}", content.getvalue())
+        world.photo(scan, state="usable", sha256=f"noise{number}")
+    path, setter = f"{world.path}/scans/{scan}", world.people["setter"]
+    settings = {"silent_s": "6"}
+    if server.settings.database:
+        settings["database"] = server.settings.database
+    with server.database.writing() as session:
+        session.execute(delete(Worker))  # of the tests before
+    data = server.settings.data
+    workers: list[Process] = []
+    try:
+        for number in range(2):
+            workers.append(Process(data, "worker", **settings))
+            wait_for(partial(_is_up, server, number))
+        assert server.ask("POST", f"{path}/start", setter).status_code == 200
+        at_work = wait_for(lambda: list((data / "work").glob(f"*/{scan}/scan")))[0]
+        busy = int(at_work.parts[-3].rpartition("-")[2])
+        assert server.ask("GET", path, setter).json()["state"] == "running"
+        workers[busy].kill()
+        ended = wait_for(
+            lambda: (facts := server.ask("GET", path, setter).json())["state"] == "failed" and facts
+        )
+        assert "fault of the program" not in ended["error"]
+        assert ended["error"]
+        assert not _is_up(server, busy)
+    finally:
+        for worker in workers:
+            worker.stop()
+
+
+def _is_up(server: Server, number: int) -> bool:
+    """Whether the worker of this number has said so."""
+    with server.database.reading() as session:
+        names = session.scalars(select(Worker.name)).all()
+    return any(name.endswith(f"-{number}") for name in names)
 
 
 @pytest.mark.slow
@@ -62,7 +145,7 @@ def test_a_scan_outlives_its_server(tmp_path: Path, tiny_photos: Path) -> None:
         # What was done before the kill was not done again.
         assert {name: after[name] for name in before} == before
         assert len(after) == 10
-        assert not (tmp_path / "work" / begun["id"]).exists()
+        wait_for(lambda: not list((tmp_path / "work").rglob(begun["id"])))
         # Started again in review: no.
         assert client.post(f"{path}/start").status_code == 409
     finally:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+import threading
+import time
 from pathlib import Path
 
 import pytest
@@ -90,3 +93,28 @@ def test_a_cancelled_scan_stays_cancelled(world: World, tmp_path: Path) -> None:
     assert worker.stage(scan, 0, "export") != ""
     worker.release(scan, 0)
     assert row_of(world, scan).state == State.CANCELLED
+
+
+def test_who_watches_is_told_of_every_change(world: World, tmp_path: Path) -> None:
+    """Server-sent events until the scan is nobody's work any more."""
+    scan = world.scan(usable=3)
+    assert ask(world, scan, "start") == 200
+    worker = steps(world, tmp_path)
+
+    def work() -> None:
+        worker.claim(scan, 1)
+        time.sleep(2)  # longer than the server looks away
+        worker.fail(scan, 1, '{"message": "no overlap", "hint": "", "defect": false}')
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    path = f"{world.path}/scans/{scan}/events"
+    answer = world.server.ask("GET", path, world.people["setter"])
+    thread.join()
+    assert answer.headers["content-type"].startswith("text/event-stream")
+    lines = answer.text.splitlines()
+    told = [json.loads(line.removeprefix("data:")) for line in lines if line.startswith("data:")]
+    states = [facts["state"] for facts in told]
+    assert states[-1] == State.FAILED
+    assert State.RUNNING in states
+    assert told[-1]["error"] == "no overlap"

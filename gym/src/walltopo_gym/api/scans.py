@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import AsyncIterator
+from dataclasses import dataclass
 from datetime import datetime
 from typing import Annotated
 from uuid import UUID
 
-from fastapi import APIRouter
+from anyio import sleep, to_thread
+from fastapi import APIRouter, Depends, Request
+from fastapi.sse import EventSourceResponse
 from pydantic import BaseModel
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
@@ -15,7 +19,7 @@ from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.api.paging import Cursor, Page, Size, page_of
 from walltopo_gym.api.rules import Access, gym_rule
-from walltopo_gym.api.services import Db
+from walltopo_gym.api.services import Db, Services, ServicesOf
 from walltopo_gym.api.walls import wall_of
 from walltopo_gym.errors import ConflictError, NotFoundError
 from walltopo_gym.gyms.models import Wall
@@ -31,6 +35,7 @@ router = APIRouter(tags=["scans"])
 UploaderMay = Annotated[Access, gym_rule(Role.SETTER, Scope.UPLOAD)]
 
 FEWEST_PHOTOS = 3
+_WATCH_S = 0.5
 
 
 class Progress(BaseModel):
@@ -112,6 +117,42 @@ def begin_scan(wall: UUID, session: Db, access: UploaderMay) -> ScanFacts:
 def read_scan(scan: UUID, session: Db, access: UploaderMay) -> ScanFacts:
     """One version of a wall, and how far it is."""
     return facts_of(session, scan_of(session, access.gym.id, scan))
+
+
+@dataclass(frozen=True)
+class _Watched:
+    """A scan of a gym, and how it was when somebody began to watch."""
+
+    gym: UUID
+    facts: ScanFacts
+
+
+def _to_watch(scan: UUID, session: Db, access: UploaderMay) -> _Watched:
+    """Looked up before the answer begins: after that none could say that it is not there."""
+    facts = facts_of(session, scan_of(session, access.gym.id, scan))
+    return _Watched(access.gym.id, facts)
+
+
+def _facts_now(services: Services, watched: _Watched) -> ScanFacts:
+    with services.database.reading() as session:
+        return facts_of(session, scan_of(session, watched.gym, watched.facts.id))
+
+
+@router.get("/gyms/{gym}/scans/{scan}/events", response_class=EventSourceResponse)
+async def watch_scan(
+    request: Request, services: ServicesOf, first: Annotated[_Watched, Depends(_to_watch)]
+) -> AsyncIterator[ScanFacts]:
+    """How far the scan is, whenever that changes; ends when nobody works on it any more.
+
+    Asked of the table, so that it is the same whichever worker tells, and on whichever server.
+    """
+    facts = first.facts
+    yield facts
+    while facts.state in (State.QUEUED, State.RUNNING) and not await request.is_disconnected():
+        await sleep(_WATCH_S)
+        before, facts = facts, await to_thread.run_sync(_facts_now, services, first)
+        if facts != before:
+            yield facts
 
 
 @router.post("/gyms/{gym}/scans/{scan}/start")

@@ -34,7 +34,7 @@ _LOOK_S = 0.5  # how often the row is written, and looked at
 
 
 class WorkerStopsError(BaseException):
-    """The worker is asked to stop in the middle of a step, which has then no result.
+    """The worker lets go of a scan in the middle of a step, which has then no result.
 
     No `Exception`: DBOS writes those down as what the step came to. The workflow stays as it is,
     and goes on when a worker is there again.
@@ -86,7 +86,7 @@ class ScanSteps:
                 child.told.wait_for(lambda: stage in child.ended or child.exit is not None, _LOOK_S)
                 state = (child.step, child.done, tuple(child.notes))
                 is_done, failure, code = stage in child.ended, child.failure, child.exit
-            if self.stopping.is_set():
+            if self.stopping.is_set() or self.running.get((scan, run)) is not child:
                 raise WorkerStopsError
             if is_done:
                 shelve_stage(self.store, scan, self._folder(scan), stage)
@@ -124,7 +124,12 @@ class ScanSteps:
     def stop(self) -> None:
         """End all children; what they had not finished is done again."""
         self.stopping.set()
-        for child in list(self.running.values()):
+        self.abandon()
+
+    def abandon(self) -> None:
+        """End all children: their scans are others' now."""
+        while self.running:
+            _, child = self.running.popitem()
             child.stop()
 
     def release(self, scan: UUID, run: int) -> None:

@@ -40,8 +40,7 @@ _QUEUE: Final = "scans"
 # Raised when the steps change so that a workflow cannot go on under the new ones.
 _SHAPE: Final = "1"
 _POLL_S: Final = 1.0
-_BEAT_S: Final = 5.0
-_DEAD_AFTER: Final = timedelta(seconds=30)
+_BEATS: Final = 4  # within the silence after which a worker is taken for dead
 
 # DBOS is one for a process, and calls functions: what they work with stands here.
 _steps: ScanSteps | None = None
@@ -92,6 +91,8 @@ def run_worker(steps: ScanSteps, stop: threading.Event) -> None:
     _steps = steps
     with ExitStack() as held:
         name = held.enter_context(_Place(steps.settings)).name
+        # Its own: who was taken for dead and is not may still be at work in another.
+        steps.work = steps.work / name
         config: DBOSConfig = {
             "name": "walltopo-gym",
             "system_database_url": jobs_url(steps.settings),
@@ -125,13 +126,16 @@ def jobs_url(settings: GymSettings) -> str:
 
 def _work(steps: ScanSteps, name: str, stop: threading.Event) -> None:
     begun: set[str] = set()
+    beat = timedelta(seconds=steps.settings.silent_s / _BEATS)
     next_beat = now()
+    with steps.database.writing() as session:
+        session.merge(Worker(name=name, at=now()))
     while not stop.wait(_POLL_S):
         try:
             if now() >= next_beat:
                 _beat(steps, name)
                 _take_over(steps, name)
-                next_beat = now() + timedelta(seconds=_BEAT_S)
+                next_beat = now() + beat
             _begin_queued(steps, begun)
             while look_at_some(steps.database, steps.store) and not stop.is_set():
                 pass
@@ -158,13 +162,19 @@ def _begin_queued(steps: ScanSteps, begun: set[str]) -> None:
 
 
 def _beat(steps: ScanSteps, name: str) -> None:
+    """Say that this worker lives. Whose row is gone was taken for dead: others have its scans."""
     with steps.database.writing() as session:
+        own = session.get(Worker, name)
+        if own is None:
+            _LOG.warning("worker %s was silent for too long; others go on with its scans", name)
+            steps.abandon()
         session.merge(Worker(name=name, at=now()))
 
 
 def _take_over(steps: ScanSteps, own: str) -> None:
     """Let the scans of workers that were not heard of for a while go on."""
-    late = select(Worker).where(Worker.at < now() - _DEAD_AFTER, Worker.name != own)
+    silence = timedelta(seconds=steps.settings.silent_s)
+    late = select(Worker).where(Worker.at < now() - silence, Worker.name != own)
     # One at a time does this: the row goes when its scans are in the queue again.
     with steps.database.writing() as session:
         for worker in session.scalars(late.with_for_update(skip_locked=True)):
