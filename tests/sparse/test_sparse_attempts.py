@@ -11,6 +11,7 @@ from half_size import chosen, put_photos, true_centres  # type: ignore[import-no
 from walltopo.meshes.similarity import fit_similarity
 from walltopo.pipeline.runner import run_stage
 from walltopo.scans.model import read_views
+from walltopo.sparse.attempts import agree
 from walltopo.sparse.contract import SparseSettings
 
 SPARSE = [0, 3, 6, 9, 21, 24]  # every third photo of two rows, at half size
@@ -35,3 +36,17 @@ def test_sift_alone_leaves_them_out(gym_a: Path, tmp_path: Path) -> None:
     metrics = run_stage(scan, "sparse", SparseSettings(features="sift", threads=2))
     assert metrics["registered"] < len(SPARSE)
     assert len(metrics["unregistered"]) == len(SPARSE) - metrics["registered"]
+
+
+def test_a_model_that_contradicts_the_one_before_is_told() -> None:
+    rng = np.random.default_rng(0)
+    known = {f"{k}.jpg": place for k, place in enumerate(rng.normal(size=(9, 3)))}
+    turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    turn *= np.sign(np.linalg.det(turn))
+    moved = {name: 3 * turn @ place + 1 for name, place in known.items()}
+    more = moved | {"new.jpg": np.zeros(3)}
+    assert agree(known, more)
+    folded = {name: at * [1, 1, -1] if at[0] > 0 else at for name, at in known.items()}
+    assert not agree(known, folded)
+    assert agree(known, {"other.jpg": np.zeros(3)}), "nothing in common: nothing is known"
+    assert agree(dict.fromkeys(known, np.ones(3)), moved), "cameras in one place tell nothing"

@@ -43,7 +43,7 @@ from walltopo.sparse.jobs import (
     photo_ids,
 )
 from walltopo.sparse.model_parts import KeptImage, match_keypoints, rebuild
-from walltopo.sparse.outcome import describe_model, why_unregistered
+from walltopo.sparse.outcome import camera_centres, describe_model, why_unregistered
 
 __all__ = ["align_to_reference"]
 
@@ -83,7 +83,7 @@ def align_to_reference(
     job = _update_job(folder, photos, reference, settings, context.cache)
     align = _constrained if settings.align == "constrained" else _rigid
 
-    def mapped(job: Job) -> tuple[_Update | None, set[str]]:
+    def mapped(job: Job) -> tuple[_Update | None, dict[str, Floats]]:
         update = align(photos, reference, job, context)
         return update, _registered(update)
 
@@ -134,11 +134,11 @@ class _Update:
     shared_points: int
 
 
-def _registered(update: _Update | None) -> set[str]:
-    """Names, as the job has them, of the photos of an update."""
+def _registered(update: _Update | None) -> dict[str, Floats]:
+    """The cameras of an update, by names as the job has them."""
     if update is None:
-        return set()
-    return {f"{_NEW}/{image.name}" for image in update.model.images.values() if image.has_pose}
+        return {}
+    return {f"{_NEW}/{name}": at for name, at in camera_centres(update.model).items()}
 
 
 def _open_reference(photos: PhotoSet, settings: SparseSettings) -> _Reference:

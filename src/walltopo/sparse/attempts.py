@@ -9,25 +9,31 @@ them most; what was found of the others is taken over.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Generic, TypeVar
 
+import numpy as np
 from msgspec.structs import replace
+from numpy.typing import NDArray
 
-from walltopo.core import Progress
+from walltopo.core import InputError, Progress
+from walltopo.meshes.similarity import fit_similarity
 from walltopo.sparse.contract import SparseSettings
 from walltopo.sparse.feature_cache import find_features, seal_features
 from walltopo.sparse.job import Job, KnownFeatures, Learned, Sift
 
-__all__ = ["Attempt", "best_attempt", "learned_alone"]
+__all__ = ["Attempt", "agree", "best_attempt", "learned_alone"]
 
 T = TypeVar("T")
+Floats = NDArray[np.float64]
 
 _NEIGHBOURS = 8  # photos that are looked at again with each one that stays out
 _POINTS = 1600  # learned features of a photo
 _PARTNERS = 8  # photos that each is matched with by the network
+_SHARED = 4  # photos of two models that tell whether these agree
+_ALIKE = 0.05  # of the cameras' extent
 
 
 @dataclass(frozen=True)
@@ -39,13 +45,13 @@ class Attempt(Generic[T]):
     means : "sift", "closer" or "learned".
     job : that found its features.
     made : of the mapping.
-    registered : names of the photos in it.
+    registered : name of each photo in it, and where its camera is, (3,).
     """
 
     means: str
     job: Job
     made: T
-    registered: frozenset[str]
+    registered: Mapping[str, Floats]
 
 
 def best_attempt(
@@ -53,16 +59,19 @@ def best_attempt(
     settings: SparseSettings,
     photos: Path,
     progress: Progress,
-    mapped: Callable[[Job], tuple[T, Collection[str]]],
+    mapped: Callable[[Job], tuple[T, Mapping[str, Floats]]],
     wanted: Collection[str],
 ) -> Attempt[T]:
     """The first attempt that registers all wanted photos, or the one that registers most.
+
+    One whose cameras contradict those of the attempt before is no candidate: photos that look
+    alike can be matched in a way that fits them all and is wrong.
 
     Parameters
     ----------
     job : of the first attempt.
     photos : the folder whose content the features follow from.
-    mapped : maps from a job's features; gives what it made and the names of what is registered.
+    mapped : maps from a job's features; gives what it made and the cameras that it registered.
     wanted : names of photos, as the job has them.
 
     Raises
@@ -73,12 +82,12 @@ def best_attempt(
     def attempt(means: str, job: Job) -> Attempt[T]:
         find_features(job, photos, progress)
         made, registered = mapped(job)
-        return Attempt(means, job, made, frozenset(registered))
+        return Attempt(means, job, made, registered)
 
     best = attempt("learned" if settings.features == "xfeat" else "sift", job)
     tried = [best]
     for means, closer in _others(settings):
-        out = set(wanted) - best.registered
+        out = set(wanted) - best.registered.keys()
         if not out:
             break
         names = _with_neighbours(best.job, out)
@@ -87,7 +96,10 @@ def best_attempt(
             f" ({_WORDS[means]})"
         )
         tried.append(attempt(means, closer(best.job, names)))
-        best = max(tried, key=lambda one: len(one.registered & set(wanted)))
+        if not agree(best.registered, tried[-1].registered):
+            progress.note("what was found so contradicts what was known of the others: left out")
+        elif len(tried[-1].registered) > len(best.registered):
+            best = tried[-1]
     for one in tried:
         seal_features(Path(one.job.database))
     return best
@@ -97,6 +109,20 @@ def learned_alone(job: Job) -> Job:
     """The job with learned features in the place of SIFT's."""
     everything = tuple(range(1, len(job.images) + 1))
     return replace(job, pairing=None, learned=Learned(everything, _POINTS, _PARTNERS))
+
+
+def agree(known: Mapping[str, Floats], found: Mapping[str, Floats]) -> bool:
+    """Whether the cameras of two models that share photos lie alike."""
+    shared = sorted(known.keys() & found.keys())
+    if len(shared) < _SHARED:
+        return True
+    before, after = (np.array([one[name] for name in shared]) for one in (known, found))
+    try:
+        moved = fit_similarity(after, before).apply(after) - before
+    except InputError:  # cameras on a line or in one place tell nothing
+        return True
+    apart = np.linalg.norm(moved, axis=1)
+    return bool(np.median(apart) <= _ALIKE * np.ptp(before, axis=0).max())
 
 
 _WORDS = {"closer": "doubled in size", "learned": "by a network"}

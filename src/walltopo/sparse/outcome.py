@@ -7,9 +7,18 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from walltopo.scans.model import open_model
 
-__all__ = ["describe_model", "other_models", "registered_names", "why_unregistered"]
+__all__ = [
+    "camera_centres",
+    "describe_model",
+    "other_models",
+    "registered_names",
+    "why_unregistered",
+]
 
 _FEW_FEATURES = 200
 
@@ -68,6 +77,15 @@ def other_models(models: Path, kept: Path) -> dict[str, int]:
             names = registered_names(folder)
             sizes |= {name: len(names) for name in names}
     return sizes
+
+
+def camera_centres(model: Any) -> dict[str, NDArray[np.float64]]:
+    """Where each registered photo of a `pycolmap.Reconstruction` was taken, (3,), by its name."""
+    return {
+        str(image.name): np.asarray(image.projection_center())
+        for image in model.images.values()
+        if image.has_pose
+    }
 
 
 def registered_names(path: Path) -> set[str]:

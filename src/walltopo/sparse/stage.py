@@ -9,11 +9,13 @@ import shutil
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
 from msgspec.structs import replace
+from numpy.typing import NDArray
 
 from walltopo.core import InputError, StageError
 from walltopo.scans.context import Context
-from walltopo.scans.model import SparseModel
+from walltopo.scans.model import SparseModel, open_model
 from walltopo.scans.photo_list import Photo
 from walltopo.scans.photo_set import PhotoSet
 from walltopo.sparse.align import align_to_reference
@@ -28,13 +30,15 @@ from walltopo.sparse.jobs import (
     photo_ids,
 )
 from walltopo.sparse.outcome import (
+    camera_centres,
     describe_model,
     other_models,
-    registered_names,
     why_unregistered,
 )
 
 __all__ = ["run"]
+
+Floats = NDArray[np.float64]
 
 
 def run(reads: Reads, settings: SparseSettings, context: Context) -> Writes:
@@ -94,13 +98,13 @@ def _reconstruct(
     if settings.features == "xfeat":
         job = learned_alone(job)
 
-    def mapped(job: Job) -> tuple[Mapped, set[str]]:
+    def mapped(job: Job) -> tuple[Mapped, dict[str, Floats]]:
         # Mapping gets a process of its own: COLMAP's random state would differ between a run that
         # matched photos first and one that found them matched.
         task = MapTask(str(Path(job.database).with_name("mapping")), len(photos))
         alone = replace(job, pairing=None, learned=None, known_features=None, map=task)
         result = run_worker(alone, context.progress)
-        return result, registered_names(Path(result.best)) if result.best else set()
+        return result, camera_centres(open_model(Path(result.best))) if result.best else {}
 
     names = [photo.name for photo in photos]
     return best_attempt(job, settings, folder.folder, context.progress, mapped, names)
