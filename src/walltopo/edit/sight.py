@@ -20,7 +20,9 @@ Floats = NDArray[np.float64]
 LONG_SIDE = 1600  # pixels: photos are read at most this long, as `classify` reads them
 LEAST_COSINE = 0.25  # a photo taken along the wall shows nothing of a place
 MARGIN_PX = 8  # a place nearer to the border is not looked at
-ON_IT = 0.03  # metres by which a photo's surface may differ from the place
+# Of the reach: what stands before the place by more hides it. The place of a hold is the middle of
+# its surface, which lies somewhat behind its front.
+ON_IT = 0.4
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +106,7 @@ def _look(scanned: Scanned, number: int, place: Floats, reach: float) -> Look | 
     camera = _window(whole, left, top, right - left, bottom - top)
     face, depth = render_ids(scanned.mesh.vertices, scanned.mesh.faces, camera, view.cam_from_world)
     row, column = min(int(y) - top, len(depth) - 1), min(int(x) - left, len(depth[0]) - 1)
-    if depth[row, column] < float(local[2]) - ON_IT * scanned.unit:
+    if depth[row, column] < float(local[2]) - ON_IT * reach:
         return None
     photo = scanned.photos.read_rgb(view.name)
     if photo.shape[:2] != (whole.height, whole.width):

@@ -30,6 +30,9 @@ from walltopo.scans.holds import Holds
 from walltopo.scans.routes import Route, Routes
 from walltopo_lab.benchmarks.routes_downclimb import PRESETS, as_seen
 from walltopo_lab.benchmarks.routes_gyms import SetGym, set_gym
+from walltopo_lab.evaluate.align import align_views
+from walltopo_lab.evaluate.scan import scan_views
+from walltopo_lab.evaluate.truth import read_truth
 
 NEAR = 0.12  # metres: a found hold so near to a true one is it
 
@@ -88,14 +91,16 @@ def figures(rows: list[tuple[Route, set[int], set[int]]]) -> list[dict[str, Any]
 
 def of_gyms(first: int) -> list[dict[str, Any]]:
     """Figures of twenty gyms."""
-    return figures([row for seed in range(first, first + 6) for row in routes_of(seed)])
+    return figures([row for seed in range(first, first + 20) for row in routes_of(seed)])
 
 
 def of_scan(scan: ScanFolder, truth: Path) -> list[dict[str, Any]]:
     """Figures of a scan: each true route against the found one that has most of its holds."""
     scene = json.loads((truth / "scene.json").read_text(encoding="utf-8"))
     holds = Holds.load(scan.holds).holds
-    places = np.array([hold.position for hold in holds])
+    exact = read_truth(truth)
+    frame = align_views(scan_views(scan, exact), exact.views, similarity=False)
+    places = frame.apply(np.array([hold.position for hold in holds]))
     true: dict[int, list[tuple[float, int | None, str]]] = defaultdict(list)
     for item in scene["instances"]:
         away = np.linalg.norm(places - item["position"], axis=1)
