@@ -11,7 +11,7 @@ from walltopo.core import Mesh
 from walltopo.edit.board import Scanned
 from walltopo.edit.contract import EditSettings
 from walltopo.edit.replay import Outcome, replay
-from walltopo.routes.order import describe_route, usual_size
+from walltopo.routes.order import ceiling_of, describe_route, usual_size
 from walltopo.scans.attributes import Doubtful, Hold, RawAttributes
 from walltopo.scans.edits import Edit, Ref
 from walltopo.scans.light import SceneLight
@@ -85,7 +85,13 @@ def made_scan(shift: int = 0, moved: float = 0.0) -> Scanned:
     groups = [[hold for hold in holds if hold.id in column] for column in columns]
     unsure = {holds[5].id: {1: 0.6, 2: 0.4}}
     routes = [
-        describe_route(number, group, usual_size(holds), unsure if number == 1 else {})
+        describe_route(
+            number,
+            group,
+            usual_size(holds),
+            unsure if number == 1 else {},
+            ceiling=ceiling_of(holds),
+        )
         for number, group in enumerate(groups, start=1)
     ]
     none = np.zeros((0, 3))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -15,7 +16,7 @@ from walltopo.core import Camera, Mesh, View
 from walltopo.edit.board import Scanned
 from walltopo.edit.replay import replay
 from walltopo.edit.sight import looks_at
-from walltopo.scans.attributes import PaletteColour
+from walltopo.scans.attributes import PaletteColour, RawAttributes
 from walltopo.scans.edits import Add, Ref, Remove
 from walltopo.scans.light import SceneLight
 from walltopo.scans.photo_set import PhotoSet
@@ -65,9 +66,7 @@ def photographed(tmp_path_factory: pytest.TempPathFactory) -> Scanned:
     )
 
 
-def _with_palette():  # type: ignore[no-untyped-def]
-    import msgspec
-
+def _with_palette() -> RawAttributes:
     palette = (PaletteColour("red", (200, 30, 40)), PaletteColour("blue", (40, 80, 190)))
     return msgspec.structs.replace(SCAN.found, palette=palette)
 

@@ -18,7 +18,7 @@ from walltopo.edit.on_surface import cut, join, paint
 from walltopo.edit.shapes import with_shape
 from walltopo.holds.geometry import measure_shapes
 from walltopo.holds.palette import REFERENCE
-from walltopo.routes.order import describe_route, usual_size
+from walltopo.routes.order import ceiling_of, describe_route, usual_size
 from walltopo.scans.attributes import Attributes, Doubtful
 from walltopo.scans.bounds import Rgb
 from walltopo.scans.edits import (
@@ -134,7 +134,9 @@ def _route(board: Board, number: int) -> Route:
     """A route as the routes stage describes it, and what a setter says of it."""
     roles = {hold: role for (route, hold), role in board.roles.items() if route == number}
     usual = usual_size(board.scanned.found.instances)
-    found = describe_route(number, board.members(number), usual, _ambiguous(board, number), roles)
+    ceiling = ceiling_of(board.scanned.found.instances)
+    doubts = _ambiguous(board, number)
+    found = describe_route(number, board.members(number), usual, doubts, roles, ceiling)
     said = board.facts.get(number, RouteFacts())
     colour = said.colour or found.colour
     return replace(

@@ -14,7 +14,15 @@ from walltopo.scans.bounds import Rgb
 from walltopo.scans.edits import RoleName
 from walltopo.scans.routes import Ambiguous, Route
 
-__all__ = ["STRONGEST", "colour_of", "describe_route", "memberships", "route_facts", "usual_size"]
+__all__ = [
+    "STRONGEST",
+    "ceiling_of",
+    "colour_of",
+    "describe_route",
+    "memberships",
+    "route_facts",
+    "usual_size",
+]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -25,6 +33,8 @@ START_RISE = 1.5  # two start holds differ in height by at most so much
 START_SPREAD = 2.0  # and are so far apart at most
 LEVEL = 0.9  # the second of a pair that is higher by more may be no start
 LEVEL_TOP = 0.15  # of two holds that differ by less either may be the top
+SMALL = 0.7  # of the usual hold: what is for hands by its type, but smaller, may be for feet
+ROOM = 0.6  # of a typical move: so much wall with holds above a top may have one that was missed
 UNSURE_SIZE = (0.4, 0.9)  # of the usual hold, where the type is unknown: for hands or for feet
 STRONGEST = 3  # similarities that speak for a hold's membership of a route
 
@@ -79,7 +89,11 @@ def _doubtful_start(
 
 
 def _doubtful_top(
-    ordered: Sequence[Hold], hands: Sequence[Hold], usual: float, ambiguous: Collection[int]
+    ordered: Sequence[Hold],
+    hands: Sequence[Hold],
+    usual: float,
+    ambiguous: Collection[int],
+    ceiling: float,
 ) -> str:
     """Why the top may be another one; empty where all speaks for it."""
     top = hands[-1]
@@ -90,6 +104,8 @@ def _doubtful_top(
         return "a hold at the top may be for the feet, or for the hands"
     if len(hands) < 3:
         return ""
+    if ceiling - top.position[2] > ROOM * _typical_move(hands):
+        return "the wall has holds above it: one may have been missed"
     rise = top.position[2] - hands[-2].position[2]
     return "two holds are about as high" if rise < LEVEL_TOP * _typical_move(hands) else ""
 
@@ -99,8 +115,9 @@ def _may_be_either(hold: Hold, usual: float) -> bool:
     if hold.type == "unknown":
         low, high = UNSURE_SIZE
         return low * usual < hold.size < high * usual
-    small = 0 < hold.size < FOOT_SHARE * usual
-    return small != (hold.type == "foothold")
+    if hold.type == "foothold":
+        return hold.size >= FOOT_SHARE * usual
+    return 0 < hold.size < SMALL * usual
 
 
 def route_facts(holds: Sequence[Hold], hands: Sequence[Hold]) -> dict[str, Any]:
@@ -160,6 +177,11 @@ def usual_size(holds: Sequence[Hold]) -> float:
     return float(np.median(sizes)) if sizes else 0.0
 
 
+def ceiling_of(holds: Sequence[Hold]) -> float:
+    """Height of a scan's highest hold."""
+    return max((hold.position[2] for hold in holds if hold.role == "hold"), default=-np.inf)
+
+
 def colour_of(holds: Sequence[Hold]) -> tuple[str, Rgb]:
     """The colour that most of the holds have, and what it looks like: the median of theirs."""
     names = [hold.colour for hold in holds]
@@ -175,6 +197,7 @@ def describe_route(
     usual: float,
     ambiguous: Mapping[int, Mapping[int, float]] | None = None,
     roles: Mapping[int, RoleName] | None = None,
+    ceiling: float = -np.inf,
 ) -> Route:
     """The route of a group of holds: ordered, with its start, top, footholds and facts.
 
@@ -187,6 +210,7 @@ def describe_route(
     ambiguous : hold id to its probability by route id.
     roles : what a setter says of a hold, also of volumes, which are not among `holds`. Each entry
         is about its own hold: what is found for the others stays.
+    ceiling : height of the scan's highest hold.
     """
     said = roles or {}
     ordered = bottom_to_top(holds)
@@ -203,10 +227,8 @@ def describe_route(
     hands = [hold for hold in ordered if hold.id not in feet] or ordered
     colour, rgb = colour_of(ordered)
     sure = [hold for hold in ordered if hold.id not in found["foot"]]
-    doubts = [
-        "" if role in said.values() else doubt(ordered, sure, usual, ambiguous or {})
-        for role, doubt in (("start", _doubtful_start), ("top", _doubtful_top))
-    ]
+    doubtful_start = _doubtful_start(ordered, sure, usual, ambiguous or {})
+    doubtful_top = _doubtful_top(ordered, sure, usual, ambiguous or {}, ceiling)
     return Route(
         id=number,
         colour=colour,
@@ -216,8 +238,8 @@ def describe_route(
         top=having("top"),
         zone=having("zone"),
         footholds=feet,
-        doubtful_start=doubts[0],
-        doubtful_top=doubts[1],
+        doubtful_start="" if "start" in said.values() else doubtful_start,
+        doubtful_top="" if "top" in said.values() else doubtful_top,
         ambiguous=tuple(
             Ambiguous(hold, {str(route): round(p, 3) for route, p in shares.items()})
             for hold, shares in (ambiguous or {}).items()

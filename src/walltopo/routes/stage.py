@@ -13,7 +13,7 @@ from walltopo.imaging.srgb import linear_from_srgb8
 from walltopo.routes.contract import Reads, RoutesSettings, Writes
 from walltopo.routes.geodesic import pair_lengths
 from walltopo.routes.grouping import Grouping, group_by_paint, group_holds
-from walltopo.routes.order import describe_route, memberships, usual_size
+from walltopo.routes.order import ceiling_of, describe_route, memberships, usual_size
 from walltopo.routes.paint import FLATTEN, RESOLUTION, balanced_paint
 from walltopo.routes.proxy import PROXY_FACES, build_proxy
 from walltopo.scans.attributes import UNKNOWN, Hold
@@ -128,15 +128,16 @@ def _describe(
 ) -> list[Route]:
     group = np.array([route_of.get(hold.id, 0) for hold in climbed], dtype=np.int64)
     shares = memberships(links, group)
-    usual = usual_size(holds)
+    usual, ceiling = usual_size(holds), ceiling_of(holds)
     routes = []
     for number in sorted(set(route_of.values())):
         rows = np.flatnonzero(group == number).tolist()
+        members = [climbed[row] for row in rows]
         ambiguous: dict[int, dict[int, float]] = {}
         for row in rows:
             likely = _plausible(shares[row], number, settings.ambiguous_above)
             ambiguous |= {climbed[row].id: likely} if likely else {}
-        routes.append(describe_route(number, [climbed[row] for row in rows], usual, ambiguous))
+        routes.append(describe_route(number, members, usual, ambiguous, ceiling=ceiling))
     return routes
 
 

@@ -50,7 +50,7 @@ def routes_of(seed: int) -> Iterator[tuple[Route, set[int], set[int]]]:
         replace(hold, size=float(hold.size * rng.normal(1, 0.15)))
         for hold in as_seen([hold for hold in gym.holds if hold.role == "hold"], seed)
     ]
-    usual = order.usual_size(seen)
+    usual, ceiling = order.usual_size(seen), order.ceiling_of(seen)
     members: dict[int, list[Hold]] = defaultdict(list)
     for hold in seen:
         members[gym.route[hold.id]].append(hold)
@@ -59,7 +59,7 @@ def routes_of(seed: int) -> Iterator[tuple[Route, set[int], set[int]]]:
             {hold.id for hold in holds if gym.part[hold.id] == part} for part in ("start", "top")
         )
         if start and top:
-            yield order.describe_route(number + 1, holds, usual), start, top
+            yield order.describe_route(number + 1, holds, usual, ceiling=ceiling), start, top
 
 
 def _row(kind: str, right: list[bool], flagged: list[bool]) -> dict[str, Any]:
