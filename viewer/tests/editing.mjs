@@ -4,17 +4,14 @@ import assert from "node:assert/strict";
 import { ask, open, placeOf, settle, tapHold, text } from "./browser.mjs";
 import { fine, graveFindings } from "./checks.mjs";
 
-/** Wait until the server has told what the last edit does. */
+/** Wait until what the last edit does is told by the server and drawn. */
 export async function told(page) {
-  await page.waitForFunction(
-    () => {
-      const bar = document.querySelector("wall-topo").shadowRoot.querySelector(".edit");
-      return bar?.getAttribute("aria-busy") === "false";
-    },
-    null,
-    { timeout: 180_000 },
-  );
-  await settle(page);
+  const done = () => {
+    const bar = document.querySelector("wall-topo").shadowRoot.querySelector(".edit");
+    return bar?.getAttribute("aria-busy") === "false";
+  };
+  await page.waitForFunction(done, null, { timeout: 180_000, polling: 50 });
+  await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => setTimeout(resolve))));
 }
 
 /** A page in edit mode, once it knows what the saved log does. */
