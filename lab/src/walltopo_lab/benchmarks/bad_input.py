@@ -704,7 +704,9 @@ def told(output: str, root: Path) -> str:
         lines = lines[-1:]
     lines = [line for line in lines if not line.startswith("✗") and "by estimate" not in line]
     lines = [re.sub(r"\s+[\d.]+ s$", "", line) for line in lines]
-    return " / ".join(lines[:3]).replace("|", "\\|")
+    # What went wrong, and no more than a line of what was told before it.
+    error = next((k for k, line in enumerate(lines) if line.startswith("error:")), 0)
+    return " / ".join(lines[max(0, error - 1) :][:3]).replace("|", "\\|")
 
 
 def row(case: Case) -> str:

@@ -56,10 +56,11 @@ CODE = re.compile(r"```.*?```|`[^`\n]*`|^ {4,}[^\n]*$", re.DOTALL | re.MULTILINE
 CONSTANTS: dict[str, tuple[str, ...]] = {
     "README.md": ("5 mm", "1 mm", "8 mm", "10 mm", "90 %", "1 s", "2 s", "350 ms"),
     "colours.md": ("5 mm", "10 %", "15 %", "40 %"),
-    "dense.md": ("8 mm",),
+    "dense.md": ("8 mm", "50 mm", "20 %"),
     "detect.md": ("350 ms", "10 %"),
     "evaluate.md": ("8 mm", "10 mm", "20 mm"),
     "gltf.md": ("1 %", "1 mm"),
+    "gym.md": ("30 s",),
     "lift.md": ("12 mm",),
     "measure.md": (
         *("420 mm", "297 mm", "210 mm", "4 mm", "150 mm", "115 mm", "80 mm"),  # the plates
@@ -68,7 +69,7 @@ CONSTANTS: dict[str, tuple[str, ...]] = {
     "routes.md": ("55 %", "20 s"),
     "security.md": ("8 MB", "20 s", "30 s", "5 s"),
     "synth.md": ("35 mm", "3 mm"),
-    "viewer.md": ("170 ms",),
+    "viewer.md": ("170 ms", "200 ms"),
 }
 
 console = Console()
