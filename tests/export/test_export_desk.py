@@ -220,6 +220,16 @@ def test_a_full_disk_leaves_the_log_as_it_was(
     assert not list(scan.root.glob(".partial-*"))
 
 
+def test_edits_by_hand_count_as_a_change(tmp_path: Path) -> None:
+    scan = ScanFolder(tmp_path)
+    version = save_log(scan, EditLog(), log_version(scan))
+    by_hand = EditLog(edits=(Remove(hold=Ref(1)),))
+    by_hand.save(scan.edits)
+    with pytest.raises(EditsChangedError):
+        save_log(scan, EditLog(), version)
+    assert EditLog.load(scan.edits) == by_hand
+
+
 def test_something_in_the_way_is_told(tmp_path: Path) -> None:
     scan = ScanFolder(tmp_path)
     scan.edits.mkdir()

@@ -7,15 +7,19 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from walltopo.core import EnvironmentLacksError, InputError
-from walltopo.core.files import atomic_path
+from walltopo.core.files import atomic_path, hash_path
 from walltopo.export.server.desk import EditsChangedError
-from walltopo.export.server.edits import edits_version as log_version
 from walltopo.pipeline.workplace import set_aside
 from walltopo.scans.edits import EditLog
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.old_edits import HoldEdits, RouteEdits, as_log
 
 __all__ = ["log_version", "read_log", "save_log"]
+
+
+def log_version(scan: ScanFolder) -> str:
+    """A text that changes when a file of edits does, whoever writes it."""
+    return "-".join(hash_path(path) for path in (scan.edits, scan.hold_edits, scan.route_edits))
 
 
 def read_log(scan: ScanFolder) -> tuple[EditLog, str]:

@@ -12,7 +12,6 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import msgspec
 import numpy as np
 
 if TYPE_CHECKING:
@@ -319,8 +318,7 @@ def _read_documents(folder: Path) -> object:
 
 
 def _make_edits(root: Path) -> None:
-    """The two old files; the log; what the viewer posts of it, and what older ones do."""
-    from walltopo.export.server.edits import EditDocument
+    """What a setter wrote by hand before there was a log; a log."""
     from walltopo.scans.old_edits import Assign, Merge, Recolour, Rename, RouteEdits, Split
 
     at = (0.0, 1.0, 2.0)
@@ -331,11 +329,9 @@ def _make_edits(root: Path) -> None:
         rename=(Rename(route=1, at=at, name="Owl"),),
         colour=(Recolour(route=1, at=at, colour="red"),),
     )
-    for name in ("toml", "both", "log"):
+    for name in ("toml", "log"):
         (root / name).mkdir()
     routes.save(root / "toml" / "routes.edits.toml")
-    document = EditDocument(_documents()["holds.edits.json"], routes)
-    (root / "both" / "posted.json").write_bytes(msgspec.json.encode(document))
     _log_of_all().save(root / "log" / "edits.json")
 
 
@@ -364,17 +360,10 @@ def _log_of_all() -> EditLog:
 
 
 def _read_edits(folder: Path) -> object:
-    """A log on a small wall; what a setter wrote by hand; what the viewer posts."""
-    from walltopo.core.files import read_json
-    from walltopo.export.server.edits import edits_version, read_old, save_edits
+    """A log on a small wall, or what a setter wrote by hand."""
     from walltopo.scans.edits import EditLog
-    from walltopo.scans.folder import ScanFolder
     from walltopo.scans.old_edits import HoldEdits, RouteEdits, as_log
 
-    if (folder / "posted.json").is_file():
-        scan = ScanFolder(folder)
-        save_edits(scan, read_json(folder / "posted.json"), edits_version(scan))
-        return read_old(scan)
     if (folder / "edits.json").is_file():
         log = EditLog.load(folder / "edits.json")
     else:

@@ -14,14 +14,13 @@ from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
-from starlette.responses import HTMLResponse, JSONResponse, Response
+from starlette.responses import HTMLResponse, Response
 from starlette.routing import Route
 from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp
 
 from walltopo.core import EnvironmentLacksError, WalltopoError
 from walltopo.export.server.desk import EditDesk, EditsChangedError
-from walltopo.export.server.edits import read_old, save_edits
 from walltopo.export.server.guard import (
     EDITS,
     PHOTOS,
@@ -131,16 +130,11 @@ class _Pages:
 
     async def edits(self, request: Request) -> Response:
         log, version = await run_in_threadpool(self.desk.read)
-        old = read_old(self.scan)
-        return _json({"version": version, "edits": log, **old}, version)
+        return _json({"version": version, "edits": log}, version)
 
     async def save(self, request: Request) -> Response:
-        body = (
-            await request.body()
-        )  # the guard has bounded its length, h11 lets no byte more through
-        if request.headers.get("if-match") is not None:
-            return await self._save_old(body, request.headers["if-match"].strip('"'))
-        asked = _asked(body, _Save)
+        # The guard has bounded its length, h11 lets no byte more through.
+        asked = _asked(await request.body(), _Save)
         result, version = await run_in_threadpool(self.desk.saved, asked.edits, asked.version)
         return _json({"version": version, "result": result}, version)
 
@@ -158,11 +152,6 @@ class _Pages:
         except (ValueError, msgspec.ValidationError) as error:
             raise HTTPException(HTTPStatus.BAD_REQUEST, "expected ?at=x,y,z in metres") from error
         return _json({"photos": await run_in_threadpool(self.desk.crops, at)})
-
-    async def _save_old(self, body: bytes, version: str) -> Response:
-        """What a page of an older walltopo posts."""
-        saved = await run_in_threadpool(save_edits, self.scan, _decoded(body), version)
-        return JSONResponse({"saved": True}, headers={"ETag": f'"{saved}"'})
 
     async def _editor(self, token: str) -> Response:
         """The page with the editor, for who has the token; kept by no cache, shown in no frame."""
