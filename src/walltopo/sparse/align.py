@@ -88,7 +88,10 @@ def align_to_reference(
         return update, _registered(update)
 
     names = [f"{_NEW}/{photo.name}" for photo in photos]
-    attempt = best_attempt(job, settings, folder.folder, context.progress, mapped, names)
+    # The reference holds them all: its cameras do not move.
+    attempt = best_attempt(
+        job, settings, folder.folder, context.progress, mapped, names, lambda *_: True
+    )
     update, registered = attempt.made, len(attempt.registered)
     if update is None or registered < max(2, _LEAST_SHARE * len(photos)):
         raise StageError(_not_this_wall(registered, len(photos), reference))

@@ -1,10 +1,10 @@
 """Photos that stay out of the model are looked at again, by other means.
 
 The first attempt is SIFT on the photo as it is: quick, and enough on most walls. Where photos stay
-out, *closer* doubles them first, which finds four times as many features, weaker ones too; where
-some still stay out, *learned* adds features of a network, which are found on smooth walls and
-matched by what is around them. Both look only at the photos that stay out and those that match
-them most; what was found of the others is taken over.
+out, *closer* doubles them first, which finds four times as many features, weaker ones too. If asked
+for, *learned* adds features of a network where some still stay out: it finds them on smooth walls and
+matches by what is around them, also where that only looks alike. Both look only at the photos that
+stay out and those that match them most; what was found of the others is taken over.
 """
 
 from __future__ import annotations
@@ -61,11 +61,12 @@ def best_attempt(
     progress: Progress,
     mapped: Callable[[Job], tuple[T, Mapping[str, Floats]]],
     wanted: Collection[str],
+    tied: Callable[[T, Collection[str]], bool],
 ) -> Attempt[T]:
     """The first attempt that registers all wanted photos, or the one that registers most.
 
-    One whose cameras contradict those of the attempt before is no candidate: photos that look
-    alike can be matched in a way that fits them all and is wrong.
+    One whose cameras contradict those of the attempt before, or whose new photos are not tied to
+    them, is no candidate: what looks alike can be matched in a way that fits and is wrong.
 
     Parameters
     ----------
@@ -73,6 +74,7 @@ def best_attempt(
     photos : the folder whose content the features follow from.
     mapped : maps from a job's features; gives what it made and the cameras that it registered.
     wanted : names of photos, as the job has them.
+    tied : whether the photos of a mapping hang together with those of the names.
 
     Raises
     ------
@@ -96,10 +98,15 @@ def best_attempt(
             f" ({_WORDS[means]})"
         )
         tried.append(attempt(means, closer(best.job, names)))
-        if not agree(best.registered, tried[-1].registered):
+        found = tried[-1]
+        if len(found.registered) <= len(best.registered):
+            continue
+        if not agree(best.registered, found.registered):
             progress.note("what was found so contradicts what was known of the others: left out")
-        elif len(tried[-1].registered) > len(best.registered):
-            best = tried[-1]
+        elif not tied(found.made, best.registered):
+            progress.note("what was found so hangs on one thing that both show: left out")
+        else:
+            best = found
     for one in tried:
         seal_features(Path(one.job.database))
     return best
@@ -129,11 +136,12 @@ _WORDS = {"closer": "doubled in size", "learned": "by a network"}
 
 
 def _others(settings: SparseSettings) -> Iterator[tuple[str, Callable[[Job, set[str]], Job]]]:
-    if settings.features != "auto":
+    if settings.features not in ("auto", "thorough"):
         return
     if settings.first_octave > -1:
         yield "closer", _closer
-    yield "learned", _learned
+    if settings.features == "thorough":
+        yield "learned", _learned
 
 
 def _closer(job: Job, names: set[str]) -> Job:

@@ -20,10 +20,11 @@ class SparseSettings:
     """How photos are matched and registered (COLMAP through pycolmap)."""
 
     features: Annotated[
-        Literal["auto", "sift", "xfeat"],
+        Literal["auto", "sift", "thorough", "xfeat"],
         about(
-            "what photos are matched by: SIFT; XFeat, a network; auto: SIFT, and where photos stay "
-            "out, SIFT on doubled photos, then XFeat beside it"
+            "what photos are matched by: sift; auto: SIFT, and where photos stay out, SIFT on "
+            "doubled photos; thorough: then XFeat, a network, beside it, which may also join what "
+            "merely looks alike; xfeat: XFeat alone"
         ),
     ] = "auto"
     max_features: Annotated[

@@ -6,7 +6,7 @@ The model's scale and direction are arbitrary unless a reference is given.
 from __future__ import annotations
 
 import shutil
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -35,6 +35,7 @@ from walltopo.sparse.outcome import (
     other_models,
     why_unregistered,
 )
+from walltopo.sparse.ties import hang_together
 
 __all__ = ["run"]
 
@@ -106,8 +107,11 @@ def _reconstruct(
         result = run_worker(alone, context.progress)
         return result, camera_centres(open_model(Path(result.best))) if result.best else {}
 
+    def tied(result: Mapped, known: Collection[str]) -> bool:
+        return hang_together(open_model(Path(result.best)), known)
+
     names = [photo.name for photo in photos]
-    return best_attempt(job, settings, folder.folder, context.progress, mapped, names)
+    return best_attempt(job, settings, folder.folder, context.progress, mapped, names, tied)
 
 
 def _tell_groups(result: Mapped, context: Context) -> None:

@@ -22,6 +22,7 @@ import numpy as np
 from PIL import Image
 
 from walltopo.core import StageError
+from walltopo.imaging.photo_file import read_rgb
 from walltopo.meshes.similarity import fit_similarity
 from walltopo.pipeline.runner import run_stage
 from walltopo.scans.folder import ScanFolder
@@ -40,8 +41,7 @@ def put_photos(folder: Path, files: Sequence[Path], shrink: int) -> ScanFolder:
     scan.photos.mkdir(parents=True)
     entries = []
     for file in files:
-        with Image.open(file) as image:
-            small = image.convert("RGB").reduce(shrink)
+        small = Image.fromarray(read_rgb(file)).reduce(shrink)
         small.save(scan.photos / file.name, quality=95)
         entries.append(Photo(file.name, small.width, small.height, None, file.name, 100.0))
     PhotoList(photos=tuple(entries)).save(scan.photo_list)
