@@ -7,7 +7,7 @@ time, and where labels changed since it was made, it is relabelled (`relabel.py`
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -26,10 +26,10 @@ from walltopo.scans.arrays import read_arrays
 
 __all__ = ["KeptTier", "TierShelf"]
 
-VERSION = 1  # raised when tiers are made otherwise
+VERSION = 2  # raised when tiers are made otherwise
 # Beyond this share of the mesh's triangles a change is no edit: another lift, say.
 MOST_CHANGED = 0.05
-_SURFACE = ("positions", "triangles", "feature", "normals", "uv", "colours")
+_SURFACE = tuple(field.name for field in fields(Surface))
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +110,8 @@ def _key_of(wall: Wall, settings: ExportSettings) -> bytes:
     sizes = {name: value for name, value in vars(settings).items() if name != "title"}
     told = repr((VERSION, available(), sorted(sizes.items())))
     digest = hashlib.blake2b(told.encode(), digest_size=16)
-    for values in (wall.mesh.vertices, wall.mesh.faces, wall.uv, wall.mesh.vertex_colours):
+    mesh = wall.mesh
+    for values in (mesh.vertices, mesh.faces, wall.uv, mesh.vertex_colours, mesh.guessed):
         if values is not None:
             digest.update(np.ascontiguousarray(values).data)
     if wall.texture is not None:

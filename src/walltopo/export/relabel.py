@@ -163,6 +163,10 @@ def _with_middles(
         normals=(normals / length).astype(np.float32),
         uv=None if surface.uv is None else mean(surface.uv),
         colours=None if surface.colours is None else mean(surface.colours),
+        # Both ends of an edge are guessed, or neither is.
+        guessed=None
+        if surface.guessed is None
+        else np.concatenate([surface.guessed, surface.guessed[one]]),
     )
     return grown, middle
 
@@ -195,4 +199,5 @@ def _with_features(
         normals=grown(surface.normals),
         uv=None if surface.uv is None else grown(surface.uv),
         colours=None if surface.colours is None else grown(surface.colours),
+        guessed=None if surface.guessed is None else grown(surface.guessed),
     )

@@ -1,10 +1,10 @@
 """Photos that stay out of the model are looked at again, by other means.
 
-The first attempt is SIFT on the photo as it is: quick, and enough on most walls. Where photos stay
-out, *closer* doubles them first, which finds four times as many features, weaker ones too. If asked
-for, *learned* adds features of a network where some still stay out: it finds them on smooth walls and
-matches by what is around them, also where that only looks alike. Both look only at the photos that
-stay out and those that match them most; what was found of the others is taken over.
+The first attempt is SIFT on the photo as it is: quick, and enough on most walls. Where photos
+stay out, *closer* doubles them first, which finds four times as many features, weaker ones too. If
+asked for, *learned* adds features of a network where some still stay out: it finds them on smooth
+walls and matches by what is around them, also where that only looks alike. Both look only at the
+photos that stay out and those that match them most; what was found of the others is taken over.
 """
 
 from __future__ import annotations
