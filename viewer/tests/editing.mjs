@@ -70,10 +70,13 @@ const under = (page, at) =>
 export const editing = {
   async "edits are made, undone, saved and undone after that"(browser, { edit, shots }) {
     const { page, log, close, wall, press, pick, write, saved } = await editor(browser, edit);
-    await press("Check 1");
+    const check = wall.getByRole("button", { name: /^Check \d+$/ });
+    const doubts = Number((await check.textContent()).split(" ")[1]);
+    await check.click();
     assert.equal(await ask(page, (el) => el.selectedHold), 2, "the hold that the scan was not sure of");
     await press("It is right");
-    assert.equal(await wall.getByRole("button", { name: "Check" }).count(), 0);
+    if (doubts === 1) await check.waitFor({ state: "hidden" });
+    else await press(`Check ${doubts - 1}`);
     await ask(page, (el) => el.home());
     await settle(page);
     await tapHold(page, 5);
