@@ -40,6 +40,7 @@ from walltopo.sparse.job import CameraEntry, ImageEntry, Job, KnownFeatures, Map
 from walltopo.sparse.jobs import (
     camera_entries,
     features_job,
+    mapping_job,
     photo_ids,
 )
 from walltopo.sparse.model_parts import KeptImage, match_keypoints, rebuild
@@ -215,8 +216,7 @@ def _update_job(
 
 def _mapped(job: Job, task: MapTask, context: Context) -> Any | None:
     """The mapper's best model from the job's features and matches; None where it made none."""
-    alone = replace(job, pairing=None, learned=None, known_features=None, map=task)
-    result = run_worker(alone, context.progress)
+    result = run_worker(mapping_job(job, task), context.progress)
     return open_model(Path(result.best)) if result.best else None
 
 

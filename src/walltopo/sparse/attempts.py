@@ -164,7 +164,7 @@ def _learned(job: Job, names: set[str]) -> Job:
         database=_beside(job, "learned"),
         pairing=None,
         known_features=KnownFeatures(job.database, everything, matches=True),
-        learned=Learned(images, _POINTS, min(_PARTNERS, len(images))),
+        learned=Learned(images, _POINTS, _PARTNERS),
     )
 
 

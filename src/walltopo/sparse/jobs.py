@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from msgspec.structs import replace
+
 from walltopo.scans.photo_list import Photo
 from walltopo.sparse.contract import SparseSettings
-from walltopo.sparse.job import CameraEntry, ImageEntry, Job, Pairing, Sift
+from walltopo.sparse.job import CameraEntry, ImageEntry, Job, MapTask, Pairing, Sift
 
 __all__ = [
     "camera_entries",
     "features_job",
+    "mapping_job",
     "photo_ids",
 ]
 
@@ -75,3 +78,8 @@ def features_job(
             settings.reference_retrieved,
         ),
     )
+
+
+def mapping_job(job: Job, task: MapTask) -> Job:
+    """The job that maps from what another has found and matched, and looks for nothing itself."""
+    return replace(job, pairing=None, learned=None, known_features=None, map=task)

@@ -90,7 +90,7 @@ def camera_centres(model: Any) -> dict[str, NDArray[np.float64]]:
 
 def registered_names(path: Path) -> set[str]:
     """Names of the registered photos of a model folder."""
-    return {str(image.name) for image in open_model(path).images.values() if image.has_pose}
+    return set(camera_centres(open_model(path)))
 
 
 def _reason(features: int, linked: int, group: int) -> str:

@@ -10,7 +10,6 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 
 import numpy as np
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, StageError
@@ -27,6 +26,7 @@ from walltopo.sparse.job import ImageEntry, Job, Mapped, MapTask
 from walltopo.sparse.jobs import (
     camera_entries,
     features_job,
+    mapping_job,
     photo_ids,
 )
 from walltopo.sparse.outcome import (
@@ -103,8 +103,7 @@ def _reconstruct(
         # Mapping gets a process of its own: COLMAP's random state would differ between a run that
         # matched photos first and one that found them matched.
         task = MapTask(str(Path(job.database).with_name("mapping")), len(photos))
-        alone = replace(job, pairing=None, learned=None, known_features=None, map=task)
-        result = run_worker(alone, context.progress)
+        result = run_worker(mapping_job(job, task), context.progress)
         return result, camera_centres(open_model(Path(result.best))) if result.best else {}
 
     def tied(result: Mapped, known: Collection[str]) -> bool:

@@ -16,7 +16,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -36,7 +35,7 @@ from walltopo.sparse.colmap_process import run_worker
 from walltopo.sparse.contract import SparseSettings
 from walltopo.sparse.feature_cache import database_of
 from walltopo.sparse.job import ImageEntry, MapTask
-from walltopo.sparse.jobs import camera_entries, features_job, photo_ids
+from walltopo.sparse.jobs import camera_entries, features_job, mapping_job, photo_ids
 from walltopo_lab.benchmarks.reconstruction_poses import centres, fit_on_floor, load_truth, matched
 
 Floats = NDArray[np.float64]
@@ -54,7 +53,7 @@ def map_subset(scan: ScanFolder, names: Sequence[str], work: Path) -> list[View]
     images = [ImageEntry(photo.name, k) for photo, k in zip(photos, indices, strict=True)]
     job = features_job(database, scan.photos, SparseSettings(), cameras, images, photo_ids(photos))
     task = MapTask(str(work / "mapping"), len(names), only=tuple(names))
-    result = run_worker(msgspec.structs.replace(job, pairing=None, map=task), Silent())
+    result = run_worker(mapping_job(job, task), Silent())
     return read_views(Path(result.best)) if result.best else []
 
 

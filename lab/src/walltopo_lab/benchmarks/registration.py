@@ -29,7 +29,7 @@ from walltopo.scans.folder import ScanFolder
 from walltopo.scans.model import read_views
 from walltopo.scans.photo_list import Photo, PhotoList
 from walltopo.sparse.contract import SparseSettings
-from walltopo_lab.benchmarks.reconstruction_poses import load_truth
+from walltopo_lab.benchmarks.reconstruction_poses import centres, load_truth
 
 Features = Literal["sift", "auto", "xfeat"]
 FEATURES: tuple[Features, ...] = ("sift", "auto", "xfeat")
@@ -65,7 +65,7 @@ def placed(
         return told, _spent(before)
     poses = load_truth(truth)
     found = np.array([view.centre for view in views])
-    real = np.array([-poses[view.name][:, :3].T @ poses[view.name][:, 3] for view in views])
+    real = centres(np.array([poses[view.name] for view in views]))
     away = 1000 * np.linalg.norm(fit_similarity(found, real).apply(found) - real, axis=1)
     return f"{told}, {np.median(away):.1f} / {away.max():.1f} mm", _spent(before)
 
