@@ -6,7 +6,21 @@ from importlib.metadata import version
 
 from fastapi import APIRouter, FastAPI
 
-from walltopo_gym.api import accounts, gyms, health, publishing, scans, uploads, walls
+from walltopo_gym.api import (
+    grades,
+    gyms,
+    health,
+    me,
+    members,
+    passwords,
+    publishing,
+    scans,
+    sessions,
+    sign_up,
+    tokens,
+    uploads,
+    walls,
+)
 from walltopo_gym.api.cross_origin import CrossOriginGuard
 from walltopo_gym.api.headers import SafeHeaders
 from walltopo_gym.api.problems import PROBLEMS, handle_problems
@@ -16,7 +30,8 @@ from walltopo_gym.api.services import Services
 __all__ = ["PREFIX", "build_app"]
 
 PREFIX = "/api/v1"
-_ROOMS = (accounts, gyms, walls, scans, uploads, publishing)
+_ROOMS = (sign_up, sessions, me, passwords, tokens, gyms, members, grades, walls, scans, uploads,
+          publishing)  # fmt: skip
 
 
 def build_app(services: Services) -> FastAPI:

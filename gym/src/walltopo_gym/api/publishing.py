@@ -16,10 +16,10 @@ from starlette.responses import StreamingResponse
 from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.api.fields import Body, Name, Text
-from walltopo_gym.api.rules import Access, gym_rule
+from walltopo_gym.api.rules import Access, GuestMay, gym_rule
 from walltopo_gym.api.scans import ScanFacts, facts_of, scan_of
 from walltopo_gym.api.services import Db, ServicesOf
-from walltopo_gym.api.walls import GuestMay, wall_of
+from walltopo_gym.api.walls import wall_of
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError, NotFoundError
 from walltopo_gym.gyms.models import Wall
