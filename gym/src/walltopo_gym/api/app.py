@@ -7,6 +7,7 @@ from importlib.metadata import version
 from fastapi import APIRouter, FastAPI
 
 from walltopo_gym.api import (
+    climbing,
     grades,
     gyms,
     health,
@@ -14,6 +15,7 @@ from walltopo_gym.api import (
     members,
     passwords,
     publishing,
+    routes,
     scans,
     sessions,
     sign_up,
@@ -31,7 +33,7 @@ __all__ = ["PREFIX", "build_app"]
 
 PREFIX = "/api/v1"
 _ROOMS = (sign_up, sessions, me, passwords, tokens, gyms, members, grades, walls, scans, uploads,
-          publishing)  # fmt: skip
+          publishing, routes, climbing)  # fmt: skip
 
 
 def build_app(services: Services) -> FastAPI:
