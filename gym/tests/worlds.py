@@ -18,6 +18,7 @@ from sqlalchemy import create_engine, event, text
 from walltopo.scans import routes as found
 from walltopo.scans.attributes import Attributes, Hold
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.manifest import Manifest, StageRecord
 from walltopo.scans.scale import Scale
 from walltopo_gym.accounts.actor import TOKEN_PREFIX, Scope, sign_in
 from walltopo_gym.accounts.models import ApiToken
@@ -187,6 +188,11 @@ class World:
             Attributes(instances=tuple(holds)).save(folder.attributes)
             scale = Scale(method="measure", scale=1.0, metric=True, up_known=True, floor_known=True)
             scale.save(folder.scale)
+            stages = {
+                "sparse": StageRecord("done", metrics={"photos": 20, "registered": 20}),
+                "classify": StageRecord("done", metrics={"holds": len(holds)}),
+            }
+            Manifest(1, "0", {}, [], stages).save(folder.manifest)
             for path in Path(name).iterdir():
                 store.put(f"scans/{row.id}/{path.name}", path)
         store.put("content/abcd", b"<!doctype html>")

@@ -57,6 +57,9 @@ class GymSettings(BaseSettings):
     most_photos: int = Field(400, ge=3, le=5000, description="most photos of one scan")
     keep_free_mb: int = Field(1000, ge=0, description="uploads are refused below this free space")
 
+    webhooks_to_private: bool = Field(
+        False, description="webhooks may go to addresses of our own networks, and by plain http"
+    )
     keep_originals_days: int = Field(
         365, ge=0, description="photos as they came go so long after the publication; 0: never"
     )

@@ -14,7 +14,9 @@ from walltopo_gym.api import (
     me,
     members,
     metrics,
+    passkeys,
     passwords,
+    plans,
     publishing,
     routes,
     scans,
@@ -23,6 +25,7 @@ from walltopo_gym.api import (
     tokens,
     uploads,
     walls,
+    webhooks,
 )
 from walltopo_gym.api.bounds import LONGEST_BODY, Bounds
 from walltopo_gym.api.cross_origin import CrossOriginGuard
@@ -36,7 +39,7 @@ __all__ = ["PREFIX", "build_app"]
 
 PREFIX = "/api/v1"
 _ROOMS = (sign_up, sessions, me, passwords, tokens, gyms, members, grades, walls, scans, uploads,
-          publishing, routes, climbing)  # fmt: skip
+          publishing, plans, routes, climbing, passkeys, webhooks)  # fmt: skip
 
 
 def build_app(services: Services) -> FastAPI:

@@ -11,8 +11,9 @@ from walltopo_gym.gyms import models as _gyms
 from walltopo_gym.publishing import models as _publishing
 from walltopo_gym.scans import models as _scans
 from walltopo_gym.uploads import models as _uploads
+from walltopo_gym.webhooks import models as _webhooks
 
 __all__ = ["METADATA"]
 
-_ROOMS = (_accounts, _gyms, _scans, _uploads, _publishing, _climbing)
+_ROOMS = (_accounts, _gyms, _scans, _uploads, _publishing, _climbing, _webhooks)
 METADATA: MetaData = Base.metadata
