@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import Field, ValidationError
+from pydantic import Field, ValidationError, field_validator
 from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, SettingsConfigDict
 
 from walltopo.core import InputError, SettingsError
@@ -68,6 +68,12 @@ class GymSettings(BaseSettings):
     stage_minutes: int = Field(120, ge=1, description="a stage that takes longer is ended")
     silent_s: int = Field(30, ge=2, description="a worker silent for longer is taken for dead")
     scan_settings: Path | None = Field(None, description="walltopo.toml for all scans")
+
+    @field_validator("proxies", mode="before")
+    @classmethod
+    def _words(cls, given: object) -> object:
+        """In the environment: between commas."""
+        return given.replace(",", " ").split() if isinstance(given, str) else given
 
     @property
     def database_url(self) -> str:
