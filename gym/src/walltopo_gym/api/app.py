@@ -14,6 +14,7 @@ from walltopo_gym.api import (
     me,
     members,
     metrics,
+    own_data,
     passkeys,
     passwords,
     plans,
@@ -39,7 +40,7 @@ __all__ = ["PREFIX", "build_app"]
 
 PREFIX = "/api/v1"
 _ROOMS = (sign_up, sessions, me, passwords, tokens, gyms, members, grades, walls, scans, uploads,
-          publishing, plans, routes, climbing, passkeys, webhooks)  # fmt: skip
+          publishing, plans, routes, climbing, passkeys, own_data, webhooks)  # fmt: skip
 
 
 def build_app(services: Services) -> FastAPI:
