@@ -278,6 +278,7 @@ CASES = {
     "drop_passkey": Case("signed-in", values=a_passkey),
     "begin_passkey_session": Case("anyone", Scope.READ),
     "begin_session_by_passkey": Case("anyone", Scope.READ, body=a_signed_challenge),
+    "read_server": Case("anyone", Scope.READ),
     "read_data": Case("signed-in"),
     "read_ascents_table": Case("signed-in"),
     "delete_me": Case("signed-in", body=lambda w: {"password": PASSWORD}),

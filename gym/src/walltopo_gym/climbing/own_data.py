@@ -15,6 +15,7 @@ from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.models import (
     ApiToken,
     AuditEntry,
+    Identity,
     KnownBrowser,
     Passkey,
     Person,
@@ -36,6 +37,7 @@ _KINDS: Final[dict[str, Any]] = {
     "browsers": KnownBrowser,
     "tokens": ApiToken,
     "passkeys": Passkey,
+    "identities": Identity,
     "changes": AuditEntry,
 }
 _LEFT_OUT: Final = {"password_hash", "token_hash", "public_key", "credential_id", "person_id"}
