@@ -31,7 +31,7 @@ class Provider:
 
     address: str = ""
     claims: dict[str, Any] = field(default_factory=dict)
-    key: RSAKey = KEY
+    key: RSAKey = field(default_factory=lambda: KEY)
     asked: dict[str, dict[str, str]] = field(default_factory=dict)
 
     def app(self) -> Flask:
