@@ -6,7 +6,17 @@ from importlib.metadata import version
 
 from fastapi import APIRouter, FastAPI
 
-from walltopo_gym.api import accounts, gyms, health, publishing, scans, uploads, walls
+from walltopo_gym.api import (
+    accounts,
+    gyms,
+    health,
+    pages,
+    pictures,
+    publishing,
+    scans,
+    uploads,
+    walls,
+)
 from walltopo_gym.api.cross_origin import CrossOriginGuard
 from walltopo_gym.api.headers import SafeHeaders
 from walltopo_gym.api.problems import PROBLEMS, handle_problems
@@ -16,7 +26,7 @@ from walltopo_gym.api.services import Services
 __all__ = ["PREFIX", "build_app"]
 
 PREFIX = "/api/v1"
-_ROOMS = (accounts, gyms, walls, scans, uploads, publishing)
+_ROOMS = (accounts, gyms, walls, scans, uploads, publishing, pictures)
 
 
 def build_app(services: Services) -> FastAPI:
@@ -43,6 +53,7 @@ def build_app(services: Services) -> FastAPI:
         api.include_router(room.router)
     app.include_router(api)
     app.include_router(health.router)
+    app.include_router(pages.router)  # the last: it answers for whatever is left
     handle_problems(app)
     app.add_middleware(CrossOriginGuard, origin=services.settings.link_base)
     app.add_middleware(SafeHeaders)
