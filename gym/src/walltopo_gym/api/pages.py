@@ -28,6 +28,8 @@ __all__ = ["router"]
 
 router = APIRouter(include_in_schema=False)
 
+_READING: Final = ["GET", "HEAD"]
+
 _FOLDER: Final = files("walltopo_gym") / "web"
 _MARK: Final = "<!--head-->"
 _FOR_EVER: Final = "public, max-age=31536000, immutable"
@@ -87,22 +89,22 @@ def _viewer() -> str:
     return f"/assets/viewer-{digest[:12]}.js"
 
 
-@router.get("/assets/{name}")
+@router.api_route("/assets/{name}", methods=_READING)
 def read_asset(name: str, request: Request) -> Response:
     """A file that never changes under its name."""
     return _sent(f"/assets/{name}", request, _FOR_EVER)
 
 
-@router.get("/{name}.webmanifest")
-@router.get("/{name}.png")
-@router.get("/{name}.svg")
-@router.get("/{name}.js")
+@router.api_route("/{name}.webmanifest", methods=_READING)
+@router.api_route("/{name}.png", methods=_READING)
+@router.api_route("/{name}.svg", methods=_READING)
+@router.api_route("/{name}.js", methods=_READING)
 def read_loose_file(request: Request) -> Response:
     """What browsers want under a fixed name: manifest, icons, service worker."""
     return _sent(request.url.path, request, "no-cache")
 
 
-@router.get("/{place:path}", response_class=HTMLResponse)
+@router.api_route("/{place:path}", methods=_READING, response_class=HTMLResponse)
 def read_page(place: str, request: Request, services: ServicesOf) -> Response:
     """The app, which finds by the address what to show; framed by others below `/embed` alone."""
     first, _, rest = place.partition("/")

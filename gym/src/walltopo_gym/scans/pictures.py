@@ -57,14 +57,15 @@ def keep_front(store: FileStore, scan: UUID, folder: ScanFolder) -> None:
 
 
 def wall_picture(store: FileStore, scan: UUID) -> bytes:
-    """The whole wall, a JPEG of WIDTH × HEIGHT.
+    """The wall as far as it has holds, a JPEG of WIDTH × HEIGHT.
 
     Raises
     ------
     NotFoundError : the scan was never drawn.
     """
     front = _read(store, scan, "front")
-    return _jpeg(_framed(front, (0, 0, *front.size)))
+    held = np.asarray(_read(store, scan, "holds"), dtype=np.int32) > 0
+    return _jpeg(_framed(front, _around(held) if held.any() else (0, 0, *front.size)))
 
 
 def route_picture(store: FileStore, scan: UUID, holds: Collection[int]) -> bytes:
