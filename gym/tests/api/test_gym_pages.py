@@ -1,4 +1,4 @@
-"""The app as the server sends it: policy, caching, previews of links; and that it is of its source."""
+"""The app as the server sends it: policy, caching, previews of links; that it is of its source."""
 
 from __future__ import annotations
 
