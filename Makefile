@@ -1,4 +1,4 @@
-# Two commands on a fresh Debian 12 (Python 3.11, git, make): `make demo` and `make test`.
+# On a fresh Debian 12 (Python 3.11, git, make): `make demo`, `make gym`, `make test`.
 
 SHELL := /bin/bash
 PYTHON ?= python3
@@ -6,11 +6,12 @@ VENV := .venv
 BIN := $(VENV)/bin
 PAGE := demo-scan/index.html
 
-.PHONY: help demo test test-ultralytics test-pythons lint docs wheels viewer app pictures system system-venv system-compiler browser database clean
+.PHONY: help demo gym test test-ultralytics test-pythons lint docs wheels viewer app pictures system system-venv system-compiler browser database clean
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make demo     set up, scan the bundled photos, name the page to open"
+	@echo "make gym      set up, scan the bundled photos into a demo gym, serve it, name address and accounts"
 	@echo "make test     set up everything, run all tests"
 	@echo "make test-ultralytics   the tests that need Ultralytics (AGPL-3.0), in an environment of its own"
 	@echo "make test-pythons       the quick tests on Python 3.12 and 3.13, where they are installed"
@@ -44,6 +45,11 @@ $(VENV)/dev-ready: $(VENV)/core-ready
 
 demo: $(VENV)/core-ready
 	$(BIN)/walltopo scan examples/demo-photos -o demo-scan
+
+# The gym is kept in demo-gym: the second start takes seconds.
+gym: $(VENV)/core-ready
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ./gym
+	$(BIN)/walltopo gym demo --data demo-gym --photos examples/demo-photos
 
 test: $(VENV)/dev-ready browser database
 	$(BIN)/python -m pytest --cov=walltopo --cov=walltopo_gym --cov-report=term:skip-covered
@@ -131,4 +137,4 @@ system:
 	  $(SUDO) apt-get install -y -qq $$package >/dev/null || exit 1; done
 
 clean:
-	rm -rf $(VENV) demo-scan viewer/node_modules gym/web/node_modules
+	rm -rf $(VENV) demo-scan demo-gym viewer/node_modules gym/web/node_modules

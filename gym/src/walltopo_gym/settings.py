@@ -47,9 +47,19 @@ class GymSettings(BaseSettings):
     mail_from: str = Field("", description="sender of mails; empty: the address's host")
     smtp: str = Field("", description="smtp[s]://user:password@host:port; empty: the console")
 
+    requests_per_minute: int = Field(
+        3000, ge=0, description="most requests of one network (a hall may be one); 0: no limit"
+    )
+    metrics_token: str = Field("", description="lets Prometheus read /metrics; empty: nobody can")
+    log: Literal["plain", "json"] = Field("plain", description="how the log is written")
+
     most_photo_mb: int = Field(100, ge=1, le=2000, description="largest photo")
     most_photos: int = Field(400, ge=3, le=5000, description="most photos of one scan")
     keep_free_mb: int = Field(1000, ge=0, description="uploads are refused below this free space")
+
+    keep_originals_days: int = Field(
+        365, ge=0, description="photos as they came go so long after the publication; 0: never"
+    )
 
     workers: int = Field(1, ge=0, le=64, description="scans at a time in this process")
     stage_minutes: int = Field(120, ge=1, description="a stage that takes longer is ended")

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from io import BytesIO
 from typing import Any
+from uuid import uuid4
 
 import httpx
 import pytest
@@ -167,6 +168,17 @@ def a_route(world: World) -> dict[str, Any]:
     return {"route": world.published()["routes"][0]["id"]}
 
 
+def an_ascent(world: World) -> dict[str, Any]:
+    _published(world)
+    return {"ascent": uuid4()}
+
+
+def an_own_ascent(world: World) -> dict[str, Any]:
+    path, body = an_ascent(world)["ascent"], CASES["put_ascent"].body(world)
+    made = world.server.ask("PUT", f"{world.path}/ascents/{path}", world.owner, body)
+    return {"ascent": made.json()["id"]}
+
+
 TUS = {"tus-resumable": "1.0.0"}
 GRADES = {"name": "Ours", "kind": "own", "grades": [{"label": "easy"}, {"label": "hard"}]}
 
@@ -241,6 +253,16 @@ CASES = {
     "strip_route": Case("setter", Scope.PUBLISH, a_route),
     "read_wall_picture": Case("guest", Scope.READ, a_drawn_wall),
     "read_route_picture": Case("guest", Scope.READ, a_drawn_route),
+    "put_ascent": Case("member", values=an_ascent, body=lambda w: {
+        "route_id": w.published()["routes"][0]["id"], "kind": "top", "tries": 2,
+        "climbed_at": "2026-03-01T19:30:00+01:00"}),
+    "list_ascents": Case("signed-in"),
+    "drop_ascent": Case("signed-in", values=an_own_ascent),
+    "read_opinion": Case("member", values=a_route),
+    "put_opinion": Case("member", values=a_route, body=lambda w: {"stars": 4}),
+    "drop_opinion": Case("member", values=a_route),
+    "list_comments": Case("member", Scope.READ, a_route),
+    "list_tallies": Case("guest", Scope.READ, a_published_wall),
     "read_thumbnail": Case("setter", Scope.UPLOAD, a_seen_photo),
 }  # fmt: skip
 
@@ -255,9 +277,13 @@ def operations(server: Server) -> dict[str, tuple[str, str, dict[str, Any]]]:
     }
 
 
-# Who is let in and meets another reason against it.
-EXCEPT = {("leave_gym", "owner"): 409} | {  # a gym keeps an owner; a token is its maker's
-    ("drop_token", kind): 404 for kind in PEOPLE if kind != "owner"
+# Who is let in and meets another reason against it: a gym keeps an owner; a token is its maker's,
+# an ascent its climber's.
+EXCEPT = {("leave_gym", "owner"): 409} | {
+    (name, kind): 404
+    for name in ("drop_token", "drop_ascent")
+    for kind in PEOPLE
+    if kind != "owner"
 }
 
 Request = tuple[str, str, object, dict[str, str], bytes | None]
@@ -349,7 +375,11 @@ def test_what_a_token_may(server: Server, name: str) -> None:
 
 
 BELOW_A_GYM = [
-    name for name, case in CASES.items() if case.who in ROLES and case.values is not no_values
+    name
+    for name, case in CASES.items()
+    if case.who in ROLES
+    and case.values is not no_values
+    and name != "put_ascent"  # which names a route in its body: test_gym_ascents.py
 ]
 
 

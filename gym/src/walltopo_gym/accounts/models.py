@@ -11,7 +11,7 @@ from sqlalchemy.orm import Mapped, mapped_column
 
 from walltopo_gym.database.base import Base, Keyed
 
-__all__ = ["ApiToken", "AuditEntry", "MailedLink", "Person", "SignIn", "Try"]
+__all__ = ["ApiToken", "AuditEntry", "KnownBrowser", "MailedLink", "Person", "SignIn", "Try"]
 
 _PERSON = "people.id"
 
@@ -36,6 +36,16 @@ class SignIn(Keyed, Base):
     token_hash: Mapped[str] = mapped_column(String(64), unique=True)
     expires_at: Mapped[datetime]
     browser: Mapped[str] = mapped_column(String(200), default="")
+
+
+class KnownBrowser(Keyed, Base):
+    """A browser in which somebody signed in before; it is no sign-in."""
+
+    __tablename__ = "known_browsers"
+
+    person_id: Mapped[UUID] = mapped_column(ForeignKey(_PERSON, ondelete="CASCADE"), index=True)
+    token_hash: Mapped[str] = mapped_column(String(64), unique=True)
+    expires_at: Mapped[datetime]
 
 
 class ApiToken(Keyed, Base):

@@ -7,18 +7,29 @@ from importlib.metadata import version
 from fastapi import APIRouter, FastAPI
 
 from walltopo_gym.api import (
-    accounts,
+    climbing,
+    grades,
     gyms,
     health,
+    me,
+    members,
+    metrics,
     pages,
+    passwords,
     pictures,
     publishing,
+    routes,
     scans,
+    sessions,
+    sign_up,
+    tokens,
     uploads,
     walls,
 )
+from walltopo_gym.api.bounds import LONGEST_BODY, Bounds
 from walltopo_gym.api.cross_origin import CrossOriginGuard
 from walltopo_gym.api.headers import SafeHeaders
+from walltopo_gym.api.observed import Observed
 from walltopo_gym.api.problems import PROBLEMS, handle_problems
 from walltopo_gym.api.rules import declare_rules
 from walltopo_gym.api.services import Services
@@ -26,7 +37,8 @@ from walltopo_gym.api.services import Services
 __all__ = ["PREFIX", "build_app"]
 
 PREFIX = "/api/v1"
-_ROOMS = (accounts, gyms, walls, scans, uploads, publishing, pictures)
+_ROOMS = (sign_up, sessions, me, passwords, tokens, gyms, members, grades, walls, scans, uploads,
+          publishing, routes, pictures, climbing)  # fmt: skip
 
 
 def build_app(services: Services) -> FastAPI:
@@ -44,17 +56,22 @@ def build_app(services: Services) -> FastAPI:
         docs_url=None,
         redoc_url=None,
         responses=PROBLEMS,
+        max_body_size=LONGEST_BODY,
         generate_unique_id_function=lambda route: route.name,
     )
     app.state.services = services
+    app.state.metrics = metrics.Metrics(services)
     api = APIRouter(prefix=PREFIX)
     for room in _ROOMS:
         declare_rules(room.router)
         api.include_router(room.router)
     app.include_router(api)
     app.include_router(health.router)
+    app.include_router(metrics.router)
     app.include_router(pages.router)  # the last: it answers for whatever is left
     handle_problems(app)
     app.add_middleware(CrossOriginGuard, origin=services.settings.link_base)
+    app.add_middleware(Bounds, per_minute=services.settings.requests_per_minute)
     app.add_middleware(SafeHeaders)
+    app.add_middleware(Observed, metrics=app.state.metrics)
     return app

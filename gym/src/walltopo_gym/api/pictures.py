@@ -7,8 +7,9 @@ from uuid import UUID
 from fastapi import APIRouter, Response
 from sqlalchemy import select
 
+from walltopo_gym.api.rules import GuestMay
 from walltopo_gym.api.services import Db, ServicesOf
-from walltopo_gym.api.walls import GuestMay, wall_of
+from walltopo_gym.api.walls import wall_of
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.models import Wall
 from walltopo_gym.publishing.models import Placement, Route

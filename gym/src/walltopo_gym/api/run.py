@@ -43,7 +43,8 @@ def serve(settings: GymSettings, tell: Callable[[str], None]) -> None:
         config = uvicorn.Config(
             build_app(services),
             server_header=False,
-            log_config=log_config(),
+            log_config=log_config(settings.log),
+            access_log=False,  # ours has ids, and no queries
             proxy_headers=bool(settings.proxies),
             forwarded_allow_ips=list(settings.proxies),
             timeout_graceful_shutdown=_LAST_WORDS_S,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from ipaddress import IPv6Address, ip_address, ip_network
 from typing import Annotated
 
 from fastapi import Depends, Request
@@ -16,7 +17,7 @@ from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import FileStore, open_store
 from walltopo_gym.uploads.incoming import Incoming
 
-__all__ = ["Db", "Services", "ServicesOf", "client_of", "is_reading"]
+__all__ = ["Db", "Services", "ServicesOf", "is_reading", "network_of"]
 
 _READING = {"GET", "HEAD", "OPTIONS"}
 
@@ -69,6 +70,14 @@ def _session(request: Request, services: ServicesOf) -> Iterator[Session]:
 Db = Annotated[Session, Depends(_session, scope="function")]
 
 
-def client_of(request: Request) -> str:
-    """The asker's address; of the nearest proxy that is believed, it is what that one says."""
-    return request.client.host if request.client else ""
+def network_of(request: Request) -> str:
+    """The asker's address, as the nearest proxy that is believed says it; of IPv6 the network of
+    64 bits, for one household has all of that."""
+    told = request.client.host if request.client else ""
+    try:
+        address = ip_address(told)
+    except ValueError:
+        return told
+    if isinstance(address, IPv6Address):
+        return str(address.ipv4_mapped or ip_network((int(address) >> 64 << 64, 64)))
+    return told

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from datetime import datetime
-from typing import Annotated
 from uuid import UUID
 
 from fastapi import APIRouter
@@ -11,21 +10,16 @@ from pydantic import BaseModel, Field
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.api.fields import Body, Name
-from walltopo_gym.api.rules import Access, gym_rule
+from walltopo_gym.api.rules import Access, GuestMay, OwnerMay, SetterMay
 from walltopo_gym.api.services import Db
 from walltopo_gym.errors import ConflictError, NotFoundError
 from walltopo_gym.gyms.models import Wall
-from walltopo_gym.gyms.roles import Role
 
-__all__ = ["GuestMay", "SetterMay", "router", "wall_of"]
+__all__ = ["router", "wall_of"]
 
 router = APIRouter(tags=["walls"])
-
-GuestMay = Annotated[Access, gym_rule(Role.GUEST, Scope.READ)]
-SetterMay = Annotated[Access, gym_rule(Role.SETTER, Scope.MANAGE)]
 
 
 class NewWall(Body):
@@ -106,9 +100,7 @@ def change_wall(wall: UUID, body: WallChange, session: Db, access: SetterMay) ->
 
 
 @router.delete("/gyms/{gym}/walls/{wall}", status_code=204)
-def drop_wall(
-    wall: UUID, session: Db, access: Annotated[Access, gym_rule(Role.OWNER, Scope.MANAGE)]
-) -> None:
+def drop_wall(wall: UUID, session: Db, access: OwnerMay) -> None:
     """Take a wall away for good, with its scans and routes."""
     row = wall_of(session, access.gym.id, wall)
     session.delete(row)

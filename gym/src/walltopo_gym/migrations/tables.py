@@ -5,6 +5,7 @@ from __future__ import annotations
 from sqlalchemy import MetaData
 
 from walltopo_gym.accounts import models as _accounts
+from walltopo_gym.climbing import models as _climbing
 from walltopo_gym.database.base import Base
 from walltopo_gym.gyms import models as _gyms
 from walltopo_gym.publishing import models as _publishing
@@ -13,5 +14,5 @@ from walltopo_gym.uploads import models as _uploads
 
 __all__ = ["METADATA"]
 
-_ROOMS = (_accounts, _gyms, _scans, _uploads, _publishing)
+_ROOMS = (_accounts, _gyms, _scans, _uploads, _publishing, _climbing)
 METADATA: MetaData = Base.metadata

@@ -11,13 +11,13 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from walltopo.pipeline.settings import Settings
+from walltopo.resets.routes import Line, compare
 from walltopo.scans import routes as found
 from walltopo.scans.attributes import Attributes, Hold
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.scale import Scale
 from walltopo.scans.units import unit_of
 from walltopo_gym.gyms.models import Wall
-from walltopo_gym.publishing.identity import Line, compare
 from walltopo_gym.publishing.models import Placement, Route
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.shelf import take_files

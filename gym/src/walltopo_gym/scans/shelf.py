@@ -70,8 +70,7 @@ def take_visible(store: FileStore, folder: ScanFolder) -> dict[str, Any]:
                 continue
             content = hash_of_file(file)
             key = f"content/{content}"
-            if not store.has(key):
-                store.put(key, file)
+            store.put(key, file)  # also where it is already: a purge leaves young files alone
             kind = mimetypes.guess_type(file.name)[0] or "application/octet-stream"
             shown = file.relative_to(folder.root).as_posix()
             found[shown] = {"key": key, "size": file.stat().st_size, "type": kind}

@@ -40,6 +40,7 @@ _QUEUE: Final = "scans"
 # Raised when the steps change so that a workflow cannot go on under the new ones.
 _SHAPE: Final = "1"
 _POLL_S: Final = 1.0
+_LAST_WORDS_S: Final = 5  # for writing down what has just ended; what runs is let go of at once
 _BEATS: Final = 4  # within the silence after which a worker is taken for dead
 
 # DBOS is one for a process, and calls functions: what they work with stands here.
@@ -103,7 +104,7 @@ def run_worker(steps: ScanSteps, stop: threading.Event) -> None:
         }
         DBOS(config=config)
         DBOS.launch()
-        held.callback(DBOS.destroy, workflow_completion_timeout_sec=0)
+        held.callback(DBOS.destroy, workflow_completion_timeout_sec=_LAST_WORDS_S)
         held.callback(steps.stop)
         workers = max(1, steps.settings.workers)
         # A queue a gym, of which each worker takes at random: one gym's ten scans delay no other.
