@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from io import BytesIO
 from typing import Any
 from uuid import uuid4
 
@@ -15,6 +16,7 @@ import httpx
 import pytest
 from gym.tests.authenticator import Device
 from gym.tests.worlds import ORIGIN, PASSWORD, Server, Somebody, World, hold, make_world
+from PIL import Image
 from sqlalchemy import func, select
 
 from walltopo_gym.accounts.actor import Scope
@@ -141,6 +143,27 @@ def a_published_file(world: World) -> dict[str, Any]:
     return {"scan": _published(world), "path": "index.html"}
 
 
+def _drawn(world: World) -> None:
+    """A picture of the version that is published."""
+    scan = _published(world)
+    image = Image.new("I;16", (8, 4))
+    image.putpixel((4, 2), 1)
+    stream = BytesIO()
+    image.save(stream, "PNG")
+    for name in ("front", "holds"):
+        world.server.services.store.put(f"pictures/{scan}/{name}.png", stream.getvalue())
+
+
+def a_drawn_wall(world: World) -> dict[str, Any]:
+    _drawn(world)
+    return wall(world)
+
+
+def a_drawn_route(world: World) -> dict[str, Any]:
+    _drawn(world)
+    return {"route": world.published()["routes"][0]["id"]}
+
+
 def a_route(world: World) -> dict[str, Any]:
     _published(world)
     return {"route": world.published()["routes"][0]["id"]}
@@ -262,6 +285,8 @@ CASES = {
     "read_route": Case("guest", Scope.READ, a_route),
     "change_route": Case("setter", Scope.PUBLISH, a_route, lambda w: {"name": "Moon"}),
     "strip_route": Case("setter", Scope.PUBLISH, a_route),
+    "read_wall_picture": Case("guest", Scope.READ, a_drawn_wall),
+    "read_route_picture": Case("guest", Scope.READ, a_drawn_route),
     "put_ascent": Case("member", values=an_ascent, body=lambda w: {
         "route_id": w.published()["routes"][0]["id"], "kind": "top", "tries": 2,
         "climbed_at": "2026-03-01T19:30:00+01:00"}),

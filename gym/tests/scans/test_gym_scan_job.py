@@ -10,23 +10,13 @@ from typing import Any
 
 import httpx
 import pytest
-from gym.tests.running import Process, announce, browser, send, wait_for
+from gym.tests.running import QUICK, Process, announce, browser, send, wait_for
 from gym.tests.worlds import Server, World, make_world
 from PIL import Image
 from sqlalchemy import delete, select
 
 from walltopo.pipeline.stages import stage_names
 from walltopo_gym.scans.models import Worker
-
-# Small and quick: the pipeline is the same code as on any other scene.
-QUICK = """\
-[sparse]
-threads = 1
-[dense]
-backend = "sparse"
-[texture]
-size = 512
-"""
 
 
 def _manifest(data: Path, scan: str) -> dict[str, Any]:

@@ -14,8 +14,10 @@ from walltopo_gym.api import (
     me,
     members,
     metrics,
+    pages,
     passkeys,
     passwords,
+    pictures,
     plans,
     publishing,
     routes,
@@ -39,7 +41,7 @@ __all__ = ["PREFIX", "build_app"]
 
 PREFIX = "/api/v1"
 _ROOMS = (sign_up, sessions, me, passwords, tokens, gyms, members, grades, walls, scans, uploads,
-          publishing, plans, routes, climbing, passkeys, webhooks)  # fmt: skip
+          publishing, plans, routes, pictures, climbing, passkeys, webhooks)  # fmt: skip
 
 
 def build_app(services: Services) -> FastAPI:
@@ -69,6 +71,7 @@ def build_app(services: Services) -> FastAPI:
     app.include_router(api)
     app.include_router(health.router)
     app.include_router(metrics.router)
+    app.include_router(pages.router)  # the last: it answers for whatever is left
     handle_problems(app)
     app.add_middleware(CrossOriginGuard, origin=services.settings.link_base)
     app.add_middleware(Bounds, per_minute=services.settings.requests_per_minute)
