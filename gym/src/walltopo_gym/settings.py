@@ -51,6 +51,7 @@ class GymSettings(BaseSettings):
     most_photos: int = Field(400, ge=3, le=5000, description="most photos of one scan")
     keep_free_mb: int = Field(1000, ge=0, description="uploads are refused below this free space")
 
+    most_edited: int = Field(2, ge=1, description="scans opened in the editor at a time")
     workers: int = Field(1, ge=0, le=64, description="scans at a time in this process")
     stage_minutes: int = Field(120, ge=1, description="a stage that takes longer is ended")
     silent_s: int = Field(30, ge=2, description="a worker silent for longer is taken for dead")

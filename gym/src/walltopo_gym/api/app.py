@@ -8,6 +8,7 @@ from fastapi import APIRouter, FastAPI
 
 from walltopo_gym.api import (
     climbing,
+    editing,
     grades,
     gyms,
     health,
@@ -33,7 +34,7 @@ __all__ = ["PREFIX", "build_app"]
 
 PREFIX = "/api/v1"
 _ROOMS = (sign_up, sessions, me, passwords, tokens, gyms, members, grades, walls, scans, uploads,
-          publishing, routes, climbing)  # fmt: skip
+          publishing, editing, routes, climbing)  # fmt: skip
 
 
 def build_app(services: Services) -> FastAPI:

@@ -20,6 +20,7 @@ from walltopo_gym.api.scans import ScanFacts, facts_of, scan_of
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.api.walls import wall_of
 from walltopo_gym.clock import now
+from walltopo_gym.editing.log import check_carried_out
 from walltopo_gym.errors import ConflictError, NotFoundError
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.publishing.change import Entry, check_grade, publish, put_back
@@ -105,6 +106,7 @@ def publish_scan(
     row = scan_of(session, access.gym.id, scan)
     if row.state != State.REVIEW:
         raise ConflictError(f"the scan is {row.state}, not in review")
+    check_carried_out(session, row.id)
     routes = found_routes(services.store, row.id)
     entries = []
     for given in body.routes:
