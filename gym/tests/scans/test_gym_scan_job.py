@@ -170,9 +170,8 @@ def _edit_it(client: httpx.Client, path: str) -> None:
     second = client.post(log, json=asked)
     assert second.status_code == 409
     assert "other edits were saved" in second.json()["title"]
-    photos = client.get(
-        f"{path}/editor/photos", params={"at": ",".join(map(str, edit["hold"]["at"]))}
-    )
+    at = ",".join(map(str, holds[0]["position"]))
+    photos = client.get(f"{path}/editor/photos", params={"at": at})
     assert photos.json()["photos"]
     state = wait_for(lambda: (now := _scan(client, f"{log}/state")) and not now["stale"] and now)
     assert state == {"stale": False, "running": False, "done_version": "1", "problem": ""}
