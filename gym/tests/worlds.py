@@ -31,6 +31,7 @@ from walltopo_gym.api.rules import COOKIE
 from walltopo_gym.api.services import Services
 from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
+from walltopo_gym.editing.desks import Desks
 from walltopo_gym.gyms.members import add_member
 from walltopo_gym.gyms.models import Gym, Wall
 from walltopo_gym.gyms.opening import open_gym
@@ -100,13 +101,15 @@ class Server:
         self.outbox = Outbox()
         # Argon2's costs are the library's defaults in `Passwords()`; here they would be paid often.
         self.passwords = Passwords(PasswordHasher(time_cost=1, memory_cost=8, parallelism=1))
+        store = open_store(self.settings)
         self.services = Services(
             self.settings,
             self.database,
             self.passwords,
             self.outbox,
-            open_store(self.settings),
+            store,
             Incoming(folder / "incoming", keep_free_mb=0),
+            Desks(folder / "editing", 1, self.database, store),
         )
         self.app = build_app(self.services)
 

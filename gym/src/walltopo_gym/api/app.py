@@ -8,6 +8,7 @@ from fastapi import APIRouter, FastAPI
 
 from walltopo_gym.api import (
     climbing,
+    editing,
     grades,
     gyms,
     health,
@@ -41,7 +42,8 @@ __all__ = ["PREFIX", "build_app"]
 
 PREFIX = "/api/v1"
 _ROOMS = (sign_up, sessions, me, passwords, tokens, gyms, members, grades, walls, scans, uploads,
-          publishing, plans, routes, pictures, climbing, passkeys, webhooks)  # fmt: skip
+          publishing, plans, editing, routes, pictures, climbing, passkeys,
+          webhooks)  # fmt: skip
 
 
 def build_app(services: Services) -> FastAPI:
