@@ -204,6 +204,34 @@ def large_model() -> bytes:
     return write_glb(split_at_borders(mesh, labels), [], [], packing=Packing(True, True, False))
 
 
+QUARTERS = (2100, 3000)  # pixels: no whole number of pieces
+COLOURS = ((200, 40, 40), (40, 160, 60), (40, 70, 200), (230, 190, 40))
+
+
+def quartered_model() -> bytes:
+    """A panel under a large picture: four quarters, each of one colour."""
+    import io
+
+    from walltopo.export.gltf import Packing, write_glb
+    from walltopo.export.surface import split_at_borders
+
+    mesh, labels, uv, _ = panel(0, 40)
+    width, height = QUARTERS
+    pixels = np.zeros((height, width, 3), np.uint8)
+    for k, colour in enumerate(COLOURS):
+        top, left = k // 2 * height // 2, k % 2 * width // 2
+        pixels[top : top + height // 2, left : left + width // 2] = colour
+    stream = io.BytesIO()
+    Image.fromarray(pixels).save(stream, "PNG")
+    return write_glb(
+        split_at_borders(mesh, labels, uv),
+        [],
+        [],
+        picture=(stream.getvalue(), "image/png"),
+        packing=Packing(True, True, False),
+    )
+
+
 def endless_model() -> bytes:
     """A GLB of few bytes that asks for 5 billion vertices: accessors may leave their zeros out."""
     document = {
@@ -292,6 +320,13 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Sca
         "example": (scan.root / "example.html").as_uri(),
         "broken": [page.as_uri() for page in pages],
         "large": model_alone(room / "large", large_model()).as_uri(),
+        "quarters": {
+            "page": model_alone(room / "quarters", quartered_model()).as_uri(),
+            "size": QUARTERS,
+            "colours": list(
+                zip([[1, 0, 3.2], [5, 0, 3.2], [1, 0, 0.8], [5, 0, 0.8]], COLOURS, strict=True)
+            ),
+        },
         "endless": model_alone(room / "endless", endless_model()).as_uri(),
         "odd": {kind: page.as_uri() for kind, page in odd.items()},
         "shots": str(SHOTS),

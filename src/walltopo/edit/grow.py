@@ -228,7 +228,7 @@ def _borders(
     start = mesh.vertices[mesh.faces[rows[one], corner]]
     end = mesh.vertices[mesh.faces[rows[one], (corner + 1) % 3]]
     length = np.linalg.norm(end - start, axis=1)
-    length = length / max(float(length.mean()), 1e-12)
+    length = length / max(float(length.mean()), 1e-12) if len(length) else length
     normals, centres = mesh.normals[rows], mesh.centroids[rows]
     cosine = np.clip((normals[one] * normals[two]).sum(axis=1), -1, 1)
     inwards = ((centres[two] - centres[one]) * normals[one]).sum(axis=1) > 0
