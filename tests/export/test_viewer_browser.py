@@ -22,6 +22,7 @@ from PIL import Image
 from served import served  # type: ignore[import-not-found]
 
 from walltopo.desk.desk import Desk
+from walltopo.edit.notes import REASONS
 from walltopo.edit.on_holds import REMOVED
 from walltopo.export.contract import ExportSettings
 from walltopo.export.wall import read_wall
@@ -79,13 +80,27 @@ wall-topo::part(card){background:rgb(1 2 3)}</style>
 </wall-topo></main><script src="page/viewer.js"></script>"""
 
 
-def said() -> dict[str, list[Any]]:
+DOUBTS = [  # of walltopo.routes.order
+    "a start hold may be of another route",
+    "a hold at the start may be for the feet, or for the hands",
+    "one start hold or two",
+    "the top hold may be of another route",
+    "a hold at the top may be for the feet, or for the hands",
+    "the wall has holds above it: one may have been missed",
+    "two holds are about as high",
+]
+
+
+def said() -> dict[str, Any]:
     """What the terminal and the report say, for the page to say too."""
     degrees = (-20.4, -6, -5.4, -3, 0, 3.4, 4.6, 5.4, 5.6, 6.9, 10, 16.7, 34.6, 60)
     counts = ((0, 0, 0), (1, 1, 0), (4, 31, 2), (2, 5, 1))
     kind = {"hold": made_row(1, "hold"), "volume": made_row(2, "volume")}
     return {
         "reasons": [FAINT, FLAT, PLATED, REMOVED],
+        "doubts": DOUBTS,
+        "notes": REASONS,
+        "problems": ["busy", "changed", "lacks", "large", "token"],
         "steepness": [[value, steepness_words(value)] for value in degrees],
         "counts": [
             [r, h, v, count_words(r, [kind["hold"]] * h + [kind["volume"]] * v)]

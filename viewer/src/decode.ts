@@ -77,18 +77,18 @@ export interface Source {
   title: string;
 }
 
-/** A tier from its bytes (or their base64). Throws an Error whose message people can read. */
+/** A tier from its bytes (or their base64). Throws an Error: a key of `words`, or what a library says. */
 export async function read({ source, title }: Source): Promise<Tier> {
   const bytes = typeof source === "string" ? bytesOf(source) : source;
   const magic = new Uint8Array(bytes.slice(0, 4));
-  if (String.fromCharCode(...magic) !== "glTF") throw new Error("the file is not a GLB");
+  if (String.fromCharCode(...magic) !== "glTF") throw new Error("noGlb");
   const gltf = await new GLTFLoader().setMeshoptDecoder(MeshoptDecoder).parseAsync(bytes, "");
   gltf.scene.updateMatrixWorld(true);
   const surfaces: Surface[] = [];
   gltf.scene.traverse((node) => {
     if (node instanceof Mesh) surfaces.push(surfaceOf(node));
   });
-  if (surfaces.length === 0) throw new Error("the file holds no surface");
+  if (surfaces.length === 0) throw new Error("noSurface");
   const tables = tablesOf((gltf.scene.userData["walltopo"] ?? {}) as Record<string, unknown>, title);
   const box = new Box3();
   let most = 0;

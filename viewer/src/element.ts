@@ -76,9 +76,10 @@ export class WallTopo extends HTMLElement {
   constructor() {
     super();
     this.root = this.attachShadow({ mode: "open" });
-    const sheet = h("style");
-    sheet.textContent = style;
-    this.root.append(sheet);
+    // A constructed sheet: a content policy may forbid inline styles.
+    const sheet = new CSSStyleSheet();
+    sheet.replaceSync(style);
+    this.root.adoptedStyleSheets = [sheet];
   }
 
   connectedCallback(): void {

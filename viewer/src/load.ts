@@ -42,11 +42,11 @@ function fromScript(url: string): Promise<string> {
   return new Promise((resolve, reject) => {
     const script = document.createElement("script");
     script.src = url.replace(/\.glb$/, ".js");
-    script.onerror = () => reject(new Error(`${script.src} is missing beside the page`));
+    script.onerror = () => reject(new Error(say().noTwin(script.src)));
     script.onload = () => {
       script.remove();
       const text = window.wallTopoTiers?.[name];
-      if (text === undefined) return reject(new Error(`${script.src} holds no model`));
+      if (text === undefined) return reject(new Error(say().emptyTwin(script.src)));
       delete window.wallTopoTiers?.[name];
       resolve(text);
     };
@@ -63,7 +63,7 @@ async function fetchBytes(
   const absolute = new URL(url, document.baseURI);
   if (absolute.protocol === "file:") return fromScript(absolute.href);
   const response = await fetch(absolute, { signal });
-  if (!response.ok) throw new Error(`the server answered ${response.status} for ${url}`);
+  if (!response.ok) throw new Error(`${say().answered(response.status)} (${url})`);
   const total = Number(response.headers.get("content-length"));
   if (!response.body || !total) return response.arrayBuffer();
   const chunks: Uint8Array[] = [];

@@ -39,6 +39,13 @@ export function counted(count: number, what: keyof Language["counted"]): string 
   return `${count} ${form}`;
 }
 
+/** A sentence with numbers put into its braces: one each, or all into the only one. */
+export function filled(sentence: string, numbers: readonly number[]): string {
+  const places = sentence.split("{}");
+  if (places.length === 2) return places.join(numbers.join(", "));
+  return places.reduce((text, place, k) => text + String(numbers[k - 1] ?? "") + place);
+}
+
 /** "1 March 2026", as the reader's country writes it. */
 export function day(iso: string): string {
   const own = navigator.languages.find((wish) => wish.toLowerCase().split("-")[0] === spoken.code);
