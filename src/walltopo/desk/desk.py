@@ -19,7 +19,7 @@ from walltopo.edit.board import Scanned
 from walltopo.edit.contract import Reads
 from walltopo.edit.replay import Outcome, replay
 from walltopo.edit.result import Result
-from walltopo.export.server.desk import Crop, State
+from walltopo.export.server.desk import Crop, State, problem_key
 from walltopo.pipeline.runner import kept_settings, refresh, stale_stages
 from walltopo.pipeline.workplace import held
 from walltopo.scans.edits import EditLog, Place
@@ -54,7 +54,7 @@ class Desk:
         self._turn = threading.Lock()
         self._wanted = self._running = False
         self._done = "" if stale_stages(folder, FOLLOWING) else log_version(folder)
-        self._problem = ""
+        self._problem = self._problem_key = ""
 
     def read(self) -> tuple[EditLog, str]:
         """The log and its version."""
@@ -87,9 +87,7 @@ class Desk:
     def state(self) -> State:
         """Whether the files of the scan show the log that is saved."""
         stale = self._done != log_version(self.folder)
-        return State(
-            stale=stale, running=self._running, done_version=self._done, problem=self._problem
-        )
+        return State(stale, self._running, self._done, self._problem, self._problem_key)
 
     def crops(self, at: Place) -> list[Crop]:
         """A place in the photos that show it best."""
@@ -118,7 +116,7 @@ class Desk:
                     return
                 self._wanted = False
             version = log_version(self.folder)
-            self._problem = ""
+            self._problem = self._problem_key = ""
             try:
                 with ExitStack() as stack:
                     with self._saving:
@@ -128,7 +126,7 @@ class Desk:
                         self._made(version)
                 self._done = version
             except WalltopoError as error:
-                self._problem = str(error)
+                self._problem, self._problem_key = str(error), problem_key(error)
             except Exception as error:  # the page must hear of it, and the server go on
                 self._problem = f"{type(error).__name__}: {error}"
 
