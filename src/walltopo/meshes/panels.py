@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import binary_fill_holes
 from scipy.spatial import cKDTree
 
 from walltopo.core import Mesh
@@ -261,7 +262,10 @@ def _panel(normal: Floats, offset: float, points: Floats, weights: Floats, unit:
     np.add.at(count, (row, column), weights)
     side = 2 * int(reach / pixel) + 1
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
-    closed = cv2.morphologyEx(inside, cv2.MORPH_CLOSE, disc) > 0
+    closed = cv2.morphologyEx(inside, cv2.MORPH_CLOSE, disc)
+    # The points are means over cubes: the panel goes on for half a cube.
+    closed = cv2.dilate(closed, np.ones((3, 3), dtype=np.uint8)) > 0
+    closed = binary_fill_holes(closed)  # volumes cover what is as large as a door
     sigma = BEND * unit / pixel / 2
     weight = cv2.GaussianBlur(count, (0, 0), sigma)
     surface = cv2.GaussianBlur(total, (0, 0), sigma) / np.maximum(weight, 1e-12)

@@ -1,8 +1,9 @@
 """What stands out of the wall's panels: pieces of surface that may be holds.
 
 A piece hangs together, is higher than its panel is rough, and lies on no instance that the masks
-are sure of. What is left of a sure instance's rim, because masks are drawn too small, is no piece
-of its own.
+are sure of. What is left beside a sure instance, because masks are drawn small, and because a mesh
+rounds the foot of a hold, is the rest of that instance and no hold of its own. It is not given to
+the instance either: a mask's outline is better than that of a mesh.
 """
 
 from __future__ import annotations
@@ -20,14 +21,15 @@ from walltopo.meshes.panels import Heights, Panel
 __all__ = ["find_bumps", "stands_out"]
 
 Ints = NDArray[np.int64]
+Labels = NDArray[np.int32]
 
 LOW, HIGH = 0.005, 0.008  # metres: a bump begins at the first and reaches the second
 ROUGH, ROUGHER = 3.0, 5.0  # the same in standard deviations of the panel's own noise
 TOP = 90.0  # percentile of the heights that counts as the top
 LEAST_AREA, MOST_AREA = 0.0006, 0.8  # square metres
 LONGEST = 1.6  # metres
-RIM = 0.015  # metres: so near to a sure instance a triangle is of its rim
-CORE = 0.4  # share of a bump that must not be
+BESIDE = 0.02  # metres: a piece that comes so near to a sure instance hangs together with it
+REST = 1.5  # a piece smaller than this share of the instances beside it is the rest of them
 
 
 def stands_out(
@@ -37,9 +39,8 @@ def stands_out(
     noise = np.array([panel.noise for panel in panels] + [np.inf])[heights.panel]
     begins = np.maximum(LOW * unit, ROUGH * noise)
     with np.errstate(invalid="ignore"):
-        return (heights.panel >= 0) & (heights.height > begins), np.maximum(
-            HIGH * unit, ROUGHER * noise
-        )
+        out = (heights.panel >= 0) & (heights.height > begins)
+    return out, np.maximum(HIGH * unit, ROUGHER * noise)
 
 
 def find_bumps(
@@ -47,39 +48,46 @@ def find_bumps(
     neighbours: NDArray[np.int32],
     heights: Heights,
     panels: Sequence[Panel],
-    sure: NDArray[np.bool_],
+    sure: Labels,
     unit: float,
 ) -> list[Ints]:
-    """Triangles of each bump, the largest first.
+    """Triangles of each piece that stands out and may be a hold, the largest first.
 
     Parameters
     ----------
     mesh : the measured part of the scan's; neighbours : (F, 3), see `face_neighbours`.
     heights, panels : of `heights_over` and `find_panels`.
-    sure : (F,) triangles of instances that the masks are sure of.
+    sure : (F,) int32, the instance that the masks are sure of, 0 = none.
     unit : mesh units a metre.
     """
     out, top = stands_out(heights, panels, unit)
-    free = out & ~sure
-    part, first = patches(neighbours, free.astype(np.int32))
-    count = len(first)
-    area = np.bincount(part, mesh.areas * free, count)
-    wanted = (area > LEAST_AREA * unit**2) & (area < MOST_AREA * unit**2)
-    rows = np.flatnonzero(free & wanted[part])
-    order = rows[np.argsort(part[rows], kind="stable")]
-    starts = np.flatnonzero(np.diff(part[order], prepend=-1))
-    beside = cKDTree(mesh.centroids[sure]) if sure.any() else None
-    found = []
-    for piece in np.split(order, starts[1:]) if len(order) else []:
+    held = np.flatnonzero(sure)
+    size = np.bincount(sure, mesh.areas)
+    beside = cKDTree(mesh.centroids[held]) if len(held) else None
+    found: list[Ints] = []
+    for piece in _parts(mesh, neighbours, out & (sure == 0), LEAST_AREA * unit**2):
         places = mesh.centroids[piece]
-        if np.percentile(heights.height[piece], TOP) < np.median(top[piece]):
-            continue
         if np.ptp(places, axis=0).max() > LONGEST * unit:
             continue
+        if np.percentile(heights.height[piece], TOP) < np.median(top[piece]):
+            continue
         if beside is not None:
-            away, _ = beside.query(places, distance_upper_bound=RIM * unit)
-            core = mesh.areas[piece][np.isinf(away)].sum()
-            if core < max(CORE * mesh.areas[piece].sum(), LEAST_AREA * unit**2):
+            away, nearest = beside.query(places, distance_upper_bound=BESIDE * unit)
+            hosts = np.unique(sure[held[nearest[np.isfinite(away)]]])
+            if mesh.areas[piece].sum() < REST * size[hosts].sum():
                 continue
         found.append(piece)
     return sorted(found, key=lambda piece: -float(mesh.areas[piece].sum()))
+
+
+def _parts(
+    mesh: Mesh, neighbours: NDArray[np.int32], chosen: NDArray[np.bool_], least: float
+) -> list[Ints]:
+    """Triangles that hang together, as far as they are large enough and not too large."""
+    part, first = patches(neighbours, chosen.astype(np.int32))
+    area = np.bincount(part, mesh.areas * chosen, len(first))
+    wanted = (area > least) & (area < least / LEAST_AREA * MOST_AREA)
+    rows = np.flatnonzero(chosen & wanted[part])
+    order = rows[np.argsort(part[rows], kind="stable")]
+    starts = np.flatnonzero(np.diff(part[order], prepend=-1))
+    return np.split(order, starts[1:]) if len(order) else []

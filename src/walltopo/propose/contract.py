@@ -36,7 +36,7 @@ class ProposeSettings:
             high=1.0,
             expert=True,
         ),
-    ] = 0.25
+    ] = 0.15
     listed: Annotated[
         float,
         about(

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
-from walltopo.core import Mesh, Progress, View
+from walltopo.core import Mesh
 from walltopo.meshes.neighbours import face_neighbours
 from walltopo.meshes.panels import NO_PANEL, Heights, Panel, find_panels, heights_over
 from walltopo.propose.bumps import find_bumps, stands_out
 from walltopo.propose.evidence import CUES, Masks, cues_of
 from walltopo.propose.surroundings import Relief, Surroundings
-from walltopo.propose.tint import Tint, tints
+from walltopo.propose.tint import Sight, Tint, tints
 from walltopo.scans.detections import Detections
 from walltopo.scans.instances import InstanceRecord
-from walltopo.scans.photo_set import PhotoSet
 
 __all__ = ["Ground", "Pieces", "gather_pieces", "join", "masks_of"]
 
@@ -25,7 +25,11 @@ Floats = NDArray[np.float64]
 Labels = NDArray[np.int32]
 
 FLOOR = 0.85  # upward part of the normal of floors, mats and tops
-INSIDE = 0.5  # share of an unsure instance in a bump, from which on both are one piece
+COMPANY = 1.0  # metres: so far around other holds are counted
+INSIDE = 0.5  # share of an unsure instance that lies in a bump, from which on it is of the bump
+# Share of a bump that such instances cover: with less than the first they are something on it,
+# from the second on they are all of it.
+SPECK, COVERED = 0.1, 0.4
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,8 +73,9 @@ def join(
 ) -> tuple[Labels, set[int], dict[int, tuple[int, ...]]]:
     """Put bumps among the instances.
 
-    An unsure instance of which a bump holds `INSIDE` or more becomes that bump, with its own id; of
-    several the one that shares most. Triangles of others stay theirs.
+    Unsure instances that lie in a bump and cover a good part of it keep their outline, and the bump
+    is theirs. Those that cover little of it become the bump, with the id of the one that covers
+    most. Triangles of other instances stay theirs.
 
     Parameters
     ----------
@@ -87,12 +92,15 @@ def join(
     joined: dict[int, tuple[int, ...]] = {}
     following = len(size)
     for rows in bumps:
-        shared = np.bincount(label[rows], areas[rows], minlength=len(size))
+        whole = float(areas[rows].sum())
+        shared = np.bincount(label[rows], areas[rows], minlength=len(size))[: len(size)]
         inside = [
             number
             for number in np.flatnonzero(shared).tolist()
-            if number in unsure and number < len(size) and shared[number] >= INSIDE * size[number]
+            if number in unsure and shared[number] >= max(INSIDE * size[number], SPECK * whole)
         ]
+        if sum(shared[inside]) >= COVERED * whole:
+            continue
         free = rows[np.isin(label[rows], [0, *inside])]
         if inside:
             number = max(inside, key=lambda one: (float(shared[one]), -one))
@@ -145,26 +153,25 @@ def gather_pieces(
     label: Labels,
     said: Mapping[int, Masks],
     sure: float,
-    views: Sequence[View],
-    photos: PhotoSet,
-    progress: Progress,
+    seen: Iterable[Sight],
 ) -> Pieces:
     """All pieces of a scan and what is known of them.
 
     Parameters
     ----------
     label : (F,) int32, instances of the lift; said : of each, as of `masks_of`.
-    sure : the score from which on the lift's outline is kept.
+    sure : the score from which on the lift's outline is kept; seen : the photos.
     """
     mesh, heights, panels = ground.mesh, ground.heights, ground.panels
     sure_ids = [number for number, masks in said.items() if masks.support >= sure]
-    of_sure = np.isin(label, sure_ids)
-    bumps = find_bumps(mesh, ground.neighbours, heights, panels, of_sure, ground.unit)
-    label, new, joined = join(label, bumps, mesh.areas, frozenset(said) - frozenset(sure_ids))
-    relief = _reliefs(ground, label)
+    sure_label = np.where(np.isin(label, sure_ids), label, 0).astype(np.int32)
+    bumps = find_bumps(mesh, ground.neighbours, heights, panels, sure_label, ground.unit)
+    unsure = frozenset(said) - frozenset(sure_ids)
+    label, new, joined = join(label, bumps, mesh.areas, unsure)
+    relief = _reliefs(ground, label, sure_ids)
     out, _ = stands_out(heights, panels, ground.unit)
     wall = (label == 0) & (heights.panel != NO_PANEL) & ~out
-    tint = tints(mesh, views, photos, label, wall, progress)
+    tint = tints(seen, label, wall)
     return Pieces(
         label,
         tuple(relief),
@@ -176,13 +183,27 @@ def gather_pieces(
     )
 
 
-def _reliefs(ground: Ground, label: Labels) -> dict[int, Relief]:
-    """The relief of each piece, by ascending id."""
+def _reliefs(ground: Ground, label: Labels, sure: Sequence[int]) -> dict[int, Relief]:
+    """The relief of each piece, by ascending id; `sure` are the ids that masks are sure of."""
     around = Surroundings(ground.mesh, ground.heights, ground.panels, label, ground.unit)
     present = np.unique(label[label > 0]).tolist()
     order = np.argsort(label, kind="stable")
     ends = np.searchsorted(label[order], [[number, number + 1] for number in present])
-    return {
-        number: around.relief(order[first:last])
+    rows = {
+        number: order[first:last]
         for number, (first, last) in zip(present, ends.tolist(), strict=True)
     }
+    places = {number: ground.mesh.centroids[own].mean(axis=0) for number, own in rows.items()}
+    company = np.array([places[number] for number in sure if number in places]).reshape(-1, 3)
+    others = cKDTree(company)
+    return {
+        number: around.relief(own, _company(others, places[number], ground.unit))
+        for number, own in rows.items()
+    }
+
+
+def _company(others: cKDTree, place: Floats, unit: float) -> int:
+    """Sure instances around a place, without the one that is there."""
+    near = others.query_ball_point(place, COMPANY * unit, return_length=True)
+    here = others.query_ball_point(place, 1e-6 * unit, return_length=True)
+    return int(near - here)

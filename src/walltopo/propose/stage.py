@@ -10,6 +10,7 @@ from msgspec.structs import replace as changed
 from walltopo.propose.contract import ProposeSettings, Reads, Writes
 from walltopo.propose.evidence import explained, shipped_model
 from walltopo.propose.pieces import Ground, Pieces, gather_pieces, masks_of
+from walltopo.propose.tint import sights
 from walltopo.scans.context import Context
 from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTable
 from walltopo.scans.units import unit_of_sizes
@@ -37,8 +38,8 @@ def run(reads: Reads, settings: ProposeSettings, context: Context) -> Writes:
     unit = unit_of_sizes(sizes.tolist(), reads.scale.metric, settings.typical_hold)
     context.progress.step("finding the wall's panels")
     ground = Ground.of(mesh, unit, reads.scale.metric, settings.seed)
-    views, photos = reads.sparse.views, reads.photos
-    pieces = gather_pieces(ground, measured, said, settings.sure, views, photos, context.progress)
+    seen = sights(mesh, reads.sparse.views, reads.photos, context.progress)
+    pieces = gather_pieces(ground, measured, said, settings.sure, seen)
     evidence = _evidence(pieces)
     kept = {
         number

@@ -17,8 +17,9 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 RING = 0.03  # metres: wall so near to a piece is beside it
-BORDER = 0.012  # metres: triangles so near to the wall beside are the rim
+FLANK = (0.2, 0.7)  # shares of the top's height between which the surface is the flank
 TOP = 90.0  # percentile of the heights that counts as the top
+SECTORS = 24  # directions along the wall
 PLANES, PLANE_DEG = 5, 9.0  # so many directions of faces a volume has at most, within so much
 
 
@@ -29,11 +30,13 @@ class Relief:
     Parameters
     ----------
     height : of its top over the wall beside it, metres.
-    rim : mean sine of the angle between the surface at its border and the wall: 1 = upright.
+    rim : mean sine of the angle between its flanks and the wall: 1 = upright.
     area : square metres; length : longest extent along an axis, metres.
     flatness : share of its area that lies in its `PLANES` most common directions.
     noise : of the panel it is on, metres.
     on_wall : share of its area that lies on a panel at all.
+    around : share of the directions, along the wall, in which wall is beside it.
+    company : sure instances nearby.
     """
 
     height: float
@@ -43,6 +46,8 @@ class Relief:
     flatness: float
     noise: float
     on_wall: float
+    around: float
+    company: int
 
 
 class Surroundings:
@@ -66,46 +71,42 @@ class Surroundings:
         self._bare = np.flatnonzero((label == 0) & (heights.panel >= 0))
         self._tree = cKDTree(mesh.centroids[self._bare])
 
-    def beside(self, rows: Ints) -> tuple[Ints, Floats]:
-        """Wall triangles near a piece, and how far the wall is from its own (inf: farther)."""
+    def beside(self, rows: Ints) -> Ints:
+        """Wall triangles near a piece."""
         places = self._mesh.centroids[rows]
         middle = (places.min(axis=0) + places.max(axis=0)) / 2
         reach = float(np.linalg.norm(places - middle, axis=1).max()) + RING * self._unit
         found = sorted(self._tree.query_ball_point(middle, reach))
         near = self._bare[np.array(found, dtype=np.int64)]
         if len(near) == 0:
-            return near, np.full(len(rows), np.inf)
+            return near
         away, _ = cKDTree(places).query(
             self._mesh.centroids[near], distance_upper_bound=RING * self._unit
         )
-        near = near[np.isfinite(away)]
-        if len(near) == 0:
-            return near, np.full(len(rows), np.inf)
-        own, _ = cKDTree(self._mesh.centroids[near]).query(
-            places, distance_upper_bound=BORDER * self._unit
-        )
-        return near, own
+        return near[np.isfinite(away)]
 
-    def relief(self, rows: Ints) -> Relief:
-        """What a piece looks like; `rows` are its triangles."""
+    def relief(self, rows: Ints, company: int) -> Relief:
+        """What a piece looks like; `rows` are its triangles, `company` sure instances nearby."""
         mesh, heights, unit = self._mesh, self._heights, self._unit
         areas = mesh.areas[rows]
         total = max(float(areas.sum()), 1e-12)
         on_wall = heights.panel[rows] >= 0
-        near, away = self.beside(rows)
+        near = self.beside(rows)
         length = float(np.ptp(mesh.centroids[rows], axis=0).max()) / unit
         flatness = _flatness(mesh.normals[rows], areas)
         if not on_wall.any():
-            return Relief(0.0, 0.0, total / unit**2, length, flatness, 1.0, 0.0)
+            return Relief(0.0, 0.0, total / unit**2, length, flatness, 1.0, 0.0, 0.0, company)
         counts = np.bincount(heights.panel[rows[on_wall]], areas[on_wall])
         panel = self._panels[int(counts.argmax())]
         same = near[heights.panel[near] == int(counts.argmax())]
         base = float(np.median(heights.height[same])) if len(same) else 0.0
         top = float(np.percentile(heights.height[rows[on_wall]], TOP)) - base
-        border = np.isfinite(away)
-        cosine = np.abs(mesh.normals[rows[border]] @ panel.normal)
+        over = heights.height[rows] - base
+        with np.errstate(invalid="ignore"):
+            flank = (over > FLANK[0] * top) & (over < FLANK[1] * top)
+        cosine = np.abs(mesh.normals[rows[flank]] @ panel.normal)
         sine = np.sqrt(np.clip(1 - cosine**2, 0, 1))
-        weight = areas[border]
+        weight = areas[flank]
         rim = float((weight * sine).sum() / weight.sum()) if weight.sum() > 0 else 0.0
         return Relief(
             top / unit,
@@ -115,7 +116,17 @@ class Surroundings:
             flatness,
             panel.noise / unit,
             float(areas[on_wall].sum()) / total,
+            _around(mesh.centroids[rows], mesh.centroids[same], panel),
+            company,
         )
+
+
+def _around(own: Floats, beside: Floats, panel: Panel) -> float:
+    """Share of the directions along a panel, from the middle of a piece, in which wall is."""
+    middle = (own.min(axis=0) + own.max(axis=0)) / 2
+    right, up = ((beside - middle) @ panel.axes.T).T
+    sector = np.floor((np.arctan2(up, right) / np.pi + 1) / 2 * SECTORS).astype(np.int64)
+    return len(np.unique(sector % SECTORS)) / SECTORS
 
 
 def _flatness(normals: Floats, areas: Floats) -> float:

@@ -6,7 +6,7 @@ several photos agree on is the piece's own paint, what they do not is shade and 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -20,14 +20,27 @@ from walltopo.imaging.srgb import linear_from_srgb8
 from walltopo.raycast import render_ids
 from walltopo.scans.photo_set import PhotoSet
 
-__all__ = ["Tint", "tints"]
+__all__ = ["Sight", "Tint", "sights", "tints"]
 
 Floats = NDArray[np.float64]
 
-LONG_SIDE = 960  # pixels: photos are looked at this small
+LONG_SIDE = 720  # pixels: photos are looked at this small
 LEAST_PIXELS = 12  # of a piece, and of the wall beside it
 RING = 0.35  # of a piece's longer side: so far around it is the wall beside
 EXPOSED = 0.02  # linear: the piece's light is divided by the wall's, this much more than nothing
+
+
+@dataclass(frozen=True, eq=False)
+class Sight:
+    """One photo and what it shows of a mesh.
+
+    Parameters
+    ----------
+    picture : (h, w, 3) uint8 sRGB; face : (h, w) int32, the triangle of each pixel, -1 = none.
+    """
+
+    picture: NDArray[np.uint8]
+    face: NDArray[np.int32]
 
 
 @dataclass(frozen=True)
@@ -46,37 +59,40 @@ class Tint:
     photos: int = 0
 
 
+def sights(
+    mesh: Mesh, views: Sequence[View], photos: PhotoSet, progress: Progress
+) -> Iterator[Sight]:
+    """The photos of a scan, one by one, at most `LONG_SIDE` long."""
+    progress.step("comparing with the wall in photos", len(views))
+    for view in views:
+        factor = min(1.0, LONG_SIDE / max(view.camera.width, view.camera.height))
+        camera = view.camera.scaled(factor)
+        face, _ = render_ids(mesh.vertices, mesh.faces, camera, view.cam_from_world)
+        picture = photos.read_rgb(view.name)
+        if picture.shape[:2] != face.shape:
+            size = (camera.width, camera.height)
+            picture = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
+        yield Sight(picture, face)
+        progress.advance()
+
+
 def tints(
-    mesh: Mesh,
-    views: Sequence[View],
-    photos: PhotoSet,
-    label: NDArray[np.int32],
-    wall: NDArray[np.bool_],
-    progress: Progress,
+    seen: Iterable[Sight], label: NDArray[np.int32], wall: NDArray[np.bool_]
 ) -> dict[int, Tint]:
     """The tint of each piece that a photo shows.
 
     Parameters
     ----------
-    mesh : the scan's; label : (F,) int32, the piece of each triangle, 0 = none.
+    label : (F,) int32, the piece of each triangle, 0 = none.
     wall : (F,) bool, triangles that are of the wall.
     """
-    progress.step("comparing with the wall in photos", len(views))
     ground = np.where(label > 0, label, np.where(wall, -1, 0)).astype(np.int32)
-    seen: dict[int, list[Floats]] = {}
-    for view in views:
-        factor = min(1.0, LONG_SIDE / max(view.camera.width, view.camera.height))
-        camera = view.camera.scaled(factor)
-        face, _ = render_ids(mesh.vertices, mesh.faces, camera, view.cam_from_world)
-        drawn = np.where(face >= 0, ground[np.maximum(face, 0)], 0).astype(np.int32)
-        picture = photos.read_rgb(view.name)
-        if picture.shape[:2] != drawn.shape:
-            size = (camera.width, camera.height)
-            picture = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
-        for number, difference in _differences(picture, drawn):
-            seen.setdefault(number, []).append(difference)
-        progress.advance()
-    return {number: _agreed(np.array(rows)) for number, rows in seen.items()}
+    rows: dict[int, list[Floats]] = {}
+    for sight in seen:
+        drawn = np.where(sight.face >= 0, ground[np.maximum(sight.face, 0)], 0).astype(np.int32)
+        for number, difference in _differences(sight.picture, drawn):
+            rows.setdefault(number, []).append(difference)
+    return {number: _agreed(np.array(own)) for number, own in rows.items()}
 
 
 def _agreed(rows: Floats) -> Tint:

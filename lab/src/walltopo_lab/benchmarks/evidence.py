@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from walltopo.propose.evidence import CUES, EvidenceModel, shipped_model
-from walltopo_lab.train.evidence import Samples, fit, samples_of
+from walltopo_lab.train.evidence import Samples, fit, prepare, samples_of
 
 
 def _row(title: str, model: EvidenceModel, samples: Samples) -> None:
@@ -41,8 +41,8 @@ def main() -> None:
     parser.add_argument("--choose", type=Path, nargs="*", default=[], metavar="SCAN GYM")
     parser.add_argument("-o", "--output", type=Path)
     args = parser.parse_args()
-    own = {gym.name: samples_of(scan, gym) for scan, gym in _pairs(args.folders)}
-    others = {gym.name: samples_of(scan, gym) for scan, gym in _pairs(args.choose)}
+    own = {pair[1].name: samples_of(prepare(*pair)) for pair in _pairs(args.folders)}
+    others = {pair[1].name: samples_of(prepare(*pair)) for pair in _pairs(args.choose)}
     model = shipped_model()
     if args.output:
         made_by = f"python -m walltopo_lab.benchmarks.evidence, gyms {', '.join(own)}"

@@ -21,8 +21,9 @@ from walltopo.lifting.stage import records_of, table_of
 from walltopo.meshes.ply import read_mesh
 from walltopo.pipeline.settings import Settings
 from walltopo.propose.contract import ProposeSettings
-from walltopo.propose.evidence import CUES, EvidenceModel, explained
+from walltopo.propose.evidence import CUES, EvidenceModel, Masks, explained
 from walltopo.propose.pieces import Ground, Pieces, gather_pieces, masks_of
+from walltopo.propose.tint import Sight, sights
 from walltopo.scans.detections import Detections
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.instances import InstanceRecord
@@ -34,12 +35,14 @@ from walltopo_lab.evaluate.mesh import REACH_M
 from walltopo_lab.evaluate.scan import scan_views
 from walltopo_lab.evaluate.truth import read_truth
 
-__all__ = ["Samples", "fit", "samples_of"]
+__all__ = ["Prepared", "Samples", "fit", "prepare", "samples_of"]
 
 Floats = NDArray[np.float64]
 
-SPOILT = (0.0, 0.3, 0.3)  # share of the instances that lose masks, a round each
-FEW = 0.5  # of those, the share that keeps one mask in eight; the others lose all
+SPOILT = (0.0, 0.4)  # share of the instances that lose masks, a round each
+FEW, KEPT = 0.5, 0.125  # share of those that keep some masks, and so many; the others lose all
+# A detector is less sure of photos unlike those that it learnt from: scores are multiplied.
+FADED = (0.5, 1.0)
 MET, NONE = 0.5, 0.1
 WITHIN = 0.02
 
@@ -70,40 +73,68 @@ class Samples:
 def spoil(
     found: Detections, records: Sequence[InstanceRecord], share: float, seed: int
 ) -> Detections:
-    """The detections without the masks of some instances."""
+    """The detections without the masks of some instances, and less sure of all others."""
     rng = np.random.default_rng(seed)
-    lost: set[tuple[str, int]] = set()
+    kept: dict[tuple[str, int], float] = {}
     for record in records:
-        if rng.random() < share:
-            keeps = 0.125 if rng.random() < FEW else 0.0
-            lost.update(view for view in record.views if rng.random() >= keeps)
-    masks: dict[str, tuple[Mask, ...]] = {
-        name: tuple(mask for k, mask in enumerate(own) if (name, k) not in lost)
-        for name, own in found.masks.items()
-    }
+        spoilt = rng.random() < share
+        keeps = (KEPT if rng.random() < FEW else 0.0) if spoilt else 1.0
+        faded = rng.uniform(*FADED) if share > 0 else 1.0
+        kept.update((view, faded * (rng.random() < keeps)) for view in record.views)
+    masks: dict[str, tuple[Mask, ...]] = {}
+    for name, own in found.masks.items():
+        scores = [kept.get((name, k), 1.0) for k in range(len(own))]
+        masks[name] = tuple(
+            replace(mask, score=mask.score * score)
+            for mask, score in zip(own, scores, strict=True)
+            if score > 0
+        )
     return replace(found, masks=masks)
 
 
-def samples_of(folder: Path, gym: Path, rounds: Sequence[float] = SPOILT) -> Samples:
-    """The pieces of a scan of a generated gym, with and without spoilt masks."""
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """A scan of a generated gym, with all that does not hang on how pieces are made.
+
+    Parameters
+    ----------
+    ground, seen : of its mesh and photos; carried : the truth on its mesh.
+    rounds : per round of spoiling the lift's labels and what the masks say of each instance.
+    """
+
+    ground: Ground
+    seen: list[Sight]
+    carried: Carried
+    rounds: list[tuple[NDArray[np.int32], dict[int, Masks]]]
+
+
+def prepare(folder: Path, gym: Path, spoilt: Sequence[float] = SPOILT) -> Prepared:
+    """Read a scan that has a mesh and detections, and lift it with and without spoilt masks."""
     scan, truth = ScanFolder(folder), read_truth(gym)
     mesh = read_mesh(scan.mesh).without_guesses()
     views = read_views(scan.sparse)
     turned = align_views(scan_views(scan, truth), truth.views, False).mesh(mesh)
-    carried = carry_truth(truth, turned, WITHIN, REACH_M)
     found = Detections.load(scan.detections)
-    settings = ProposeSettings()
-    ground = Ground.of(mesh, 1.0, True, settings.seed)
     first = _lifted(mesh, views, found)[1]
-    parts = []
-    for number, share in enumerate(rounds):
+    rounds = []
+    for number, share in enumerate(spoilt):
         kept = spoil(found, first, share, number)
         label, records = _lifted(mesh, views, kept)
-        said = masks_of(records, kept)
-        pieces = gather_pieces(
-            ground, label, said, settings.sure, views, PhotoSet(scan.photos), Silent()
-        )
-        parts.append(_answered(pieces, carried, mesh))
+        rounds.append((label, masks_of(records, kept)))
+    return Prepared(
+        Ground.of(mesh, 1.0, True, ProposeSettings().seed),
+        list(sights(mesh, views, PhotoSet(scan.photos), Silent())),
+        carry_truth(truth, turned, WITHIN, REACH_M),
+        rounds,
+    )
+
+
+def samples_of(prepared: Prepared) -> Samples:
+    """The pieces of a scan that have an answer."""
+    parts = []
+    for label, said in prepared.rounds:
+        pieces = gather_pieces(prepared.ground, label, said, ProposeSettings().sure, prepared.seen)
+        parts.append(_answered(pieces, prepared.carried, prepared.ground.mesh))
     return Samples.together(parts)
 
 
