@@ -58,7 +58,7 @@ class Scanned:
         return cls(
             mesh=reads.mesh,
             labels=reads.instances.face_instance,
-            scores={record.id: record.score for record in reads.instance_records.instances},
+            scores={record.id: record.surety for record in reads.instance_records.instances},
             found=reads.attributes_raw,
             routes=reads.routes_raw,
             light=reads.light,
