@@ -6,7 +6,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PAGE := demo-scan/index.html
 
-.PHONY: help demo gym test test-ultralytics test-pythons lint docs wheels viewer pictures system system-venv system-compiler browser database clean
+.PHONY: help demo gym test test-ultralytics test-pythons lint docs wheels viewer app pictures system system-venv system-compiler browser database clean
 .DEFAULT_GOAL := help
 
 help:
@@ -19,6 +19,7 @@ help:
 	@echo "make wheels   wheels and source archives of all distributions in dist/"
 	@echo "make docs     write the generated parts of docs/"
 	@echo "make viewer   build the web viewer into the package (needs node)"
+	@echo "make app      build the platform's web app into its package (needs node)"
 	@echo "make pictures GYM=SCAN SPRAYWALL=SCAN   retake the README's pictures"
 	@echo "make system   install the system packages that the two commands want (Debian, root)"
 
@@ -93,6 +94,11 @@ wheels: $(VENV)/dev-ready
 viewer:
 	cd viewer && npm ci --no-audit --no-fund && npm run build
 
+# Its client of the API is made of the server's own document.
+app: $(VENV)/dev-ready
+	mkdir -p gym/web/build && $(BIN)/python -m walltopo_gym.api.document gym/web/build/openapi.json
+	cd gym/web && npm ci --no-audit --no-fund && npm run api && npm run build
+
 pictures:
 	cd viewer && node tests/pictures.mjs --readme $(abspath $(GYM)) $(abspath $(SPRAYWALL))
 
@@ -101,9 +107,9 @@ browser:
 	@command -v chromium >/dev/null && command -v npm >/dev/null \
 	  || $(MAKE) --no-print-directory system \
 	  || echo "no browser: the viewer's tests will be skipped"
-	@if command -v npm >/dev/null && [ -f viewer/package-lock.json ]; then \
-	  [ -d viewer/node_modules ] || (cd viewer && npm ci --no-audit --no-fund --silent) \
-	    || echo "npm ci failed: the viewer's tests will be skipped"; fi
+	@if command -v npm >/dev/null; then for folder in viewer gym/web; do \
+	  [ -d $$folder/node_modules ] || (cd $$folder && npm ci --no-audit --no-fund --silent) \
+	    || echo "npm ci failed: the tests of $$folder will be skipped"; done; fi
 
 # The tests of the platform and one of the lab run on a PostgreSQL of their own.
 database:
@@ -131,4 +137,4 @@ system:
 	  $(SUDO) apt-get install -y -qq $$package >/dev/null || exit 1; done
 
 clean:
-	rm -rf $(VENV) demo-scan demo-gym viewer/node_modules
+	rm -rf $(VENV) demo-scan demo-gym viewer/node_modules gym/web/node_modules

@@ -69,6 +69,7 @@ class GymSettings(BaseSettings):
         365, ge=0, description="photos as they came go so long after the publication; 0: never"
     )
 
+    most_edited: int = Field(2, ge=1, description="scans opened in the editor at a time")
     workers: int = Field(1, ge=0, le=64, description="scans at a time in this process")
     stage_minutes: int = Field(120, ge=1, description="a stage that takes longer is ended")
     silent_s: int = Field(30, ge=2, description="a worker silent for longer is taken for dead")

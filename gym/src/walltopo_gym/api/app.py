@@ -9,6 +9,7 @@ from fastapi import APIRouter, FastAPI
 from walltopo_gym.api import (
     about,
     climbing,
+    editing,
     grades,
     gyms,
     health,
@@ -17,8 +18,10 @@ from walltopo_gym.api import (
     metrics,
     oidc,
     own_data,
+    pages,
     passkeys,
     passwords,
+    pictures,
     plans,
     publishing,
     routes,
@@ -42,7 +45,8 @@ __all__ = ["PREFIX", "build_app"]
 
 PREFIX = "/api/v1"
 _ROOMS = (sign_up, sessions, me, passwords, tokens, gyms, members, grades, walls, scans, uploads,
-          publishing, plans, routes, climbing, passkeys, own_data, webhooks, about)  # fmt: skip
+          publishing, plans, editing, routes, pictures, climbing, passkeys, own_data, webhooks,
+          about)  # fmt: skip
 
 
 def build_app(services: Services) -> FastAPI:
@@ -73,6 +77,7 @@ def build_app(services: Services) -> FastAPI:
     app.include_router(health.router)
     app.include_router(metrics.router)
     app.include_router(oidc.router)
+    app.include_router(pages.router)  # the last: it answers for whatever is left
     handle_problems(app)
     app.add_middleware(CrossOriginGuard, origin=services.settings.link_base)
     app.add_middleware(Bounds, per_minute=services.settings.requests_per_minute)

@@ -20,6 +20,7 @@ from walltopo_gym.api.scans import ScanFacts, facts_of, scan_of
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.api.walls import wall_of
 from walltopo_gym.clock import now
+from walltopo_gym.editing.log import check_carried_out
 from walltopo_gym.errors import ConflictError, NotFoundError
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.publishing.change import Entry, check_grade, publish, put_back
@@ -121,10 +122,12 @@ def confirmed(
 
     Raises
     ------
-    ConflictError : the scan is not in review; InputError : a grade is none of the gym's.
+    ConflictError : the scan is not in review, or its last edits are not carried out yet.
+    InputError : a grade is none of the gym's.
     """
     if scan.state != State.REVIEW:
         raise ConflictError(f"the scan is {scan.state}, not in review")
+    check_carried_out(session, scan.id)
     routes = found_routes(store, scan.id)
     entries = []
     for given in body.routes:

@@ -53,7 +53,7 @@ def serve(settings: GymSettings, tell: Callable[[str], None]) -> None:
         with _worker_within(services):
             uvicorn.Server(config).run(sockets=[listener])
     finally:
-        services.database.close()
+        services.close()
 
 
 @contextmanager
