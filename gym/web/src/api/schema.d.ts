@@ -68,30 +68,6 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/v1/me": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Read Me
-         * @description One's own account.
-         */
-        get: operations["read_me"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        /**
-         * Rename Me
-         * @description Change one's name.
-         */
-        patch: operations["rename_me"];
-        trace?: never;
-    };
     "/api/v1/me/sessions": {
         parameters: {
             query?: never;
@@ -114,6 +90,30 @@ export interface paths {
         options?: never;
         head?: never;
         patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Me
+         * @description One's own account.
+         */
+        get: operations["read_me"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        /**
+         * Rename Me
+         * @description Change one's name.
+         */
+        patch: operations["rename_me"];
         trace?: never;
     };
     "/api/v1/me/password": {
@@ -168,6 +168,8 @@ export interface paths {
         /**
          * Reset Password
          * @description Choose another password by a mailed link; every sign-in and all tokens end.
+         *
+         *     The browser is known from now on: who was shut out by others' guesses signs in with it.
          */
         post: operations["reset_password"];
         delete?: never;
@@ -290,6 +292,26 @@ export interface paths {
          * @description Change what is said of a gym, and who sees it.
          */
         patch: operations["change_gym"];
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/audit": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Changes
+         * @description Who changed what in the gym, the newest first.
+         */
+        get: operations["list_changes"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
         trace?: never;
     };
     "/api/v1/gyms/{gym}/join": {
@@ -483,26 +505,6 @@ export interface paths {
          * @description Take a grade system away.
          */
         delete: operations["drop_grade_system"];
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/v1/gyms/{gym}/audit": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Changes
-         * @description Who changed what in the gym, the newest first.
-         */
-        get: operations["list_changes"];
-        put?: never;
-        post?: never;
-        delete?: never;
         options?: never;
         head?: never;
         patch?: never;
@@ -923,6 +925,135 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/gyms/{gym}/ascents/{ascent}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Put Ascent
+         * @description Tell what one did; under an id that one's phone has made, so that it arrives once however
+         *     often it is sent. Sent again with other words it is corrected; taken back it stays.
+         */
+        put: operations["put_ascent"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/ascents": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Ascents
+         * @description One's own ascents, the last that arrived first.
+         */
+        get: operations["list_ascents"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/ascents/{ascent}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Drop Ascent
+         * @description Take an ascent back; again, too.
+         */
+        delete: operations["drop_ascent"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/routes/{route}/opinion": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Opinion
+         * @description What one thinks of a route; empty where one has not said.
+         */
+        get: operations["read_opinion"];
+        /**
+         * Put Opinion
+         * @description Say what one thinks of a route.
+         */
+        put: operations["put_opinion"];
+        post?: never;
+        /**
+         * Drop Opinion
+         * @description Have no opinion of a route any more.
+         */
+        delete: operations["drop_opinion"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/routes/{route}/comments": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Comments
+         * @description What members wrote of a route, the newest first.
+         */
+        get: operations["list_comments"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/walls/{wall}/tallies": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Tallies
+         * @description How often each route that hangs was climbed, and what climbers think of it.
+         */
+        get: operations["list_tallies"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
 }
 export type webhooks = Record<string, never>;
 export interface components {
@@ -939,6 +1070,40 @@ export interface components {
              * Format: email
              */
             email: string;
+        };
+        /**
+         * AscentFacts
+         * @description An ascent; names and grade are those of the day on which it arrived.
+         */
+        AscentFacts: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Gym Id */
+            gym_id: string | null;
+            /** Route Id */
+            route_id: string | null;
+            /** Gym Name */
+            gym_name: string;
+            /** Route Name */
+            route_name: string;
+            /** Grade */
+            grade: string;
+            kind: components["schemas"]["Kind"];
+            /** Tries */
+            tries: number;
+            /**
+             * Climbed At
+             * Format: date-time
+             */
+            climbed_at: string;
+            /**
+             * Created At
+             * Format: date-time
+             */
+            created_at: string;
         };
         /**
          * AuditLine
@@ -980,6 +1145,21 @@ export interface components {
             created_at: string;
             /** This */
             this: boolean;
+        };
+        /**
+         * Comment
+         * @description A comment, under its author's name.
+         */
+        Comment: {
+            /** Name */
+            name: string;
+            /** Comment */
+            comment: string;
+            /**
+             * Changed At
+             * Format: date-time
+             */
+            changed_at: string;
         };
         /**
          * Confirmation
@@ -1148,6 +1328,12 @@ export interface components {
             expires_at: string;
         };
         /**
+         * Kind
+         * @description What came of it.
+         * @enum {string}
+         */
+        Kind: "flash" | "top" | "zone" | "try" | "project";
+        /**
          * MadeInvitation
          * @description An invitation just made: its link is told this once.
          */
@@ -1219,6 +1405,28 @@ export interface components {
              * Format: date-time
              */
             created_at: string;
+        };
+        /**
+         * NewAscent
+         * @description What one did on a route; `tries` of that day, `climbed_at` by one's own clock.
+         */
+        NewAscent: {
+            /**
+             * Route Id
+             * Format: uuid
+             */
+            route_id: string;
+            kind: components["schemas"]["Kind"];
+            /**
+             * Tries
+             * @default 1
+             */
+            tries: number;
+            /**
+             * Climbed At
+             * Format: date-time
+             */
+            climbed_at: string;
         };
         /**
          * NewGradeSystem
@@ -1329,6 +1537,37 @@ export interface components {
              * @default 0
              */
             place: number;
+        };
+        /**
+         * OpinionWords
+         * @description What one thinks of a route; all of it, each time.
+         */
+        OpinionWords: {
+            /**
+             * Grade
+             * @default
+             */
+            grade: string;
+            /** Stars */
+            stars?: number | null;
+            /**
+             * Wish
+             * @default
+             * @enum {string}
+             */
+            wish: "" | "keep" | "renew";
+            /**
+             * Comment
+             * @default
+             */
+            comment: string;
+        };
+        /** Page[AscentFacts] */
+        Page_AscentFacts_: {
+            /** Items */
+            items: components["schemas"]["AscentFacts"][];
+            /** Next */
+            next: string | null;
         };
         /** Page[AuditLine] */
         Page_AuditLine_: {
@@ -1592,6 +1831,33 @@ export interface components {
          */
         State: "uploading" | "queued" | "running" | "review" | "published" | "superseded" | "failed" | "cancelled";
         /**
+         * TallyFacts
+         * @description What climbers did on a route and think of it; nobody is named.
+         */
+        TallyFacts: {
+            /**
+             * Route Id
+             * Format: uuid
+             */
+            route_id: string;
+            /** Ascents */
+            ascents: {
+                [key: string]: number;
+            };
+            /** Climbers */
+            climbers: number;
+            /** Stars */
+            stars: number | null;
+            /** Grades */
+            grades: {
+                [key: string]: number;
+            };
+            /** Wishes */
+            wishes: {
+                [key: string]: number;
+            };
+        };
+        /**
          * Token
          * @description A token without its secret.
          */
@@ -1825,6 +2091,70 @@ export interface operations {
             };
         };
     };
+    list_sessions: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Browser"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    end_sessions: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
     read_me: {
         parameters: {
             query?: never;
@@ -1879,70 +2209,6 @@ export interface operations {
                 content: {
                     "application/json": components["schemas"]["Me"];
                 };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                    };
-                };
-            };
-        };
-    };
-    list_sessions: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Browser"][];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                    };
-                };
-            };
-        };
-    };
-    end_sessions: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            204: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content?: never;
             };
             /** @description Why not, in words */
             "4XX": {
@@ -2367,6 +2633,46 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["GymFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    list_changes: {
+        parameters: {
+            query?: {
+                /** @description `next` of the page before */
+                cursor?: string | null;
+                /** @description rows of a page */
+                size?: number;
+            };
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Page_AuditLine_"];
                 };
             };
             /** @description Why not, in words */
@@ -2836,46 +3142,6 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content?: never;
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                    };
-                };
-            };
-        };
-    };
-    list_changes: {
-        parameters: {
-            query?: {
-                /** @description `next` of the page before */
-                cursor?: string | null;
-                /** @description rows of a page */
-                size?: number;
-            };
-            header?: never;
-            path: {
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Page_AuditLine_"];
-                };
             };
             /** @description Why not, in words */
             "4XX": {
@@ -3875,6 +4141,299 @@ export interface operations {
                 };
                 content: {
                     "image/jpeg": string;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    put_ascent: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                ascent: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewAscent"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["AscentFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    list_ascents: {
+        parameters: {
+            query?: {
+                /** @description `next` of the page before */
+                cursor?: string | null;
+                /** @description rows of a page */
+                size?: number;
+                /** @description only of routes of this wall */
+                wall?: string | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Page_AscentFacts_"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    drop_ascent: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                ascent: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_opinion: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                route: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["OpinionWords"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    put_opinion: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                route: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["OpinionWords"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    drop_opinion: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                route: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    list_comments: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                route: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Comment"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    list_tallies: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                wall: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TallyFacts"][];
                 };
             };
             /** @description Why not, in words */
