@@ -1306,7 +1306,7 @@ export interface components {
              */
             created_at: string;
             /** @default guest */
-            role: components["schemas"]["Role"];
+            role?: components["schemas"]["Role"];
         };
         /**
          * InvitationFacts
@@ -1421,7 +1421,7 @@ export interface components {
              * Tries
              * @default 1
              */
-            tries: number;
+            tries?: number;
             /**
              * Climbed At
              * Format: date-time
@@ -1454,29 +1454,29 @@ export interface components {
              * Slug
              * @default
              */
-            slug: string;
+            slug?: string;
             /**
              * Place
              * @default
              */
-            place: string;
+            place?: string;
             /**
              * Time Zone
              * @default UTC
              */
-            time_zone: string;
+            time_zone?: string;
             /**
              * Visibility
              * @default private
              * @enum {string}
              */
-            visibility: "public" | "unlisted" | "private";
+            visibility?: "public" | "unlisted" | "private";
             /**
              * Joining
              * @default invitation
              * @enum {string}
              */
-            joining: "open" | "invitation";
+            joining?: "open" | "invitation";
         };
         /**
          * NewInvitation
@@ -1488,17 +1488,17 @@ export interface components {
              * @default member
              * @enum {string}
              */
-            role: "member" | "judge" | "setter" | "owner";
+            role?: "member" | "judge" | "setter" | "owner";
             /**
              * Days
              * @default 14
              */
-            days: number;
+            days?: number;
             /**
              * Uses
              * @default 1
              */
-            uses: number;
+            uses?: number;
         };
         /** NewPassword */
         NewPassword: {
@@ -1523,7 +1523,7 @@ export interface components {
              * Days
              * @default 365
              */
-            days: number;
+            days?: number;
         };
         /**
          * NewWall
@@ -1536,7 +1536,7 @@ export interface components {
              * Place
              * @default 0
              */
-            place: number;
+            place?: number;
         };
         /**
          * OpinionWords
@@ -1547,7 +1547,7 @@ export interface components {
              * Grade
              * @default
              */
-            grade: string;
+            grade?: string;
             /** Stars */
             stars?: number | null;
             /**
@@ -1555,12 +1555,12 @@ export interface components {
              * @default
              * @enum {string}
              */
-            wish: "" | "keep" | "renew";
+            wish?: "" | "keep" | "renew";
             /**
              * Comment
              * @default
              */
-            comment: string;
+            comment?: string;
         };
         /** Page[AscentFacts] */
         Page_AscentFacts_: {
@@ -1752,7 +1752,7 @@ export interface components {
              * Holds
              * @default []
              */
-            holds: number[];
+            holds?: number[];
         };
         /**
          * RouteWords
