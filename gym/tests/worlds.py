@@ -19,6 +19,7 @@ from walltopo.core.files import files_below
 from walltopo.scans import routes as found
 from walltopo.scans.attributes import Attributes, Hold
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.manifest import Manifest, StageRecord
 from walltopo.scans.scale import Scale
 from walltopo_gym.accounts.actor import TOKEN_PREFIX, Scope, sign_in
 from walltopo_gym.accounts.models import ApiToken
@@ -30,6 +31,7 @@ from walltopo_gym.api.rules import COOKIE
 from walltopo_gym.api.services import Services
 from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
+from walltopo_gym.editing.desks import Desks
 from walltopo_gym.gyms.members import add_member
 from walltopo_gym.gyms.models import Gym, Wall
 from walltopo_gym.gyms.opening import open_gym
@@ -99,13 +101,15 @@ class Server:
         self.outbox = Outbox()
         # Argon2's costs are the library's defaults in `Passwords()`; here they would be paid often.
         self.passwords = Passwords(PasswordHasher(time_cost=1, memory_cost=8, parallelism=1))
+        store = open_store(self.settings)
         self.services = Services(
             self.settings,
             self.database,
             self.passwords,
             self.outbox,
-            open_store(self.settings),
+            store,
             Incoming(folder / "incoming", keep_free_mb=0),
+            Desks(folder / "editing", 1, self.database, store),
         )
         self.app = build_app(self.services)
 
@@ -190,6 +194,11 @@ class World:
             Attributes(instances=tuple(holds)).save(folder.attributes)
             scale = Scale(method="measure", scale=1.0, metric=True, up_known=True, floor_known=True)
             scale.save(folder.scale)
+            stages = {
+                "sparse": StageRecord("done", metrics={"photos": 20, "registered": 20}),
+                "classify": StageRecord("done", metrics={"holds": len(holds)}),
+            }
+            Manifest(1, "0", {}, [], stages).save(folder.manifest)
             for path in Path(name).iterdir():
                 store.put(f"scans/{row.id}/{path.name}", path)
         store.put("content/abcd", b"<!doctype html>")

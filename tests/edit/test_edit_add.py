@@ -113,7 +113,7 @@ def test_what_was_added_is_a_hold_like_others(photographed: Scanned) -> None:
 
 def test_no_surface_there_is_told() -> None:
     found = after([Add(hold=Ref(52, (50.0, 0.0, 1.0)))])
-    assert "no free surface" in found.notes[0]
+    assert "no free surface" in found.notes[0].text
     np.testing.assert_array_equal(found.labels, SCAN.labels)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from datetime import timedelta
+from datetime import UTC, datetime, timedelta
 from typing import Any
 
 from gym.tests.worlds import World, hold, make_world
@@ -11,7 +11,6 @@ from sqlalchemy import func, select
 from walltopo.scans.routes import Route as FoundRoute
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.climbing.models import Ascent
-from walltopo_gym.clock import now
 from walltopo_gym.demo.crowd import ASCENTS, CLIMBERS, fill
 from walltopo_gym.demo.hall import name_routes
 from walltopo_gym.gyms.models import Gym, Membership
@@ -30,7 +29,7 @@ def filled(world: World) -> list[tuple[Any, ...]]:
         for route, grade in zip(routes, ("5+", "6C"), strict=True):
             route.grade = grade
         gym = session.get_one(Gym, world.gym.id)
-        moment = now().replace(hour=12)
+        moment = datetime(2026, 3, 1, 12, tzinfo=UTC)
         for _ in range(2):
             fill(session, gym, sorted(routes, key=lambda route: route.grade), moment)
         rows = select(Ascent).where(Ascent.gym_id == gym.id).order_by(Ascent.climbed_at, Ascent.id)

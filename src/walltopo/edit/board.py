@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh, View
 from walltopo.edit.contract import EditSettings, Reads
+from walltopo.edit.notes import MissingError
 from walltopo.edit.triangles import Triangles, triangles_of_mesh
 from walltopo.scans.attributes import Doubtful, Hold, RawAttributes
 from walltopo.scans.edits import Ref, RoleName
@@ -19,16 +20,12 @@ from walltopo.scans.photo_set import PhotoSet
 from walltopo.scans.routes import Routes
 from walltopo.scans.units import unit_of
 
-__all__ = ["Board", "MissingError", "RouteFacts", "Scanned"]
+__all__ = ["Board", "RouteFacts", "Scanned"]
 
 REACH = 0.12  # metres: a hold this near to the place is the one that was meant
 FAR = 0.5  # metres: beyond it even the right id is another hold
 GAP = 1000  # ids that an entry may leave free
 TYPICAL_HOLD = 0.15  # metres: the median hold, where the scan has no scale
-
-
-class MissingError(Exception):
-    """What an entry means is not there; its text says what."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +58,7 @@ class Scanned:
         return cls(
             mesh=reads.mesh,
             labels=reads.instances.face_instance,
-            scores={record.id: record.score for record in reads.instance_records.instances},
+            scores={record.id: record.surety for record in reads.instance_records.instances},
             found=reads.attributes_raw,
             routes=reads.routes_raw,
             light=reads.light,
@@ -147,7 +144,7 @@ class Board:
         """The hold that is meant; MissingError where it is not there."""
         found = self._nearest(list(self.holds.values()), ref)
         if found is None:
-            raise MissingError(f"hold {ref.id} is not there any more")
+            raise MissingError("hold_gone", ref.id)
         return found
 
     def left_out(self, ref: Ref) -> Doubtful | None:
@@ -166,7 +163,7 @@ class Board:
             if hold is not None:
                 number = -1
         if number not in self.route_of.values():
-            raise MissingError(f"route {ref.id} is not there any more")
+            raise MissingError("route_gone", ref.id)
         return number
 
     def _nearest(self, holds: Sequence[Hold], ref: Ref) -> Hold | None:

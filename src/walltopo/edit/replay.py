@@ -10,7 +10,8 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from walltopo.edit.board import Board, MissingError, RouteFacts, Scanned
+from walltopo.edit.board import Board, RouteFacts, Scanned
+from walltopo.edit.notes import MissingError, Note
 from walltopo.edit.on_holds import keep, remove, set_hold
 from walltopo.edit.on_new import add
 from walltopo.edit.on_routes import assign, merge, set_role, set_route, split
@@ -73,7 +74,7 @@ class Outcome:
     holds: Holds
     labels: NDArray[np.int32]
     left_out: tuple[Doubtful, ...]
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
 
 def replay(scanned: Scanned, edits: Sequence[Edit]) -> Outcome:
@@ -87,12 +88,12 @@ def replay(scanned: Scanned, edits: Sequence[Edit]) -> Outcome:
         try:
             _KINDS[type(edit)](board, edit)
         except MissingError as reason:
-            name = type(edit).__struct_config__.tag
-            notes.append(f"edit {number} ({name}) was left out: {reason}")
+            name = str(type(edit).__struct_config__.tag)
+            notes.append(Note.of(number, name, reason))
     return _outcome(board, notes)
 
 
-def _outcome(board: Board, notes: Sequence[str]) -> Outcome:
+def _outcome(board: Board, notes: Sequence[Note]) -> Outcome:
     _measure(board)
     holds = tuple(board.holds[number].rounded() for number in sorted(board.holds))
     routes = tuple(_route(board, number) for number in sorted(set(board.route_of.values())))

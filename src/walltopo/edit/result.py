@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import msgspec
 
+from walltopo.edit.notes import Note
 from walltopo.scans.bounds import Coordinate
 from walltopo.scans.edits import Place
 from walltopo.scans.holds import HoldRow
@@ -59,4 +60,4 @@ class Result(msgspec.Struct, frozen=True):
     holds: tuple[ShownHold, ...]
     routes: tuple[Route, ...]
     surface: Surface | None
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]

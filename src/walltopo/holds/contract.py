@@ -31,6 +31,15 @@ class ClassifySettings:
             high=1.0,
         ),
     ] = 0.15
+    least_evidence: Annotated[
+        float,
+        about(
+            "The same where relief and colour were asked besides (`propose`): instances that are "
+            "less likely a hold are listed as doubtful",
+            low=0.0,
+            high=1.0,
+        ),
+    ] = 0.5
     # Between the thinnest holds and the flat marks of generated gyms (docs/colours.md).
     flat_below: Annotated[
         float,

@@ -33,6 +33,7 @@ __all__ = [
 
 # Why an instance is left out: the words of `attributes.json`.
 FAINT = "few photos confirm it"
+BUMP = "stands out of the wall, but photos hardly show a hold"
 PLATED = "lies on a printed plate"
 FLAT = "lies flat on the wall"
 CUTOUTS_OF_DOUBTFUL = 1
@@ -48,20 +49,27 @@ class Lifted:
     ----------
     face_instance : (F,) int32, instance id of each triangle, 0 = none.
     kinds : instance id to its class, "hold" or "volume".
-    scores : instance id to its score in [0, 1].
+    scores : instance id to how sure it is, in [0, 1].
+    judged : ids whose score is the evidence of masks, relief and colour together; of the others
+        it is the lift's.
+    unmasked : ids that no mask was lifted to.
     """
 
     face_instance: NDArray[np.int32]
     kinds: dict[int, str]
     scores: dict[int, float]
+    judged: frozenset[int] = frozenset()
+    unmasked: frozenset[int] = frozenset()
 
     @classmethod
     def of(cls, table: InstanceTable, records: InstanceRecords) -> Lifted:
-        """From the lift's two files."""
+        """From the two files of instances."""
         return cls(
             table.face_instance,
             {record.id: record.kind for record in records.instances},
-            {record.id: record.score for record in records.instances},
+            {record.id: record.surety for record in records.instances},
+            frozenset(r.id for r in records.instances if r.evidence is not None),
+            frozenset(r.id for r in records.instances if not r.views),
         )
 
 
@@ -79,14 +87,18 @@ def doubtful(
     mesh : the scan's; shapes : of the instances that have triangles.
     """
     kinds = lifted.kinds
-    faint = {number for number, score in lifted.scores.items() if score < settings.least_score}
+    faint = {
+        number: BUMP if number in lifted.unmasked else FAINT
+        for number, score in lifted.scores.items()
+        if score < (settings.least_evidence if number in lifted.judged else settings.least_score)
+    }
     sizes = [s.size for n, s in shapes.items() if n not in faint and kinds[n] == "hold"]
     unit = unit_of_sizes(sizes, scale.metric, settings.typical_hold)
     present = {number: kinds[number] for number in shapes}
     rises = measure_rises(mesh, lifted.face_instance, present, unit)
     flat = flat_instances(rises, unit, settings.flat_below)
     plated = on_plates({number: shape.position for number, shape in shapes.items()}, scale.plates)
-    return dict.fromkeys(faint, FAINT) | dict.fromkeys(flat, FLAT) | dict.fromkeys(plated, PLATED)
+    return faint | dict.fromkeys(flat, FLAT) | dict.fromkeys(plated, PLATED)
 
 
 def on_plates(positions: Mapping[int, NDArray[np.float64]], plates: Sequence[Plate]) -> set[int]:

@@ -203,6 +203,6 @@ class Reads:
 class Writes:
     """What the stage makes."""
 
-    instances: InstanceTable
-    instance_records: InstanceRecords
+    lifted: InstanceTable
+    lifted_records: InstanceRecords
     metrics: Metrics

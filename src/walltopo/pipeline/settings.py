@@ -23,6 +23,7 @@ from walltopo.holds.contract import ClassifySettings
 from walltopo.lifting.contract import LiftParams
 from walltopo.measure.contract import ScaleSettings
 from walltopo.photos.contract import IngestSettings
+from walltopo.propose.contract import ProposeSettings
 from walltopo.routes.contract import RoutesSettings
 from walltopo.sparse.contract import SparseSettings
 from walltopo.texture.contract import TextureSettings
@@ -43,6 +44,7 @@ class Settings:
     # The library's defaults suit masks whose errors go both ways; the shipped detector's masks are
     # rather too small and miss volumes in many photos. Chosen on generated gyms (docs/lift.md).
     lift: LiftParams = field(default_factory=lambda: LiftParams(threshold=0.4, least_support=0.05))
+    propose: ProposeSettings = field(default_factory=ProposeSettings)
     classify: ClassifySettings = field(default_factory=ClassifySettings)
     routes: RoutesSettings = field(default_factory=RoutesSettings)
     edit: EditSettings = field(default_factory=EditSettings)

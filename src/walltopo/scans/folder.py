@@ -69,12 +69,22 @@ class ScanFolder:
         return self.root / "detections.json"
 
     @property
+    def lifted(self) -> Path:
+        """`work/instances.npz`: the instances as masks alone tell them, before `propose`."""
+        return self.root / "work" / "instances.npz"
+
+    @property
+    def lifted_records(self) -> Path:
+        """`work/instances.json`: the lift's scores, labels, votes and supporting masks."""
+        return self.root / "work" / "instances.json"
+
+    @property
     def instances(self) -> Path:
         return self.root / "instances.npz"
 
     @property
     def instance_records(self) -> Path:
-        """`instances.json`: per instance its score, label, votes and supporting masks."""
+        """`instances.json`: per instance its score, evidence, label, votes, supporting masks."""
         return self.root / "instances.json"
 
     @property
@@ -125,6 +135,11 @@ class ScanFolder:
     @property
     def page(self) -> Path:
         return self.root / "index.html"
+
+    @property
+    def tiers(self) -> Path:
+        """`work/tiers/`: finished tiers of the wall, kept for the next export."""
+        return self.work / "tiers"
 
     @property
     def page_assets(self) -> Path:

@@ -1,4 +1,4 @@
-"""`instances.npz` and `instances.json`: what the lift found on the mesh."""
+"""`instances.npz` and `instances.json`: what was found on the mesh."""
 
 from __future__ import annotations
 
@@ -79,16 +79,19 @@ def _within(values: NDArray[Any], most: float) -> bool:
     return bool(((values >= 0) & (values <= most)).all())
 
 
-class InstanceRecord(msgspec.Struct, frozen=True):
-    """What the lift knows of one instance.
+class InstanceRecord(msgspec.Struct, frozen=True, omit_defaults=True):
+    """What is known of one instance.
 
     Parameters
     ----------
     id : the value in `face_instance`.
     label : class id; kind : its name ("class" in the file).
-    score : in [0, 1]; votes : share of the votes by class id.
+    score : the lift's, in [0, 1], 0 where no mask was lifted to it.
+    votes : share of the votes by class id.
     views : photo name and number of the mask, for every mask that supports it.
     faces : number of its triangles.
+    evidence : how likely it is a hold, by masks, relief and colour together; None where only
+        masks were asked.
     """
 
     id: Label
@@ -98,6 +101,12 @@ class InstanceRecord(msgspec.Struct, frozen=True):
     votes: dict[str, Share]
     views: tuple[tuple[str, Count], ...]
     faces: Count
+    evidence: Share | None = None
+
+    @property
+    def surety(self) -> float:
+        """What it is ranked by: the evidence, or the lift's score where there is none."""
+        return self.score if self.evidence is None else self.evidence
 
 
 class InstanceRecords(Document, frozen=True, kw_only=True):

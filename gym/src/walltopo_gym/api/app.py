@@ -8,6 +8,7 @@ from fastapi import APIRouter, FastAPI
 
 from walltopo_gym.api import (
     climbing,
+    editing,
     grades,
     gyms,
     health,
@@ -15,8 +16,10 @@ from walltopo_gym.api import (
     members,
     metrics,
     pages,
+    passkeys,
     passwords,
     pictures,
+    plans,
     publishing,
     routes,
     scans,
@@ -25,6 +28,7 @@ from walltopo_gym.api import (
     tokens,
     uploads,
     walls,
+    webhooks,
 )
 from walltopo_gym.api.bounds import LONGEST_BODY, Bounds
 from walltopo_gym.api.cross_origin import CrossOriginGuard
@@ -38,7 +42,8 @@ __all__ = ["PREFIX", "build_app"]
 
 PREFIX = "/api/v1"
 _ROOMS = (sign_up, sessions, me, passwords, tokens, gyms, members, grades, walls, scans, uploads,
-          publishing, routes, pictures, climbing)  # fmt: skip
+          publishing, plans, editing, routes, pictures, climbing, passkeys,
+          webhooks)  # fmt: skip
 
 
 def build_app(services: Services) -> FastAPI:

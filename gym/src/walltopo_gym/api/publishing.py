@@ -20,13 +20,16 @@ from walltopo_gym.api.scans import ScanFacts, facts_of, scan_of
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.api.walls import wall_of
 from walltopo_gym.clock import now
+from walltopo_gym.editing.log import check_carried_out
 from walltopo_gym.errors import ConflictError, NotFoundError
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.publishing.change import Entry, check_grade, publish, put_back
 from walltopo_gym.publishing.review import found_routes, review
+from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.states import State
+from walltopo_gym.storage.files import FileStore
 
-__all__ = ["router"]
+__all__ = ["Publication", "confirmed", "router"]
 
 router = APIRouter(tags=["publishing"])
 
@@ -63,9 +66,10 @@ class DraftLine(BaseModel):
 
 
 class Draft(BaseModel):
-    """What a scan in review would change."""
+    """What a scan in review would change; `warnings`: where it looks worse than the last one."""
 
     revision: int
+    warnings: list[str]
     lines: list[DraftLine]
 
 
@@ -94,7 +98,7 @@ def read_draft(scan: UUID, session: Db, services: ServicesOf, access: PublisherM
         )
         for line in found.lines
     ]  # fmt: skip
-    return Draft(revision=found.revision, lines=lines)
+    return Draft(revision=found.revision, warnings=found.warnings, lines=lines)
 
 
 @router.post("/gyms/{gym}/scans/{scan}/publish")
@@ -103,9 +107,28 @@ def publish_scan(
 ) -> ScanFacts:
     """Let the scan be the wall, with these routes; all at once."""
     row = scan_of(session, access.gym.id, scan)
-    if row.state != State.REVIEW:
-        raise ConflictError(f"the scan is {row.state}, not in review")
-    routes = found_routes(services.store, row.id)
+    entries, holds = confirmed(session, services.store, access, row, body)
+    today = now().astimezone(ZoneInfo(access.gym.time_zone)).date()
+    publish(session, row, body.revision, entries, holds, today)
+    session.refresh(row)
+    _log(session, access, "scan.publish", str(row.id))
+    return facts_of(session, row)
+
+
+def confirmed(
+    session: Session, store: FileStore, access: Access, scan: Scan, body: Publication
+) -> tuple[list[Entry], dict[int, list[int]]]:
+    """What a setter confirmed, checked; and the holds of the scan's routes by number.
+
+    Raises
+    ------
+    ConflictError : the scan is not in review, or its last edits are not carried out yet.
+    InputError : a grade is none of the gym's.
+    """
+    if scan.state != State.REVIEW:
+        raise ConflictError(f"the scan is {scan.state}, not in review")
+    check_carried_out(session, scan.id)
+    routes = found_routes(store, scan.id)
     entries = []
     for given in body.routes:
         check_grade(session, access.gym.id, given.grade_system_id, given.grade or "")
@@ -113,12 +136,7 @@ def publish_scan(
         if given.route_id is None and given.number in routes:
             facts = {"colour": routes[given.number].colour} | facts
         entries.append(Entry(given.number, given.route_id, facts))
-    holds = {number: route.holds for number, route in routes.items()}
-    today = now().astimezone(ZoneInfo(access.gym.time_zone)).date()
-    publish(session, row, body.revision, entries, holds, today)
-    session.refresh(row)
-    _log(session, access, "scan.publish", str(row.id))
-    return facts_of(session, row)
+    return entries, {number: list(route.holds) for number, route in routes.items()}
 
 
 @router.post("/gyms/{gym}/walls/{wall}/put-back")

@@ -12,6 +12,7 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.passwords import Passwords
 from walltopo_gym.database.engine import Database
+from walltopo_gym.editing.desks import Desks
 from walltopo_gym.mail import Mailer, make_mailer
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import FileStore, open_store
@@ -32,19 +33,27 @@ class Services:
     mailer: Mailer
     store: FileStore
     incoming: Incoming
+    desks: Desks
 
     @classmethod
     def open(cls, settings: GymSettings) -> Services:
         """All of them, as the settings say."""
         settings.data.mkdir(parents=True, exist_ok=True)
+        database, store = Database(settings.database_url), open_store(settings)
         return cls(
             settings,
-            Database(settings.database_url),
+            database,
             Passwords(),
             make_mailer(settings),
-            open_store(settings),
+            store,
             Incoming(settings.data / "incoming", settings.keep_free_mb),
+            Desks(settings.data / "editing", settings.most_edited, database, store),
         )
+
+    def close(self) -> None:
+        """Wait for what was begun, and close the connections."""
+        self.desks.close()
+        self.database.close()
 
 
 def _services(request: Request) -> Services:

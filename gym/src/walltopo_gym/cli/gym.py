@@ -84,15 +84,14 @@ def _worker(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo_gym.api.logs import log_config
     from walltopo_gym.cli.place import opened, settings_of
-    from walltopo_gym.scans.stages import ScanSteps
-    from walltopo_gym.scans.worker import run_worker
+    from walltopo_gym.publishing.work import work
     from walltopo_gym.storage.files import open_store
 
     settings = settings_of(args)
     logging.config.dictConfig(log_config(settings.log))
     with opened(args) as database:
         console.print("working on scans; Ctrl-C stops")
-        run_worker(ScanSteps.of(settings, database, open_store(settings)), threading.Event())
+        work(settings, database, open_store(settings), threading.Event())
     return 0
 
 

@@ -37,11 +37,10 @@ from walltopo_gym.gyms.roles import Role
 from walltopo_gym.publishing.change import Entry, publish
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.publishing.review import found_routes
+from walltopo_gym.publishing.work import work
 from walltopo_gym.scans.asking import begin, start
 from walltopo_gym.scans.models import Scan, ScanProgress
-from walltopo_gym.scans.stages import ScanSteps
 from walltopo_gym.scans.states import State
-from walltopo_gym.scans.worker import run_worker
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import FileStore, hash_of_file
 from walltopo_gym.uploads.incoming import Incoming
@@ -142,8 +141,8 @@ class Hall:
     @contextmanager
     def _worker(self) -> Iterator[None]:
         stop = threading.Event()
-        steps = ScanSteps.of(self.settings, self.database, self.store)
-        worker = threading.Thread(target=run_worker, args=(steps, stop), name="worker")
+        place = self.settings, self.database, self.store
+        worker = threading.Thread(target=work, args=(*place, stop), name="worker")
         worker.start()
         try:
             yield

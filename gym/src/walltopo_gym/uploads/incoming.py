@@ -91,6 +91,10 @@ class Incoming:
         except OSError as error:
             raise EnvironmentLacksError(f"the server cannot write ({error.strerror})") from error
 
+    def photos(self) -> set[UUID]:
+        """The photos of which there is a file here."""
+        return {UUID(path.name) for path in self._folder.iterdir()}
+
     def drop(self, photo: UUID) -> None:
         """Forget a file."""
         self.path(photo).unlink(missing_ok=True)

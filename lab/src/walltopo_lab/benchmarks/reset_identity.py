@@ -17,8 +17,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from walltopo.meshes.ply import read_mesh
 
+from walltopo.meshes.ply import read_mesh
 from walltopo.pipeline.settings import Settings
 from walltopo.resets.matching import match_holds
 from walltopo.resets.routes import Fate, compare, same_paint
@@ -88,16 +88,18 @@ def main(arguments: Sequence[str] | None = None) -> None:
     kept = staying(*truths)
     pairs = match_holds(tuple(old.holds.values()), tuple(new.holds.values()), new.unit)
     painted = {a: b for a, b in pairs.items() if same_paint(old.holds[a], new.holds[b])}
+    found = {(a, b) for a, b in kept if a in old.true.values() and b in new.true.values()}
     print(
-        f"true: {len(kept)} of {len(truths[0].instances)} stay; "
-        f"found: {len(old.holds)} before, {len(new.holds)} after"
+        f"true: {len(kept)} of {len(truths[0].instances)} stay, {len(found)} of them found in both; "
+        f"found in all: {len(old.holds)} before, {len(new.holds)} after"
     )
     for name, made in (("by place and shape", pairs), ("and of one colour", painted)):
         right = {(old.true.get(a), new.true.get(b)) for a, b in made.items()} & kept
         precision = len(right) / max(1, len(made))
         print(
             f"{name}: {len(made)} pairs, {len(right)} right, "
-            f"precision {precision:.3f}, recall {len(right) / max(1, len(kept)):.3f}"
+            f"precision {precision:.3f}, recall {len(right) / max(1, len(kept)):.3f}, "
+            f"of what was found in both {len(right & found) / max(1, len(found)):.3f}"
         )
     lines = compare(old.routes, tuple(old.holds.values()), new.routes, tuple(new.holds.values()),
                     new.unit)  # fmt: skip

@@ -74,7 +74,7 @@ def read_labelled(npz: Path, records: Path) -> Labelled:
     return Labelled(
         InstanceTable.load(npz).face_instance,
         {row.id: row.label for row in rows},
-        {row.id: row.score for row in rows},
+        {row.id: row.surety for row in rows},
     )
 
 

@@ -33,4 +33,12 @@ PALETTES: dict[str, dict[str, RGB]] = {
         "purple": (0.33, 0.21, 0.40),
         "brown": (0.36, 0.24, 0.16),
     },
+    # what is hard to tell from a painted wall, and white and black beside it
+    "plain": {
+        "white": (0.86, 0.86, 0.84),
+        "grey": (0.62, 0.63, 0.65),
+        "black": (0.09, 0.09, 0.095),
+        "beige": (0.74, 0.68, 0.58),
+        "slate": (0.34, 0.36, 0.39),
+    },
 }

@@ -50,7 +50,7 @@ class GymSettings:
     ] = 12
     footholds: Annotated[float, about("footholds per hold of a route", low=0, high=2)] = 0.35
     downclimb: Annotated[int, about("grey jugs to climb down", low=0, high=40)] = 3
-    colours: Annotated[Literal["vivid", "faded"], about("palette of the holds")] = "vivid"
+    colours: Annotated[Literal["vivid", "faded", "plain"], about("palette of the holds")] = "vivid"
     hold_scale: Annotated[
         float, about("size of the holds against real ones", low=0.4, high=2.5)
     ] = 1.0

@@ -30,6 +30,11 @@ _PAINTS: dict[str, tuple[tuple[str, tuple[float, float, float]], ...]] = {
         ("wood", (0.52, 0.40, 0.27)),
         ("grey", (0.40, 0.40, 0.40)),
     ),
+    "plain": (
+        ("black", (0.10, 0.10, 0.105)),
+        ("slate", (0.26, 0.27, 0.29)),
+        ("grey", (0.58, 0.59, 0.60)),
+    ),
 }
 
 
