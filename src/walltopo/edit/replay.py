@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,8 +16,10 @@ from walltopo.edit.on_holds import keep, remove, set_hold
 from walltopo.edit.on_new import add
 from walltopo.edit.on_routes import assign, merge, set_role, set_route, split
 from walltopo.edit.on_surface import cut, join, paint
+from walltopo.edit.reading import read_again
 from walltopo.edit.shapes import with_shape
 from walltopo.holds.geometry import measure_shapes
+from walltopo.holds.observations import HoldView
 from walltopo.holds.palette import REFERENCE
 from walltopo.routes.order import ceiling_of, describe_route, usual_size
 from walltopo.scans.attributes import Attributes, Doubtful
@@ -66,6 +68,7 @@ class Outcome:
     ----------
     labels : (F,) int32; those of instances that are no holds are among them.
     left_out : instances that are no holds, with all that is known of them.
+    pictures : of holds that were read in photos after an edit, by id.
     notes : what could not be applied, and why.
     """
 
@@ -74,6 +77,7 @@ class Outcome:
     holds: Holds
     labels: NDArray[np.int32]
     left_out: tuple[Doubtful, ...]
+    pictures: Mapping[int, HoldView | None]
     notes: tuple[Note, ...]
 
 
@@ -110,12 +114,13 @@ def _outcome(board: Board, notes: Sequence[Note]) -> Outcome:
         holds=Holds(metric=board.scanned.metric, holds=hold_rows(holds, board.scores, routes)),
         labels=board.labels,
         left_out=out,
+        pictures=board.pictures,
         notes=tuple(notes),
     )
 
 
 def _measure(board: Board) -> None:
-    """Place, size and wall angle of the instances whose triangles changed."""
+    """Place, size and wall angle of the instances whose triangles changed; colour, type of some."""
     known = board.reshaped & (board.holds.keys() | board.out.keys())
     if not known:
         return
@@ -126,6 +131,7 @@ def _measure(board: Board) -> None:
     for number, shape in shapes.items():
         if number in board.holds:
             board.holds[number] = with_shape(board.holds[number], shape)
+            read_again(board, number, shape)
         else:
             row = board.out[number]
             board.out[number] = replace(row, hold=with_shape(row.hold, shape))
