@@ -27,6 +27,7 @@ Floats = NDArray[np.float64]
 START_REASONS = {
     "feet": "a hold at the start may be for the feet, or for the hands",
     "height": "it starts higher than other routes: a hold may have been missed",
+    "low": "it starts lower than other routes: a hold may be for the feet, or of another route",
     "gap": "it is far to the next hold: one may have been missed",
     "pair": "one start hold or two",
     "stray": "a hold of its colour near the start is not in it",
@@ -42,25 +43,26 @@ TOP_REASONS = {
     "few": "it has few holds: some may have been missed",
 }
 START_WEIGHTS = {
-    "feet": -3.579,
-    "height": -2.478,
-    "gap": -0.939,
-    "pair": -1.099,
-    "stray": -1.145,
-    "rival": -5.507,
-    "few": -2.582,
+    "feet": -3.301,
+    "height": -3.048,
+    "low": -1.726,
+    "gap": -0.753,
+    "pair": -0.312,
+    "stray": -1.556,
+    "rival": -4.594,
+    "few": -2.783,
 }
-START_BIAS = 2.758
+START_BIAS = 2.881
 TOP_WEIGHTS = {
-    "feet": -4.112,
+    "feet": -5.343,
     "height": -4.828,
-    "gap": -0.722,
-    "pair": -2.722,
-    "stray": -3.422,
-    "few": -4.313,
+    "gap": -0.985,
+    "pair": -2.264,
+    "stray": -4.027,
+    "few": -2.783,
 }
-TOP_BIAS = 4.197
-SURE = 0.65  # ends that are less likely right are flagged
+TOP_BIAS = 4.202
+SURE = 0.8  # ends that are less likely right are flagged
 
 RISE = 1.6  # of a route's median rise: a second start hold higher by more is no start
 LEVEL = 0.5  # of a route's median rise: two holds at the top that differ by less may be confused
@@ -202,6 +204,7 @@ def find_ends(
     start_cues = {
         "feet": _mistaken([hold for hold in ordered if hold.position[2] <= low], wall),
         "height": _share(hands[0].position[2] - wall.bottom, wall.rise),
+        "low": _share(wall.bottom - hands[0].position[2], wall.rise),
         "gap": _share(first - rise, rise),
         "pair": _one_or_two(hands, wall, first, rise),
         "stray": _stray([stray for stray in strays if stray.position[2] <= low], start, wall),

@@ -19,8 +19,8 @@ Floats = NDArray[np.float64]
 
 # For hands rather than feet: how sure a hold is a foothold by its type, how sure it is of another
 # type, and the logarithm of its size against the wall's usual hold.
-HAND_WEIGHTS = (-3.74, -0.697, 7.272)
-HAND_BIAS = 6.159
+HAND_WEIGHTS = (-3.977, 1.626, 6.6)
+HAND_BIAS = 4.893
 SHARES = (0.2, 5.0)  # of the usual hold: beyond them a size says no more
 
 

@@ -10,9 +10,20 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from walltopo.routes import ends, hands
+from walltopo.scans.attributes import Doubtful, Hold
+from walltopo.scans.routes import Route
 from walltopo_lab.train.ends.seen import SCANS, SeenGym, see
 
-__all__ = ["EndsFit", "Regression", "Row", "fit_ends", "fit_hands", "rows_of", "scans_of"]
+__all__ = [
+    "EndsFit",
+    "Regression",
+    "Row",
+    "ends_anew",
+    "fit_ends",
+    "fit_hands",
+    "rows_of",
+    "scans_of",
+]
 
 Floats = NDArray[np.float64]
 RIDGE = 1e-3  # on weights of cues of spread 1
@@ -64,21 +75,32 @@ class Row:
     true: bool
 
 
+def ends_anew(
+    routes: Sequence[Route], holds: Sequence[Hold], left_out: Sequence[Doubtful]
+) -> list[ends.Ends]:
+    """The ends of a scan's routes by the rule as it stands, the groups of holds being kept."""
+    by_id = {hold.id: hold for hold in holds}
+    groups = [[by_id[number] for number in route.holds] for route in routes]
+    used = {number for route in routes for number in route.holds}
+    wall = ends.wall_of(groups, holds)
+    wall = wall.beside((hold for hold in holds if hold.id not in used), left_out)
+    found = []
+    for route, group in zip(routes, groups, strict=True):
+        rivals = {row.hold: {int(k): p for k, p in row.routes.items()} for row in route.ambiguous}
+        found.append(ends.find_ends(group, wall, rivals, route.id))
+    return found
+
+
 def rows_of(seen: SeenGym) -> list[Row]:
-    """The routes of a simulated scan, their ends by the regressions as they stand."""
-    by_id = {hold.id: hold for hold in seen.holds}
-    groups = [[by_id[number] for number in route.holds] for route in seen.routes]
-    free = by_id.keys() - {hold for route in seen.routes for hold in route.holds}
-    wall = ends.wall_of(groups, seen.holds)
-    wall = wall.beside((by_id[number] for number in sorted(free)), seen.left_out)
+    """The routes of a simulated scan, their ends by the rule as it stands."""
+    found = ends_anew(seen.routes, seen.holds, seen.left_out)
+    by_id = {route.id: one for route, one in zip(seen.routes, found, strict=True)}
     rows = []
     for route, true in seen.matched():
-        holds = [by_id[number] for number in route.holds]
-        rivals = {row.hold: {int(k): p for k, p in row.routes.items()} for row in route.ambiguous}
-        found = ends.find_ends(holds, wall, rivals, route.id)
-        start = true is not None and {hold.id for hold in found.start} == true.start
-        top = true is not None and {found.top.id} == true.top
-        rows.append(Row(found, start, top, true is not None))
+        one = by_id[route.id]
+        start = true is not None and {hold.id for hold in one.start} == true.start
+        top = true is not None and {one.top.id} == true.top
+        rows.append(Row(one, start, top, true is not None))
     return rows
 
 

@@ -1,9 +1,10 @@
 """Generated gyms as a scan would see them: without rendering, with what scans get wrong.
 
 Of each gym the true holds are known. A scan misses some, more of some paints (white on grey); of
-what it misses some remain as instances that few photos confirm. Places are a little off. Size and
-type are what the shipped network of types and the measure of a relief say of the hold's own shape
-with a scan's faults (`train.hold_types.scanned`). Every hold is faded and lit in its own way, so
+what it misses some remain as instances that few photos confirm. Places are a little off. Sizes are
+measured on the hold's own shape with a scan's faults (`train.hold_types.scanned`), and the shipped
+network names it; as it does better there than on scans, types are confused as on two of those
+(`routes_downclimb.CALLED`). Every hold is faded and lit in its own way, so
 that its paint and its colour's name are off; a few things that are no hold count as some, and a
 jug to climb down by may be taken for a route's. Then the product groups the holds.
 
@@ -34,7 +35,7 @@ from walltopo.routes.grouping import group_by_paint
 from walltopo.routes.stage import describe_groups
 from walltopo.scans.attributes import UNKNOWN, Doubtful, Hold
 from walltopo.scans.routes import Route
-from walltopo_lab.benchmarks.routes_downclimb import PRESETS
+from walltopo_lab.benchmarks.routes_downclimb import CALLED, PRESETS
 from walltopo_lab.benchmarks.routes_gyms import SetGym, set_gym
 from walltopo_lab.synth.bodies import Body
 from walltopo_lab.synth.palette import PALETTES
@@ -56,6 +57,7 @@ FALSE = 0.03  # things that are no hold, against holds
 SINGLE = 0.2  # of routes whose lowest hold has room for both hands, so many start on it alone
 TAKEN = 0.25  # share of the jugs to climb down by that are not recognised
 PLACE = 0.01  # metres: spread of places
+DOUBTED = (0.5, 0.9)  # how sure the namer is of a type that it confused
 SCANS = 3  # simulated scans of each gym
 TINT, SHADE = 0.06, 0.12  # spread of the logarithm of a hold's paint, by channel and in all
 
@@ -189,6 +191,23 @@ def _as_scanned(
     return seen
 
 
+def _confused(
+    holds: Sequence[Hold], true: Mapping[int, str], rng: np.random.Generator
+) -> list[Hold]:
+    """The same holds with types as scans confuse them."""
+    found = []
+    for hold in holds:
+        if hold.id in true:
+            counts = CALLED[true[hold.id]]
+            odds = np.array(list(counts.values())) / sum(counts.values())
+            name, sure = str(rng.choice(list(counts), p=odds)), rng.uniform(*DOUBTED)
+            if name != hold.type:
+                sure = 0.0 if name == UNKNOWN else float(sure)
+                hold = replace(hold, type=name, type_confidence=sure)
+        found.append(hold)
+    return found
+
+
 def _found(holds: list[Hold], rng: np.random.Generator) -> NDArray[np.bool_]:
     """Which of the holds a scan finds."""
     usual = rng.beta(1.2, 1.2 / MISSED - 1.2)
@@ -230,6 +249,9 @@ def see(seed: int, scan: int = 0) -> SeenGym:
     wrong = _false(known, int(rng.binomial(len(known), 2 * FALSE)), rng)
     shown += wrong[::2]
     spare = [hold for hold in missed if rng.random() < REMAINS] + wrong[1::2]
+    types = {hold.id: hold.type for hold in gym.holds}
+    doubt = np.random.default_rng([17, seed, scan])
+    shown, spare = _confused(shown, types, doubt), _confused(spare, types, doubt)
     left_out = [Doubtful(hold, 0.1, "few photos confirm it") for hold in spare]
     points = np.array([hold.position for hold in shown])
     rgb = np.array([hold.colour_rgb for hold in shown], dtype=np.uint8)
