@@ -26,7 +26,8 @@ from walltopo.edit.notes import REASONS
 from walltopo.edit.on_holds import REMOVED
 from walltopo.export.contract import ExportSettings
 from walltopo.export.wall import read_wall
-from walltopo.holds.doubtful import FAINT, FLAT, PLATED
+from walltopo.holds.doubtful import FAINT, PLATED
+from walltopo.scans.attributes import FLAT
 from walltopo.scans.edits import EditLog
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.holds import HoldRow
