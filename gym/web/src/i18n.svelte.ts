@@ -46,8 +46,13 @@ export async function speak(code: Language, keep = true): Promise<void> {
 }
 
 export async function begin(): Promise<void> {
-  // Svelte escapes what it shows.
-  await i18next.init({ fallbackLng: false, resources: {}, interpolation: { escapeValue: false } });
+  await i18next.init({
+    fallbackLng: false,
+    resources: {},
+    showSupportNotice: false,
+    // Svelte escapes what it shows.
+    interpolation: { escapeValue: false },
+  });
   await speak(wished(), false);
 }
 

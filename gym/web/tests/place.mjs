@@ -7,7 +7,7 @@ import { join } from "node:path";
 
 const require = createRequire(new URL("../../../viewer/package.json", import.meta.url));
 const AXE = readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
-const PATIENCE_MS = 240_000;
+const PATIENCE_MS = 90_000;
 
 /** A browser of somebody's own; `log` fills with errors and with what other hosts were asked for. */
 export async function visit(browser, places, { phone = true, dark = false, locale = "en-GB" } = {}) {

@@ -16,11 +16,11 @@ export const setting = {
     await go(`/sign-up#${secret}`);
     // The same page with another hash is not loaded anew.
     await page.reload();
-    await page.getByLabel("Name").fill("Sam");
+    await page.getByLabel("Name", { exact: true }).fill("Sam");
     await page.getByLabel("Password").fill(places.password);
     await page.getByRole("button", { name: "Make account" }).click();
     await page.getByRole("link", { name: "Open a gym" }).click();
-    await page.getByLabel("Name").fill("Sam's hall");
+    await page.getByLabel("Name", { exact: true }).fill("Sam's hall");
     await page.getByRole("button", { name: "Open the gym" }).click();
     await page.getByRole("link", { name: "Settings" }).click();
     await page.getByText("Add a grade system").first().click();

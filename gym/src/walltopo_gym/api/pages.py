@@ -101,7 +101,10 @@ def read_asset(name: str, request: Request) -> Response:
 @router.api_route("/{name}.js", methods=_READING)
 def read_loose_file(request: Request) -> Response:
     """What browsers want under a fixed name: manifest, icons, service worker."""
-    return _sent(request.url.path, request, "no-cache")
+    answer = _sent(request.url.path, request, "no-cache")
+    # The service worker's own policy: it fetches what it keeps.
+    answer.headers["content-security-policy"] = "default-src 'none'; connect-src 'self'"
+    return answer
 
 
 @router.api_route("/{place:path}", methods=_READING, response_class=HTMLResponse)
