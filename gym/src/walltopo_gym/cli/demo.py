@@ -41,7 +41,7 @@ def _demo(args: argparse.Namespace) -> int:
 
     def tell(address: str) -> None:
         port = address.rpartition(":")[2]
-        console.print(f"http://localhost:{port}/{SLUG}", style="bold", soft_wrap=True)
+        console.print(f"http://localhost:{port}/g/{SLUG}", style="bold", soft_wrap=True)
         for email, password in accounts.items():
             console.print(f"  {email:<22} {password}", soft_wrap=True, markup=False)
         console.print("Its climbers and ascents are made up. Ctrl-C stops.")
