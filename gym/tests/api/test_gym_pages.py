@@ -57,6 +57,7 @@ def test_the_policy_lets_in_our_own_files_alone(server: Server) -> None:
     policy = dict(part.split(" ", 1) for part in headers["content-security-policy"].split("; "))
     assert policy["default-src"] == "'none'"
     assert policy["script-src"] == "'self' 'wasm-unsafe-eval'"
+    assert policy["style-src"] == "'self'"
     assert policy["connect-src"] == "'self' blob:"
     assert policy["frame-ancestors"] == "'none'"
     assert "http" not in headers["content-security-policy"]
