@@ -209,8 +209,8 @@ def test_the_built_app_is_the_source(node: Path, tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_the_client_is_of_the_present_api(node: Path, tmp_path: Path) -> None:
-    document.write_document(tmp_path / "openapi.json")
-    words = [str(tmp_path / "openapi.json"), "--default-non-nullable=false", "--output", str(tmp_path / "schema.d.ts")]
+    told, out = tmp_path / "openapi.json", tmp_path / "schema.d.ts"
+    document.write_document(told)
+    words = [str(told), "--default-non-nullable=false", "--output", str(out)]
     subprocess.run([str(node / "openapi-typescript"), *words], cwd=WEB, check=True, timeout=120)
-    made = (tmp_path / "schema.d.ts").read_text()
-    assert made == (WEB / "src" / "api" / "schema.d.ts").read_text(), "run `make app`"
+    assert out.read_text() == (WEB / "src" / "api" / "schema.d.ts").read_text(), "run `make app`"
