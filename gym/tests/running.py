@@ -57,6 +57,11 @@ class Process:
         assert self._child.stdout is not None
         self.said = self._child.stdout.readline().strip()
 
+    @property
+    def pid(self) -> int:
+        """Of the command."""
+        return self._child.pid
+
     def kill(self) -> None:
         """SIGKILL, for which nothing can prepare."""
         self._child.send_signal(signal.SIGKILL)

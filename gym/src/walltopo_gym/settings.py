@@ -44,6 +44,11 @@ class GymSettings(BaseSettings):
     new_gyms: Literal["operators", "anyone"] = Field("operators", description="who may open a gym")
     session_days: int = Field(60, ge=1, le=400, description="how long a sign-in lasts")
 
+    oidc_issuer: str = Field("", description="OpenID Connect provider to sign in by; empty: none")
+    oidc_client_id: str = Field("", description="what this server is to the provider")
+    oidc_client_secret: str = Field("", description="its secret there")
+    oidc_name: str = Field("OpenID Connect", description="what to call the provider")
+
     mail_from: str = Field("", description="sender of mails; empty: the address's host")
     smtp: str = Field("", description="smtp[s]://user:password@host:port; empty: the console")
 

@@ -310,6 +310,10 @@ CASES = {
     "drop_passkey": Case("signed-in", values=a_passkey),
     "begin_passkey_session": Case("anyone", Scope.READ),
     "begin_session_by_passkey": Case("anyone", Scope.READ, body=a_signed_challenge),
+    "read_server": Case("anyone", Scope.READ),
+    "read_data": Case("signed-in"),
+    "read_ascents_table": Case("signed-in"),
+    "delete_me": Case("signed-in", body=lambda w: {"password": PASSWORD}),
     "list_webhooks": Case("owner", Scope.MANAGE),
     "make_webhook": Case("owner", Scope.MANAGE, body=lambda w: {"url": "https://example.com/"}),
     "drop_webhook": Case("owner", Scope.MANAGE, a_webhook),
@@ -333,7 +337,7 @@ def operations(server: Server) -> dict[str, tuple[str, str, dict[str, Any]]]:
 # Who is let in and meets another reason against it: a gym keeps an owner; a token is its maker's,
 # an ascent its climber's.
 EXCEPT = (
-    {("leave_gym", "owner"): 409}
+    {(name, "owner"): 409 for name in ("leave_gym", "delete_me")}
     | {
         (name, kind): 404
         for name in ("drop_token", "drop_ascent", "drop_passkey")

@@ -9,11 +9,12 @@ from uuid import UUID, uuid4
 
 import httpx
 import pytest
-from gym.tests.worlds import Somebody, World, hold, make_world
-from sqlalchemy import func, select
+from gym.tests.worlds import PASSWORD, Somebody, World, hold, make_world
+from sqlalchemy import Uuid, func, select
 
 from walltopo_gym.climbing.models import Ascent
 from walltopo_gym.clock import now
+from walltopo_gym.migrations.tables import METADATA
 
 
 @pytest.fixture
@@ -128,3 +129,42 @@ def test_opinions_are_counted_and_nobody_is_named(world: World, route: str) -> N
     assert [told["comment"] for told in comments.json()] == ["Best of the hall"]
     assert world.server.ask("DELETE", path, world.people["member"]).status_code == 204
     assert world.server.ask("GET", path, world.people["member"]).json()["stars"] is None
+
+
+def test_a_persons_data_comes_out_whole_and_goes_when_asked(world: World, route: str) -> None:
+    server, member = world.server, world.people["member"]
+    assert tick(world, uuid4(), route).status_code == 201
+    said = {"stars": 5, "comment": "Best of the hall"}
+    path = f"{world.path}/routes/{route}/opinion"
+    assert server.ask("PUT", path, member, said).status_code == 204
+    told = server.ask("GET", "/me/data", member)
+    kept = told.json()
+    assert kept["account"]["email"] == member.email
+    assert [row["route_name"] for row in kept["ascents"]] == ["Moon"]
+    assert [row["comment"] for row in kept["opinions"]] == ["Best of the hall"]
+    assert [row["role"] for row in kept["gyms"]] == ["member"]
+    assert "argon2" not in told.text
+    wrong = server.ask("POST", "/me/delete", member, {"password": "not the password"})
+    assert wrong.status_code == 403
+    assert server.ask("POST", "/me/delete", member, {"password": PASSWORD}).status_code == 204
+    assert server.ask("GET", "/me", member).status_code == 401
+    with server.database.reading() as session:
+        for table in METADATA.sorted_tables:  # nothing but the log knows the id
+            for column in table.columns:
+                if table.name != "audit" and isinstance(column.type, Uuid):
+                    count = select(func.count()).where(column == member.id)
+                    assert session.scalar(count) == 0, column
+    # The last owner stays.
+    alone = server.ask("POST", "/me/delete", world.owner, {"password": PASSWORD})
+    assert (alone.status_code, world.gym.name in alone.text) == (409, True)
+
+
+def test_the_table_of_ascents_is_no_program(world: World) -> None:
+    scan = world.reviewed({1: [1]}, [hold(1, 0.0, 1.0)])
+    assert world.publish(scan, {"number": 1, "name": "=1+2", "setter": "x"}).is_success
+    assert tick(world, uuid4(), world.published()["routes"][0]["id"]).status_code == 201
+    answer = world.server.ask("GET", "/me/ascents.csv", world.people["member"])
+    assert answer.headers["content-type"].startswith("text/csv")
+    lines = answer.text.splitlines()
+    assert lines[0] == "climbed_at,gym_name,route_name,grade,kind,tries"
+    assert ",'=1+2,," in lines[1]

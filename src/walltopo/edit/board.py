@@ -13,6 +13,7 @@ from walltopo.core import Mesh, View
 from walltopo.edit.contract import EditSettings, Reads
 from walltopo.edit.notes import MissingError
 from walltopo.edit.triangles import Triangles, triangles_of_mesh
+from walltopo.holds.observations import HoldView
 from walltopo.scans.attributes import Doubtful, Hold, RawAttributes
 from walltopo.scans.edits import Ref, RoleName
 from walltopo.scans.light import SceneLight
@@ -100,6 +101,9 @@ class Board:
     roles : (route, hold) to what a setter says of it.
     decided : holds that a setter placed, never ambiguous.
     reshaped : ids of instances whose triangles are not the scan's.
+    said : of holds, what of "colour" and "type" a setter said; cut_off : ids of parts of others.
+    read : of holds, the triangles that their colour was read of, where these are not the scan's.
+    pictures : of holds that were read by hand, what the photo that shows them best shows.
     names : an id that an entry gives to something new, to the id that it got.
     """
 
@@ -113,6 +117,10 @@ class Board:
     roles: dict[tuple[int, int], RoleName] = field(default_factory=dict)
     decided: set[int] = field(default_factory=set)
     reshaped: set[int] = field(default_factory=set)
+    said: dict[int, set[str]] = field(default_factory=dict)
+    cut_off: set[int] = field(default_factory=set)
+    read: dict[int, NDArray[np.int64]] = field(default_factory=dict)
+    pictures: dict[int, HoldView | None] = field(default_factory=dict)
     hold_names: dict[int, int] = field(default_factory=dict)
     route_names: dict[int, int] = field(default_factory=dict)
     last_hold: int = 0

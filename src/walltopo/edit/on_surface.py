@@ -21,7 +21,8 @@ def paint(board: Board, edit: Paint) -> None:
 def cut(board: Board, edit: Cut) -> None:
     """Two parts on both sides of a line, as seen along the hold's normal; the larger keeps the id.
 
-    The new one has the attributes of the old one, and is in its route.
+    The new one is in the route of the old one; where it has another colour, see `read_again`, in
+    the route that it fits.
     """
     hold, mesh = board.hold(edit.hold), board.scanned.mesh
     start, end = np.array(edit.points)
@@ -37,6 +38,7 @@ def cut(board: Board, edit: Cut) -> None:
     new = board.new_hold(edit.new)
     board.holds[new] = replace(hold, id=new, review=False)
     board.scores[new] = board.scores.get(hold.id, 0.0)
+    board.cut_off.add(new)
     route = board.route_of.get(hold.id, 0)
     board.relabel(rows[side], new)
     board.place(new, route)

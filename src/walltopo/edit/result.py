@@ -19,9 +19,11 @@ class ShownHold(HoldRow, frozen=True):
     Parameters
     ----------
     left_out : why it is no hold; empty for holds.
+    cutout : its picture, as a `data:` address, where an edit had it read in photos anew.
     """
 
     left_out: str = ""
+    cutout: str = ""
 
 
 class Region(msgspec.Struct, frozen=True):

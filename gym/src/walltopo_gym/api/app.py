@@ -7,6 +7,7 @@ from importlib.metadata import version
 from fastapi import APIRouter, FastAPI
 
 from walltopo_gym.api import (
+    about,
     climbing,
     editing,
     grades,
@@ -15,6 +16,8 @@ from walltopo_gym.api import (
     me,
     members,
     metrics,
+    oidc,
+    own_data,
     pages,
     passkeys,
     passwords,
@@ -42,8 +45,8 @@ __all__ = ["PREFIX", "build_app"]
 
 PREFIX = "/api/v1"
 _ROOMS = (sign_up, sessions, me, passwords, tokens, gyms, members, grades, walls, scans, uploads,
-          publishing, plans, editing, routes, pictures, climbing, passkeys,
-          webhooks)  # fmt: skip
+          publishing, plans, editing, routes, pictures, climbing, passkeys, own_data, webhooks,
+          about)  # fmt: skip
 
 
 def build_app(services: Services) -> FastAPI:
@@ -73,10 +76,11 @@ def build_app(services: Services) -> FastAPI:
     app.include_router(api)
     app.include_router(health.router)
     app.include_router(metrics.router)
+    app.include_router(oidc.router)
     app.include_router(pages.router)  # the last: it answers for whatever is left
     handle_problems(app)
     app.add_middleware(CrossOriginGuard, origin=services.settings.link_base)
     app.add_middleware(Bounds, per_minute=services.settings.requests_per_minute)
-    app.add_middleware(SafeHeaders)
     app.add_middleware(Observed, metrics=app.state.metrics)
+    app.add_middleware(SafeHeaders)
     return app

@@ -1,4 +1,4 @@
-"""Every request is counted, timed, and noted in the log under an id.
+"""Every request is counted, timed, and noted in the log under an id; a defect, too.
 
 The id comes from the proxy in front where it sends one (`X-Request-ID`), and is told in the answer:
 what a person reports and what the operator's log says are found together.
@@ -17,6 +17,7 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from walltopo_gym.api.metrics import Metrics
+from walltopo_gym.api.problems import problem
 
 __all__ = ["REQUEST", "Observed"]
 
@@ -40,7 +41,7 @@ class Observed:
             return
         given = Headers(scope=scope).get(_HEADER, "")
         request = given if _PLAUSIBLE.fullmatch(given) else uuid4().hex
-        status = 500
+        status = 0
         begun = time.perf_counter()
 
         async def send_with_id(message: Message) -> None:
@@ -53,8 +54,14 @@ class Observed:
         token = REQUEST.set(request)
         try:
             await self._app(scope, receive, send_with_id)
+        except Exception:
+            _LOG.exception("a defect")
+            if status:  # the answer had begun; it breaks off
+                raise
+            answer = problem(500, "a defect in walltopo gym", "The operator's log says more.")
+            await answer(scope, receive, send_with_id)
         finally:
-            self._note(scope, status, time.perf_counter() - begun)
+            self._note(scope, status or 500, time.perf_counter() - begun)
             REQUEST.reset(token)
 
     def _note(self, scope: Scope, status: int, seconds: float) -> None:

@@ -43,8 +43,8 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     migrate = inner.add_parser("migrate", help="bring the database to this version (serve does it)")
     add_place(migrate)
     migrate.set_defaults(run=_migrate)
-    user = inner.add_parser("user", help="make an account, or give it another password")
-    user.add_argument("what", choices=("add", "password"))
+    user = inner.add_parser("user", help="make an account, give it another password, or delete it")
+    user.add_argument("what", choices=("add", "password", "delete"))
     user.add_argument("email")
     user.add_argument("--name", help="(add) as others see it; default: what stands before the @")
     user.add_argument("--operator", action="store_true", help="(add) may open gyms")
@@ -110,6 +110,7 @@ def _user(args: argparse.Namespace) -> int:
     from walltopo_gym.accounts.passwords import Passwords, check_password
     from walltopo_gym.accounts.people import add_person, find_person, set_password
     from walltopo_gym.cli.place import asked_password, opened
+    from walltopo_gym.climbing.own_data import forget
 
     email = one_spelling(args.email)
     passwords = Passwords()
@@ -123,7 +124,10 @@ def _user(args: argparse.Namespace) -> int:
             person = find_person(session, email)
             if person is None:
                 raise InputError(f"{email}: no account")
-            set_password(session, person, asked_password(), passwords)
+            if args.what == "delete":
+                forget(session, person.id)
+            else:
+                set_password(session, person, asked_password(), passwords)
     console.print(f"{email}: done", soft_wrap=True)
     return 0
 

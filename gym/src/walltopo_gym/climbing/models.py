@@ -23,15 +23,17 @@ class Ascent(Keyed, Base):
     """
 
     __tablename__ = "ascents"
-    __table_args__ = (Index("ix_ascents_person_id_climbed_at", "person_id", "climbed_at"),)
+    __table_args__ = (
+        Index("ix_ascents_person_id_climbed_at", "person_id", "climbed_at"),
+        # Tallies are read from it alone.
+        Index("ix_ascents_counts", "route_id", "kind", "person_id", "taken_back_at"),
+    )
 
     person_id: Mapped[UUID] = mapped_column(ForeignKey("people.id", ondelete="CASCADE"))
     gym_id: Mapped[UUID | None] = mapped_column(
         ForeignKey("gyms.id", ondelete="SET NULL"), index=True
     )
-    route_id: Mapped[UUID | None] = mapped_column(
-        ForeignKey("routes.id", ondelete="SET NULL"), index=True
-    )
+    route_id: Mapped[UUID | None] = mapped_column(ForeignKey("routes.id", ondelete="SET NULL"))
     gym_name: Mapped[str] = mapped_column(String(80))
     route_name: Mapped[str] = mapped_column(String(80))
     grade: Mapped[str] = mapped_column(String(80))

@@ -12,6 +12,7 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.models import Person
+from walltopo_gym.accounts.people import NO_PASSWORD
 from walltopo_gym.climbing.models import Ascent, Opinion
 from walltopo_gym.gyms.grades import FONT
 from walltopo_gym.gyms.models import Gym, Membership
@@ -24,7 +25,6 @@ CLIMBERS: Final = 40
 ASCENTS: Final = 600
 _DAYS: Final = 42
 _SEED: Final = 20260301
-_NOBODYS: Final = "!"  # no hash of any password: nobody signs in with it
 _FIRST: Final = ("Ada", "Ben", "Chi", "Dana", "Emil", "Fay", "Goran", "Hana", "Ines", "Jan")
 _LAST: Final = ("Arete", "Bouldrova", "Crimp", "Dyno")
 _SAID: Final = ("Great moves", "The top is harder than it looks", "Feels soft", "Please keep it")
@@ -65,7 +65,9 @@ def fill(session: Session, gym: Gym, routes: Sequence[Route], until: datetime) -
 
 def _person(session: Session, gym: Gym, number: int) -> Person:
     name = f"{_FIRST[number % len(_FIRST)]} {_LAST[number // len(_FIRST)]} (made up)"
-    person = Person(email=f"climber{number}@{gym.slug}.invalid", name=name, password_hash=_NOBODYS)
+    person = Person(
+        email=f"climber{number}@{gym.slug}.invalid", name=name, password_hash=NO_PASSWORD
+    )
     session.add(person)
     session.flush()
     session.add(Membership(gym_id=gym.id, person_id=person.id, role=Role.MEMBER))

@@ -12,7 +12,15 @@ from uuid import UUID
 from sqlalchemy import String, cast, delete, exists, select
 from sqlalchemy.orm import Session
 
-from walltopo_gym.accounts.models import ApiToken, Challenge, KnownBrowser, MailedLink, SignIn, Try
+from walltopo_gym.accounts.models import (
+    ApiToken,
+    Challenge,
+    KnownBrowser,
+    MailedLink,
+    OidcAttempt,
+    SignIn,
+    Try,
+)
 from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
 from walltopo_gym.gyms.models import Invitation
@@ -27,7 +35,7 @@ __all__ = ["Purged", "purge"]
 
 # A file is written before its row names it: younger ones may be waiting for theirs.
 _YOUNG: Final = timedelta(days=1)
-_EXPIRING: Final = (SignIn, ApiToken, Challenge, KnownBrowser, MailedLink, Invitation)
+_EXPIRING: Final = (SignIn, ApiToken, Challenge, KnownBrowser, MailedLink, OidcAttempt, Invitation)
 
 
 @dataclass

@@ -94,7 +94,7 @@ def finish_all(database: Database, store: FileStore, incoming: Incoming) -> None
     tidy up."""
     with database.reading() as session:
         rows = session.execute(select(Photo.id, Photo.size).where(Photo.state == "receiving"))
-        sizes = dict(rows.tuples().all())
+        sizes = dict(rows.all())
     whole = [photo for photo, size in sizes.items() if incoming.offset(photo) == size]
     for photo in incoming.photos() - sizes.keys():
         incoming.drop(photo)
