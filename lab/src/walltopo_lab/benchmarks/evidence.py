@@ -63,7 +63,7 @@ def main() -> None:
     model = fit(Samples.together(list(gyms.values())), made_by)
     if args.output:
         model.save(args.output)
-    print("| cue | weight with masks | without |")
+    print("\n| cue | weight with masks | without |")
     print("|---|---|---|")
     both = zip(CUES, model.masked.weights, model.unmasked.weights, strict=True)
     for name, masked, unmasked in both:
