@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
@@ -82,7 +84,8 @@ def test_each_cue_leans_to_its_side() -> None:
 
 
 def test_what_no_photo_tells_of_is_not_explained() -> None:
-    assert explained(Masks(0.2, 0.5, 1), Tint())
-    assert explained(Masks(), Tint(0.1, 0.9, 3))
-    assert not explained(Masks(), Tint(0.1, 0.9, 1))
-    assert not explained(Masks(), Tint(0.01, 0.9, 9))
+    assert explained(HOLD, Masks(0.2, 0.5, 1), Tint())
+    assert explained(HOLD, Masks(), Tint(0.1, 0.9, 3))
+    assert not explained(HOLD, Masks(), Tint(0.1, 0.9, 1))
+    assert not explained(HOLD, Masks(), Tint(0.01, 0.9, 9))
+    assert not explained(replace(HOLD, area=0.0001), Masks(0.2, 0.5, 1), Tint(0.1, 0.9, 3))

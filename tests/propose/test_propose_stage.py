@@ -87,13 +87,12 @@ def test_a_hold_without_masks_is_found_by_relief_and_colour(tmp_path: Path) -> N
     assert rows[3].kind == "hold"
     assert rows[3].views == ()
     assert rows[3].evidence is not None
-    assert rows[3].evidence > ClassifySettings().least_evidence
+    assert rows[3].surety > ClassifySettings().least_evidence
     label = made.instances.face_instance
     assert (label[near(given.mesh, 0.6, 1.0, 0.05)] == 3).all()
     assert not label[~near(given.mesh, 0.6, 1.0, 0.11) & (given.lifted.face_instance == 0)].any()
     for number in (1, 2):
-        assert rows[number].evidence is not None
-        assert rows[number].evidence > ClassifySettings().least_evidence
+        assert rows[number].surety > ClassifySettings().least_evidence
         held = given.lifted.face_instance == number
         assert (label[held] == number).all()
 
@@ -101,8 +100,7 @@ def test_a_hold_without_masks_is_found_by_relief_and_colour(tmp_path: Path) -> N
 def test_a_bump_of_the_walls_own_colour_is_doubtful(tmp_path: Path) -> None:
     made = run(reads(tmp_path, GREY), ProposeSettings(), Context(tmp_path, tmp_path))
     (row,) = [row for row in made.instance_records.instances if row.id == 3]
-    assert row.evidence is not None
-    assert ProposeSettings().listed <= row.evidence < ClassifySettings().least_evidence
+    assert ProposeSettings().listed <= row.surety < ClassifySettings().least_evidence
 
 
 def test_switched_off_nothing_changes(tmp_path: Path) -> None:

@@ -255,17 +255,18 @@ def _panel(normal: Floats, offset: float, points: Floats, weights: Floats, unit:
     column, row = np.floor((flat - origin) / pixel).astype(np.int64).T
     shape = (int(row.max() + reach / pixel) + 2, int(column.max() + reach / pixel) + 2)
     away = (points - point) @ normal
-    inside = np.zeros(shape, dtype=np.uint8)
-    inside[row, column] = 1
+    drawn = np.zeros(shape, dtype=np.uint8)
+    drawn[row, column] = 1
     total, count = np.zeros(shape), np.zeros(shape)
     np.add.at(total, (row, column), weights * away)
     np.add.at(count, (row, column), weights)
     side = 2 * int(reach / pixel) + 1
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
-    closed = cv2.morphologyEx(inside, cv2.MORPH_CLOSE, disc)
+    drawn = np.asarray(cv2.morphologyEx(drawn, cv2.MORPH_CLOSE, disc), dtype=np.uint8)
     # The points are means over cubes: the panel goes on for half a cube.
-    closed = cv2.dilate(closed, np.ones((3, 3), dtype=np.uint8)) > 0
-    closed = binary_fill_holes(closed)  # volumes cover what is as large as a door
+    drawn = np.asarray(cv2.dilate(drawn, np.ones((3, 3), dtype=np.uint8)), dtype=np.uint8)
+    # Volumes cover what is as large as a door.
+    inside = np.asarray(binary_fill_holes(drawn), dtype=np.bool_)
     sigma = BEND * unit / pixel / 2
     weight = cv2.GaussianBlur(count, (0, 0), sigma)
     surface = cv2.GaussianBlur(total, (0, 0), sigma) / np.maximum(weight, 1e-12)
@@ -273,7 +274,7 @@ def _panel(normal: Floats, offset: float, points: Floats, weights: Floats, unit:
     rest = away - surface[row, column]
     noise = 1.4826 * float(np.median(np.abs(rest - np.median(rest))))
     return Panel(
-        normal, point, axes, origin, pixel, closed, surface, noise, float(weights.sum()), points
+        normal, point, axes, origin, pixel, inside, surface, noise, float(weights.sum()), points
     )
 
 

@@ -1,7 +1,7 @@
 """How likely a piece of surface is a hold, from what masks, mesh and photos say of it together.
 
-A logistic regression on a few named cues, fitted on generated gyms (`walltopo train evidence`);
-weights in `models/evidence.json`.
+Two logistic regressions on a few named cues, one for pieces that masks tell of and one for the
+others, fitted on generated gyms (`walltopo_lab.benchmarks.evidence`); in `models/evidence.json`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from walltopo.propose.surroundings import Relief
 from walltopo.propose.tint import Tint
 from walltopo.scans.document import Document
 
-__all__ = ["CUES", "EvidenceModel", "Masks", "cues_of", "explained", "shipped_model"]
+__all__ = ["CUES", "EvidenceModel", "Masks", "Weights", "cues_of", "explained", "shipped_model"]
 
 Floats = NDArray[np.float64]
 
@@ -40,6 +40,7 @@ CUES = (
 )
 # A piece that no mask tells of is explained by its colour where photos agree on so much of it.
 APART, PHOTOS = 0.03, 2
+SPECK = 0.0002  # square metres
 
 
 @dataclass(frozen=True)
@@ -58,33 +59,52 @@ class Masks:
     count: int = 0
 
 
+class Weights(msgspec.Struct, frozen=True):
+    """One logistic regression.
+
+    Parameters
+    ----------
+    middle, spread : cues are taken less the first and over the second.
+    weights, bias : of the regression.
+    """
+
+    middle: tuple[float, ...]
+    spread: tuple[float, ...]
+    weights: tuple[float, ...]
+    bias: float
+
+    def probability(self, cues: Floats) -> Floats:
+        """(n,) of (n, len(CUES)) cues."""
+        scaled = (cues - np.array(self.middle)) / np.array(self.spread)
+        return np.asarray(1 / (1 + np.exp(-(scaled @ np.array(self.weights) + self.bias))))
+
+
 class EvidenceModel(Document, frozen=True, kw_only=True):
     """A fitted model; a file of JSON.
 
     Parameters
     ----------
-    cues : their names, in the order of the other fields.
-    middle, spread : cues are taken less the first and over the second.
-    weights, bias : of the logistic regression.
+    cues : their names, in the order of the weights.
+    masked, unmasked : of pieces that masks tell of, and of the others, where relief and colour
+        weigh more.
     made_by : the command and its data, for people.
     """
 
     cues: tuple[str, ...]
-    middle: tuple[float, ...]
-    spread: tuple[float, ...]
-    weights: tuple[float, ...]
-    bias: float
+    masked: Weights
+    unmasked: Weights
     made_by: str = ""
 
     def __post_init__(self) -> None:
-        lengths = {len(row) for row in (self.middle, self.spread, self.weights)}
-        if self.cues != CUES or lengths != {len(CUES)}:
+        both = (self.masked, self.unmasked)
+        rows = [row for one in both for row in (one.middle, one.spread, one.weights)]
+        if self.cues != CUES or any(len(row) != len(CUES) for row in rows):
             raise msgspec.ValidationError(f"expected the cues {', '.join(CUES)}")
 
     def probability(self, cues: Floats) -> Floats:
         """(n,) how likely each of n pieces is a hold; `cues` (n, len(CUES)) as of `cues_of`."""
-        scaled = (cues - np.array(self.middle)) / np.array(self.spread)
-        return np.asarray(1 / (1 + np.exp(-(scaled @ np.array(self.weights) + self.bias))))
+        masked = cues[:, CUES.index("masks")] > 0
+        return np.where(masked, self.masked.probability(cues), self.unmasked.probability(cues))
 
 
 def cues_of(relief: Relief, masks: Masks, tint: Tint) -> Floats:
@@ -110,9 +130,13 @@ def cues_of(relief: Relief, masks: Masks, tint: Tint) -> Floats:
     )
 
 
-def explained(masks: Masks, tint: Tint) -> bool:
-    """Whether photos tell of a piece at all: by a mask, or by a colour that is not the wall's."""
-    return masks.count > 0 or (tint.apart >= APART and tint.photos >= PHOTOS)
+def explained(relief: Relief, masks: Masks, tint: Tint) -> bool:
+    """Whether photos tell of a piece at all: by a mask, or by a colour that is not the wall's.
+
+    A speck of few triangles is nothing that they could tell of.
+    """
+    by_colour = tint.apart >= APART and tint.photos >= PHOTOS
+    return relief.area >= SPECK and (masks.count > 0 or by_colour)
 
 
 @cache

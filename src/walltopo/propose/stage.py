@@ -19,7 +19,7 @@ __all__ = ["run"]
 
 VOLUME_AREA, VOLUME_FLATNESS = 0.05, 0.75  # square metres; share of a volume in few planes
 # Of what nothing in the photos explains: below what is shown, whatever its relief.
-UNEXPLAINED = 0.49
+UNEXPLAINED = 0.3
 
 
 def run(reads: Reads, settings: ProposeSettings, context: Context) -> Writes:
@@ -65,7 +65,7 @@ def _evidence(pieces: Pieces) -> dict[int, float]:
     chances = shipped_model().probability(pieces.cues())
     return {
         number: float(chance)
-        if explained(pieces.masks[number], pieces.tint[number])
+        if explained(pieces.relief[number], pieces.masks[number], pieces.tint[number])
         else min(float(chance), UNEXPLAINED)
         for number, chance in zip(pieces.ids, chances, strict=True)
     }

@@ -1,11 +1,10 @@
 """How well masks, relief and colour together tell holds; fits `models/evidence.json`.
 
-    python -m walltopo_lab.benchmarks.evidence SCAN GYM [SCAN GYM ...] --choose SCAN GYM [...] -o FILE
+    python -m walltopo_lab.benchmarks.evidence SCAN GYM [SCAN GYM ...] [-o FILE]
 
-Each SCAN has a mesh and detections of the photos of GYM, a folder of `walltopo synth`. The model is
-fitted on the first ones; printed for those under `--choose`, which fit nothing, and all others:
-precision and recall of what is shown by masks alone and by all together. Without `-o` the shipped
-model is asked.
+Each SCAN has a mesh and detections of the photos of GYM, a folder of `walltopo synth`. Printed for
+each gym: precision and recall of what is shown by masks alone, and by a model that was fitted on
+the other gyms. FILE gets the model that is fitted on all.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.holds.contract import ClassifySettings
-from walltopo.propose.evidence import CUES, EvidenceModel, shipped_model
+from walltopo.propose.evidence import CUES, EvidenceModel
 from walltopo_lab.train.evidence import Samples, fit, prepare, samples_of
 
 
@@ -50,26 +49,25 @@ def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("folders", type=Path, nargs="+", metavar="SCAN GYM")
-    parser.add_argument("--choose", type=Path, nargs="*", default=[], metavar="SCAN GYM")
     parser.add_argument("-o", "--output", type=Path)
     args = parser.parse_args()
-    own = {pair[1].name: samples_of(prepare(*pair)) for pair in _pairs(args.folders)}
-    others = {pair[1].name: samples_of(prepare(*pair)) for pair in _pairs(args.choose)}
-    model = shipped_model()
-    if args.output:
-        made_by = f"python -m walltopo_lab.benchmarks.evidence, gyms {', '.join(own)}"
-        model = fit(Samples.together(list(own.values())), made_by)
-        model.save(args.output)
+    gyms = {pair[1].name: samples_of(prepare(*pair)) for pair in _pairs(args.folders)}
     print(
         "| gym | pieces | holds | masks alone: precision / recall | together | holds without any mask: shown | false ones without |"
     )
     print("|---|---|---|---|---|---|---|")
-    for name, samples in (own | others).items():
-        _row(f"{name}{', fitted on' if name in own and args.output else ''}", model, samples)
-    print("| cue | weight |")
-    print("|---|---|")
-    for name, weight in zip(CUES, model.weights, strict=True):
-        print(f"| {name} | {weight:+.2f} |")
+    for name, samples in gyms.items():
+        others = [own for other, own in gyms.items() if other != name]
+        _row(name, fit(Samples.together(others)), samples)
+    made_by = f"python -m walltopo_lab.benchmarks.evidence, gyms {', '.join(gyms)}"
+    model = fit(Samples.together(list(gyms.values())), made_by)
+    if args.output:
+        model.save(args.output)
+    print("\n| cue | weight with masks | without |")
+    print("|---|---|---|")
+    both = zip(CUES, model.masked.weights, model.unmasked.weights, strict=True)
+    for name, masked, unmasked in both:
+        print(f"| {name} | {masked:+.2f} | {unmasked:+.2f} |")
 
 
 if __name__ == "__main__":

@@ -21,7 +21,7 @@ from walltopo.lifting.stage import records_of, table_of
 from walltopo.meshes.ply import read_mesh
 from walltopo.pipeline.settings import Settings
 from walltopo.propose.contract import ProposeSettings
-from walltopo.propose.evidence import CUES, EvidenceModel, Masks, explained
+from walltopo.propose.evidence import CUES, EvidenceModel, Masks, Weights, explained
 from walltopo.propose.pieces import Ground, Pieces, gather_pieces, masks_of
 from walltopo.propose.tint import Sight, sights
 from walltopo.scans.detections import Detections
@@ -39,12 +39,27 @@ __all__ = ["Prepared", "Samples", "fit", "prepare", "samples_of"]
 
 Floats = NDArray[np.float64]
 
-SPOILT = (0.0, 0.4)  # share of the instances that lose masks, a round each
+PATCH = 0.8  # metres: radius of the places where all instances lose masks
 FEW, KEPT = 0.5, 0.125  # share of those that keep some masks, and so many; the others lose all
 # A detector is less sure of photos unlike those that it learnt from: scores are multiplied.
 FADED = (0.5, 1.0)
 MET, NONE = 0.5, 0.1
 WITHIN = 0.02
+
+
+@dataclass(frozen=True)
+class Spoilt:
+    """A way to spoil: the share of the instances that lose masks, one by one or in patches.
+
+    A detector that does not see white on grey misses all of a route, so that what it missed has no
+    neighbours that it saw.
+    """
+
+    share: float
+    patches: bool
+
+
+ROUNDS = (Spoilt(0.0, False), Spoilt(0.4, False), Spoilt(0.5, True))
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,15 +86,29 @@ class Samples:
 
 
 def spoil(
-    found: Detections, records: Sequence[InstanceRecord], share: float, seed: int
+    found: Detections,
+    records: Sequence[InstanceRecord],
+    places: Floats,
+    spoilt: Spoilt,
+    seed: int,
 ) -> Detections:
-    """The detections without the masks of some instances, and less sure of all others."""
+    """The detections without the masks of some instances, and less sure of all others.
+
+    Parameters
+    ----------
+    records : the instances of the lift; places : (n, 3) of them, metres.
+    """
     rng = np.random.default_rng(seed)
+    chosen = rng.random(len(records)) < spoilt.share
+    if spoilt.patches:
+        chosen[:] = False
+        while chosen.mean() < spoilt.share:
+            away = np.linalg.norm(places - places[rng.integers(len(places))], axis=1)
+            chosen |= away < PATCH
     kept: dict[tuple[str, int], float] = {}
-    for record in records:
-        spoilt = rng.random() < share
-        keeps = (KEPT if rng.random() < FEW else 0.0) if spoilt else 1.0
-        faded = rng.uniform(*FADED) if share > 0 else 1.0
+    for record, own in zip(records, chosen.tolist(), strict=True):
+        keeps = (KEPT if rng.random() < FEW else 0.0) if own else 1.0
+        faded = rng.uniform(*FADED) if spoilt.share > 0 else 1.0
         kept.update((view, faded * (rng.random() < keeps)) for view in record.views)
     masks: dict[str, tuple[Mask, ...]] = {}
     for name, own in found.masks.items():
@@ -108,17 +137,18 @@ class Prepared:
     rounds: list[tuple[NDArray[np.int32], dict[int, Masks]]]
 
 
-def prepare(folder: Path, gym: Path, spoilt: Sequence[float] = SPOILT) -> Prepared:
+def prepare(folder: Path, gym: Path, ways: Sequence[Spoilt] = ROUNDS) -> Prepared:
     """Read a scan that has a mesh and detections, and lift it with and without spoilt masks."""
     scan, truth = ScanFolder(folder), read_truth(gym)
     mesh = read_mesh(scan.mesh).without_guesses()
     views = read_views(scan.sparse)
     turned = align_views(scan_views(scan, truth), truth.views, False).mesh(mesh)
     found = Detections.load(scan.detections)
-    first = _lifted(mesh, views, found)[1]
+    whole, first = _lifted(mesh, views, found)
+    places = np.array([mesh.centroids[whole == record.id].mean(axis=0) for record in first])
     rounds = []
-    for number, share in enumerate(spoilt):
-        kept = spoil(found, first, share, number)
+    for number, way in enumerate(ways):
+        kept = spoil(found, first, places, way, number)
         label, records = _lifted(mesh, views, kept)
         rounds.append((label, masks_of(records, kept)))
     return Prepared(
@@ -161,22 +191,34 @@ def _answered(pieces: Pieces, carried: Carried, mesh: Mesh) -> Samples:
     on_truth = shared[ids, 1:].sum(axis=1) / np.maximum(own[ids], 1e-12)
     seen = own[ids] > 0.5 * np.bincount(pieces.label, mesh.areas, shape[0])[ids]
     used = seen & ((best >= MET) | (on_truth < NONE))
-    told = np.array([explained(pieces.masks[n], pieces.tint[n]) for n in pieces.ids])
+    told = np.array(
+        [explained(pieces.relief[n], pieces.masks[n], pieces.tint[n]) for n in pieces.ids]
+    )
     return Samples(pieces.cues()[used], best[used] >= MET, told[used])
 
 
 def fit(samples: Samples, made_by: str = "") -> EvidenceModel:
     """The model of some samples."""
-    from sklearn.linear_model import LogisticRegression
-
-    middle, spread = samples.cues.mean(axis=0), np.maximum(samples.cues.std(axis=0), 1e-6)
-    model = LogisticRegression(C=1.0, max_iter=2000)
-    model.fit((samples.cues - middle) / spread, samples.hold)
+    masked = samples.cues[:, CUES.index("masks")] > 0
     return EvidenceModel(
         cues=CUES,
-        middle=tuple(middle.round(5).tolist()),
-        spread=tuple(spread.round(5).tolist()),
-        weights=tuple(model.coef_[0].round(5).tolist()),
-        bias=round(float(model.intercept_[0]), 5),
+        masked=_weights(samples.cues[masked], samples.hold[masked]),
+        unmasked=_weights(samples.cues[~masked], samples.hold[~masked]),
         made_by=made_by,
+    )
+
+
+def _weights(cues: Floats, hold: NDArray[np.bool_]) -> Weights:
+    """One regression; cues that never differ weigh nothing."""
+    from sklearn.linear_model import LogisticRegression
+
+    middle, spread = cues.mean(axis=0), cues.std(axis=0)
+    spread = np.where(spread > 1e-6, spread, 1.0)
+    model = LogisticRegression(C=1.0, max_iter=3000)
+    model.fit((cues - middle) / spread, hold)
+    return Weights(
+        tuple(middle.round(5).tolist()),
+        tuple(spread.round(5).tolist()),
+        tuple(model.coef_[0].round(5).tolist()),
+        round(float(model.intercept_[0]), 5),
     )
