@@ -27,7 +27,7 @@ export const fr: Language = {
     "a hold at the top may be for the feet, or for the hands": "une prise au sommet est peut-être pour les pieds, ou pour les mains",
     "two holds are about as high": "deux prises sont à peu près à la même hauteur",
     "it starts higher than other routes: a hold may have been missed": "elle commence plus haut que d'autres voies : il manque peut-être une prise",
-    "it starts lower than other routes: a hold may be for the feet, or of another route": "elle commence plus bas que d’autres voies : une prise est peut-être pour les pieds, ou d’une autre voie",
+    "it starts lower than other routes: a hold may be for the feet, or of another route": "elle commence plus bas que d'autres voies : une prise est peut-être pour les pieds, ou d'une autre voie",
     "it is far to the next hold: one may have been missed": "la prise suivante est loin : il en manque peut-être une",
     "a hold of its colour near the start is not in it": "une prise de sa couleur près du départ n'en fait pas partie",
     "it has few holds: some may have been missed": "elle a peu de prises : il en manque peut-être",
