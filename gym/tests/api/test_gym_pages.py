@@ -17,6 +17,7 @@ import pytest
 from gym.tests.worlds import ORIGIN, Server, World, hold, make_world
 from PIL import Image
 
+from walltopo.pipeline.stages import stage_names
 from walltopo_gym.api import document
 from walltopo_gym.scans.pictures import HEIGHT, WIDTH, route_picture, wall_picture
 
@@ -176,6 +177,12 @@ def test_every_language_says_everything(code: str) -> None:
         model = english.get(key) or english[plural.sub("_other", key)]
         slots = set(re.findall(r"{{(\w+)}}", text))
         assert slots - {"count"} == set(re.findall(r"{{(\w+)}}", model)) - {"count"}, key
+
+
+def test_every_stage_has_words() -> None:
+    """In the order in which they run; their texts are the languages' test."""
+    listed = re.findall(r'^  ("\w+".*),$', (WEB / "src/scan/stages.ts").read_text(), re.M)
+    assert re.findall(r'"(\w+)"', " ".join(listed)) == list(stage_names())
 
 
 def test_the_shell_is_small() -> None:
