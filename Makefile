@@ -1,4 +1,4 @@
-# Two commands on a fresh Debian 12 (Python 3.11, git, make): `make demo` and `make test`.
+# On a fresh Debian 12 (Python 3.11, git, make): `make demo`, `make gym`, `make test`.
 
 SHELL := /bin/bash
 PYTHON ?= python3
@@ -6,11 +6,12 @@ VENV := .venv
 BIN := $(VENV)/bin
 PAGE := demo-scan/index.html
 
-.PHONY: help demo test test-ultralytics test-pythons lint docs wheels viewer pictures system system-venv system-compiler browser database clean
+.PHONY: help demo gym test test-ultralytics test-pythons lint docs wheels viewer app pictures system system-venv system-compiler browser database clean
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make demo     set up, scan the bundled photos, name the page to open"
+	@echo "make gym      set up, scan the bundled photos into a demo gym, serve it, name address and accounts"
 	@echo "make test     set up everything, run all tests"
 	@echo "make test-ultralytics   the tests that need Ultralytics (AGPL-3.0), in an environment of its own"
 	@echo "make test-pythons       the quick tests on Python 3.12 and 3.13, where they are installed"
@@ -18,6 +19,7 @@ help:
 	@echo "make wheels   wheels and source archives of all distributions in dist/"
 	@echo "make docs     write the generated parts of docs/"
 	@echo "make viewer   build the web viewer into the package (needs node)"
+	@echo "make app      build the platform's web app into its package (needs node)"
 	@echo "make pictures GYM=SCAN SPRAYWALL=SCAN   retake the README's pictures"
 	@echo "make system   install the system packages that the two commands want (Debian, root)"
 
@@ -43,6 +45,11 @@ $(VENV)/dev-ready: $(VENV)/core-ready
 
 demo: $(VENV)/core-ready
 	$(BIN)/walltopo scan examples/demo-photos -o demo-scan
+
+# The gym is kept in demo-gym: the second start takes seconds.
+gym: $(VENV)/core-ready
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ./gym
+	$(BIN)/walltopo gym demo --data demo-gym --photos examples/demo-photos
 
 test: $(VENV)/dev-ready browser database
 	$(BIN)/python -m pytest --cov=walltopo --cov=walltopo_gym --cov-report=term:skip-covered
@@ -87,6 +94,11 @@ wheels: $(VENV)/dev-ready
 viewer:
 	cd viewer && npm ci --no-audit --no-fund && npm run build
 
+# Its client of the API is made of the server's own document.
+app: $(VENV)/dev-ready
+	mkdir -p gym/web/build && $(BIN)/python -m walltopo_gym.api.document gym/web/build/openapi.json
+	cd gym/web && npm ci --no-audit --no-fund && npm run api && npm run build
+
 pictures:
 	cd viewer && node tests/pictures.mjs --readme $(abspath $(GYM)) $(abspath $(SPRAYWALL))
 
@@ -95,9 +107,9 @@ browser:
 	@command -v chromium >/dev/null && command -v npm >/dev/null \
 	  || $(MAKE) --no-print-directory system \
 	  || echo "no browser: the viewer's tests will be skipped"
-	@if command -v npm >/dev/null && [ -f viewer/package-lock.json ]; then \
-	  [ -d viewer/node_modules ] || (cd viewer && npm ci --no-audit --no-fund --silent) \
-	    || echo "npm ci failed: the viewer's tests will be skipped"; fi
+	@if command -v npm >/dev/null; then for folder in viewer gym/web; do \
+	  [ -d $$folder/node_modules ] || (cd $$folder && npm ci --no-audit --no-fund --silent) \
+	    || echo "npm ci failed: the tests of $$folder will be skipped"; done; fi
 
 # The tests of the platform and one of the lab run on a PostgreSQL of their own.
 database:
@@ -125,4 +137,4 @@ system:
 	  $(SUDO) apt-get install -y -qq $$package >/dev/null || exit 1; done
 
 clean:
-	rm -rf $(VENV) demo-scan viewer/node_modules
+	rm -rf $(VENV) demo-scan demo-gym viewer/node_modules gym/web/node_modules

@@ -13,8 +13,8 @@ const workerIsItself = {
   generateBundle(_, bundle) {
     for (const chunk of Object.values(bundle)) {
       // Where there is no page there is no HTMLElement to extend.
-      const text = '"self.HTMLElement=class{};("+wallTopo+")()"';
-      const url = `const wallTopoUrl=()=>URL.createObjectURL(new Blob([${text}],{type:"text/javascript"}));`;
+      const text = '["self.HTMLElement=class{};(",String(wallTopo),")()"]';
+      const url = `const wallTopoUrl=()=>URL.createObjectURL(new Blob(${text},{type:"text/javascript"}));`;
       chunk.code = `(function wallTopo(){${url}${chunk.code}})();\n`;
     }
   },

@@ -21,6 +21,16 @@ from walltopo_gym.api.rules import COOKIE
 TUS = {"tus-resumable": "1.0.0"}
 PATIENCE_S = 600
 
+# Small and quick: the pipeline is the same code as on any other scene.
+QUICK = """\
+[sparse]
+threads = 1
+[dense]
+backend = "sparse"
+[texture]
+size = 512
+"""
+
 
 def wait_for(what: Callable[[], Any]) -> Any:
     """The first result that counts as true."""
@@ -46,6 +56,11 @@ class Process:
         )  # fmt: skip
         assert self._child.stdout is not None
         self.said = self._child.stdout.readline().strip()
+
+    @property
+    def pid(self) -> int:
+        """Of the command."""
+        return self._child.pid
 
     def kill(self) -> None:
         """SIGKILL, for which nothing can prepare."""

@@ -15,9 +15,11 @@ from argon2 import PasswordHasher
 from fastapi.testclient import TestClient
 from sqlalchemy import create_engine, event, text
 
+from walltopo.core.files import files_below
 from walltopo.scans import routes as found
 from walltopo.scans.attributes import Attributes, Hold
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.manifest import Manifest, StageRecord
 from walltopo.scans.scale import Scale
 from walltopo_gym.accounts.actor import TOKEN_PREFIX, Scope, sign_in
 from walltopo_gym.accounts.models import ApiToken
@@ -29,6 +31,7 @@ from walltopo_gym.api.rules import COOKIE
 from walltopo_gym.api.services import Services
 from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
+from walltopo_gym.editing.desks import Desks
 from walltopo_gym.gyms.members import add_member
 from walltopo_gym.gyms.models import Gym, Wall
 from walltopo_gym.gyms.opening import open_gym
@@ -36,6 +39,8 @@ from walltopo_gym.gyms.roles import Role
 from walltopo_gym.mail import Letter
 from walltopo_gym.migrations.run import migrate
 from walltopo_gym.scans.models import Scan
+from walltopo_gym.scans.pictures import keep_front
+from walltopo_gym.scans.shelf import take_visible
 from walltopo_gym.scans.states import State
 from walltopo_gym.settings import load_settings
 from walltopo_gym.storage.files import open_store
@@ -96,13 +101,15 @@ class Server:
         self.outbox = Outbox()
         # Argon2's costs are the library's defaults in `Passwords()`; here they would be paid often.
         self.passwords = Passwords(PasswordHasher(time_cost=1, memory_cost=8, parallelism=1))
+        store = open_store(self.settings)
         self.services = Services(
             self.settings,
             self.database,
             self.passwords,
             self.outbox,
-            open_store(self.settings),
+            store,
             Incoming(folder / "incoming", keep_free_mb=0),
+            Desks(folder / "editing", 1, self.database, store),
         )
         self.app = build_app(self.services)
 
@@ -187,6 +194,11 @@ class World:
             Attributes(instances=tuple(holds)).save(folder.attributes)
             scale = Scale(method="measure", scale=1.0, metric=True, up_known=True, floor_known=True)
             scale.save(folder.scale)
+            stages = {
+                "sparse": StageRecord("done", metrics={"photos": 20, "registered": 20}),
+                "classify": StageRecord("done", metrics={"holds": len(holds)}),
+            }
+            Manifest(1, "0", {}, [], stages).save(folder.manifest)
             for path in Path(name).iterdir():
                 store.put(f"scans/{row.id}/{path.name}", path)
         store.put("content/abcd", b"<!doctype html>")
@@ -194,6 +206,22 @@ class World:
         with self.server.database.writing() as session:
             session.get_one(Scan, row.id).files = files
         return row.id
+
+    def finished(self, folder: Path) -> UUID:
+        """A real scan in review, as a worker leaves it.
+
+        Parameters
+        ----------
+        folder : of the finished scan.
+        """
+        scan = self.scan(State.REVIEW)
+        store, made = self.server.services.store, ScanFolder(folder)
+        for file in files_below(folder):
+            store.put(f"scans/{scan}/{file.relative_to(folder).as_posix()}", file)
+        keep_front(store, scan, made)
+        with self.server.database.writing() as session:
+            session.get_one(Scan, scan).files = take_visible(store, made)
+        return scan
 
     def publish(self, scan: UUID, *entries: dict[str, Any], revision: int = 0) -> httpx.Response:
         """Publish a scan as the setter."""

@@ -11,7 +11,8 @@ from walltopo.core import Mesh
 from walltopo.edit.board import Scanned
 from walltopo.edit.contract import EditSettings
 from walltopo.edit.replay import Outcome, replay
-from walltopo.routes.order import ceiling_of, describe_route, usual_size
+from walltopo.routes.ends import wall_of
+from walltopo.routes.order import describe_route
 from walltopo.scans.attributes import Doubtful, Hold, RawAttributes
 from walltopo.scans.edits import Edit, Ref
 from walltopo.scans.light import SceneLight
@@ -84,14 +85,10 @@ def made_scan(shift: int = 0, moved: float = 0.0) -> Scanned:
     columns = [range(first + shift, first + shift + 6) for first, _, _ in COLUMNS.values()]
     groups = [[hold for hold in holds if hold.id in column] for column in columns]
     unsure = {holds[5].id: {1: 0.6, 2: 0.4}}
+    left_out = (Doubtful(doubtful, 0.1, "few photos confirm it"),)
+    around = wall_of(groups, holds).beside([], left_out)
     routes = [
-        describe_route(
-            number,
-            group,
-            usual_size(holds),
-            unsure if number == 1 else {},
-            ceiling=ceiling_of(holds),
-        )
+        describe_route(number, group, around, unsure if number == 1 else {})
         for number, group in enumerate(groups, start=1)
     ]
     none = np.zeros((0, 3))
@@ -99,9 +96,7 @@ def made_scan(shift: int = 0, moved: float = 0.0) -> Scanned:
         mesh=mesh,
         labels=np.where(labels > 0, labels + shift, 0).astype(np.int32),
         scores={hold.id: 0.9 for hold in holds} | {doubtful.id: 0.1},
-        found=RawAttributes(
-            instances=tuple(holds), left_out=(Doubtful(doubtful, 0.1, "few photos confirm it"),)
-        ),
+        found=RawAttributes(instances=tuple(holds), left_out=left_out),
         routes=Routes(routes=tuple(routes), volumes=(VOLUME + shift,)),
         light=SceneLight(none, none, np.zeros(0), none, 0.5, 1.0),
         views=(),

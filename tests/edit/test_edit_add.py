@@ -13,11 +13,12 @@ from PIL import Image
 from small_wall import SCAN, after, members  # type: ignore[import-not-found]
 
 from walltopo.core import Camera, Mesh, View
+from walltopo.desk.crops import cutout_of
 from walltopo.edit.board import Scanned
 from walltopo.edit.replay import replay
 from walltopo.edit.sight import looks_at
-from walltopo.scans.attributes import PaletteColour, RawAttributes
-from walltopo.scans.edits import Add, Ref, Remove
+from walltopo.scans.attributes import Hold, PaletteColour, RawAttributes
+from walltopo.scans.edits import Add, Edit, Paint, Ref, Remove, SetHold
 from walltopo.scans.light import SceneLight
 from walltopo.scans.photo_set import PhotoSet
 
@@ -113,8 +114,36 @@ def test_what_was_added_is_a_hold_like_others(photographed: Scanned) -> None:
 
 def test_no_surface_there_is_told() -> None:
     found = after([Add(hold=Ref(52, (50.0, 0.0, 1.0)))])
-    assert "no free surface" in found.notes[0]
+    assert "no free surface" in found.notes[0].text
     np.testing.assert_array_equal(found.labels, SCAN.labels)
+
+
+def test_what_was_painted_or_cut_off_is_read_again(photographed: Scanned) -> None:
+    """Painted over the red bump a hold is red, unless a setter named its colour."""
+    hold = next(h for h in photographed.found.instances if h.role == "hold" and h.colour != "red")
+    at, here = (PLACE[0], -0.03, PLACE[2]), Ref(hold.id, hold.position)
+    painted = Paint(hold=here, at=at, radius_m=RADIUS)
+    away = Paint(hold=Ref(0), at=hold.position, radius_m=0.2)
+
+    def after_all(*edits: Edit) -> Hold:
+        rows = replay(photographed, edits).attributes.instances
+        return next(row for row in rows if row.id == hold.id)
+
+    assert after_all(painted, away).colour == "red"
+    assert after_all(painted, away).photos == ("0.png", "1.png")
+    said = SetHold(hold=here, colour="blue")
+    assert after_all(said, painted, away).colour == "blue"
+    little = Paint(hold=here, at=hold.position, radius_m=0.02)
+    assert after_all(little).colour == hold.colour
+
+
+def test_an_added_hold_has_a_picture(photographed: Scanned) -> None:
+    found = replay(photographed, [Add(hold=Ref(52, (PLACE[0], -0.05, PLACE[2])))])
+    view = found.pictures[52]
+    assert view is not None
+    assert np.median(view.crop[view.mask], axis=0).tolist() == [200, 30, 40]
+    assert cutout_of(view).startswith("data:image/webp;base64,")
+    assert cutout_of(None) == ""
 
 
 def test_what_hides_a_place_hides_it(photographed: Scanned) -> None:

@@ -129,7 +129,9 @@ def test_a_role_is_about_its_own_hold() -> None:
     assert row.holds == before.holds
     # Only of the route that the hold is in.
     lost = after([SetRole(hold=ref(1), route=route(2, 12), role="top")])
-    assert "not of route 2" in lost.notes[0]
+    (note,) = lost.notes
+    assert (note.reason, note.numbers[1]) == ("other_route", 2)
+    assert "not of route 2" in note.text
     assert lost.routes == SCAN.routes
 
 
@@ -219,7 +221,7 @@ def test_cut_and_join_undo_each_other() -> None:
     np.testing.assert_array_equal(joined.labels, SCAN.labels)
     assert members(joined) == COLUMN
     beside = ((x - 0.2, 0.0, z + 0.3), (x + 0.2, 0.0, z + 0.3))
-    assert "does not cross" in after([Cut(hold=ref(3), points=beside, new=60)]).notes[0]
+    assert "does not cross" in after([Cut(hold=ref(3), points=beside, new=60)]).notes[0].text
 
 
 def test_sequences_act_in_their_order() -> None:
@@ -284,7 +286,7 @@ def test_the_place_decides_before_the_id() -> None:
 def test_an_entry_that_finds_nothing_is_told_and_changes_nothing(edit: Edit) -> None:
     found = after([edit])
     assert len(found.notes) == 1
-    assert found.notes[0].startswith("edit 1 (")
+    assert found.notes[0].text.startswith("edit 1 (")
     assert found.routes == SCAN.routes
     assert found.attributes == after([]).attributes
     np.testing.assert_array_equal(found.labels, SCAN.labels)

@@ -22,6 +22,7 @@ from PIL import Image
 from served import served  # type: ignore[import-not-found]
 
 from walltopo.desk.desk import Desk
+from walltopo.edit.notes import REASONS
 from walltopo.edit.on_holds import REMOVED
 from walltopo.export.contract import ExportSettings
 from walltopo.export.wall import read_wall
@@ -79,13 +80,27 @@ wall-topo::part(card){background:rgb(1 2 3)}</style>
 </wall-topo></main><script src="page/viewer.js"></script>"""
 
 
-def said() -> dict[str, list[Any]]:
+DOUBTS = [  # of walltopo.routes.order
+    "a start hold may be of another route",
+    "a hold at the start may be for the feet, or for the hands",
+    "one start hold or two",
+    "the top hold may be of another route",
+    "a hold at the top may be for the feet, or for the hands",
+    "the wall has holds above it: one may have been missed",
+    "two holds are about as high",
+]
+
+
+def said() -> dict[str, Any]:
     """What the terminal and the report say, for the page to say too."""
     degrees = (-20.4, -6, -5.4, -3, 0, 3.4, 4.6, 5.4, 5.6, 6.9, 10, 16.7, 34.6, 60)
     counts = ((0, 0, 0), (1, 1, 0), (4, 31, 2), (2, 5, 1))
     kind = {"hold": made_row(1, "hold"), "volume": made_row(2, "volume")}
     return {
         "reasons": [FAINT, FLAT, PLATED, REMOVED],
+        "doubts": DOUBTS,
+        "notes": REASONS,
+        "problems": ["busy", "changed", "lacks", "large", "token"],
         "steepness": [[value, steepness_words(value)] for value in degrees],
         "counts": [
             [r, h, v, count_words(r, [kind["hold"]] * h + [kind["volume"]] * v)]
@@ -204,6 +219,34 @@ def large_model() -> bytes:
     return write_glb(split_at_borders(mesh, labels), [], [], packing=Packing(True, True, False))
 
 
+QUARTERS = (2100, 3000)  # pixels: no whole number of pieces
+COLOURS = ((200, 40, 40), (40, 160, 60), (40, 70, 200), (230, 190, 40))
+
+
+def quartered_model() -> bytes:
+    """A panel under a large picture: four quarters, each of one colour."""
+    import io
+
+    from walltopo.export.gltf import Packing, write_glb
+    from walltopo.export.surface import split_at_borders
+
+    mesh, labels, uv, _ = panel(0, 40)
+    width, height = QUARTERS
+    pixels = np.zeros((height, width, 3), np.uint8)
+    for k, colour in enumerate(COLOURS):
+        top, left = k // 2 * height // 2, k % 2 * width // 2
+        pixels[top : top + height // 2, left : left + width // 2] = colour
+    stream = io.BytesIO()
+    Image.fromarray(pixels).save(stream, "PNG")
+    return write_glb(
+        split_at_borders(mesh, labels, uv),
+        [],
+        [],
+        picture=(stream.getvalue(), "image/png"),
+        packing=Packing(True, True, False),
+    )
+
+
 def endless_model() -> bytes:
     """A GLB of few bytes that asks for 5 billion vertices: accessors may leave their zeros out."""
     document = {
@@ -292,6 +335,13 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Sca
         "example": (scan.root / "example.html").as_uri(),
         "broken": [page.as_uri() for page in pages],
         "large": model_alone(room / "large", large_model()).as_uri(),
+        "quarters": {
+            "page": model_alone(room / "quarters", quartered_model()).as_uri(),
+            "size": QUARTERS,
+            "colours": list(
+                zip([[1, 0, 3.2], [5, 0, 3.2], [1, 0, 0.8], [5, 0, 0.8]], COLOURS, strict=True)
+            ),
+        },
         "endless": model_alone(room / "endless", endless_model()).as_uri(),
         "odd": {kind: page.as_uri() for kind, page in odd.items()},
         "shots": str(SHOTS),

@@ -44,6 +44,10 @@ export class Background {
     this.waiting.delete(answer.number);
     if (!waiting) return;
     if ("done" in answer) waiting.resolve(answer.done as never);
-    else waiting.reject(answer.tooLarge ? new RangeError(answer.failed) : new Error(answer.failed));
+    else {
+      const { failed, tooLarge } = answer;
+      const words: Record<string, string> = say().words;
+      waiting.reject(tooLarge ? new RangeError(failed) : new Error(words[failed] ?? failed));
+    }
   }
 }

@@ -33,12 +33,12 @@ function button(label: string, shape: Parameters<typeof icon>[0], act: () => voi
   return h("button", { class: "tool", "aria-label": label, title: label, onClick: act }, icon(shape));
 }
 
-/** Swatch, name and what is said below it. */
-function top(colour: string, name: string, text: string, close: HTMLElement): HTMLElement {
+/** Swatch (or picture), name and what is said below it. */
+function top(colour: string, name: string, text: string, close: HTMLElement, cutout?: string): HTMLElement {
   return h(
     "div",
     { class: "top" },
-    h("span", { class: "swatch", style: `background:${colour}` }),
+    cutout ? h("img", { class: "cutout", src: cutout, alt: "" }) : h("span", { class: "swatch", style: `background:${colour}` }),
     h("div", { class: "title" }, h("h3", {}, name), h("p", { class: "sub" }, text)),
     close,
   );
@@ -78,7 +78,7 @@ export function holdCard(hold: Hold, tables: Tables, act: CardActions): HTMLElem
         : words.noRoute;
   const close = button(route ? words.backToRoute : words.close, "close", () => act.close());
   const parts = [
-    top(holdSwatch(hold), holdName(hold), holdLine(hold.id, where), close),
+    top(holdSwatch(hold), holdName(hold), holdLine(hold.id, where), close, hold.cutout),
     facts([
       [words.colour, capital(colourName(hold.colour))],
       [words.type, kind],

@@ -1,11 +1,12 @@
 /** Reading a GLB, in the worker: bytes to the arrays that the GPU takes. */
 
 import { Box3, Matrix4, Mesh, Vector3 } from "three";
-import type { BufferAttribute, InterleavedBufferAttribute, MeshBasicMaterial, Texture } from "three";
+import type { BufferAttribute, InterleavedBufferAttribute, MeshBasicMaterial } from "three";
 import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
 import { MeshoptDecoder } from "three/examples/jsm/libs/meshopt_decoder.module.js";
 import { frontOf } from "./front";
-import type { Packed, Picture, Surface, Tier } from "./surface";
+import { pictureOf } from "./strips";
+import type { Packed, Surface, Tier } from "./surface";
 import { tablesOf } from "./tables";
 
 type Attribute = BufferAttribute | InterleavedBufferAttribute;
@@ -46,12 +47,6 @@ function placesOf(position: Attribute, toWorld: Matrix4): Float32Array {
   return places;
 }
 
-function pictureOf(map: Texture | null): Picture | null {
-  if (!map) return null;
-  const { wrapS, wrapT, magFilter, minFilter } = map;
-  return { image: map.image as ImageBitmap, wrapS, wrapT, magFilter, minFilter };
-}
-
 function surfaceOf(mesh: Mesh): Surface {
   const { geometry } = mesh;
   const position = placesOf(geometry.getAttribute("position"), TO_Z_UP.clone().multiply(mesh.matrixWorld));
@@ -67,6 +62,7 @@ function surfaceOf(mesh: Mesh): Surface {
     position,
     index,
     feature,
+    depth: feature.map((id) => (id > 0 ? 1 : -1)),
     uv,
     color: packed(geometry.getAttribute("color")),
     picture: uv && pictureOf((mesh.material as MeshBasicMaterial).map),
@@ -81,18 +77,18 @@ export interface Source {
   title: string;
 }
 
-/** A tier from its bytes (or their base64). Throws an Error whose message people can read. */
+/** A tier from its bytes (or their base64). Throws an Error: a key of `words`, or what a library says. */
 export async function read({ source, title }: Source): Promise<Tier> {
   const bytes = typeof source === "string" ? bytesOf(source) : source;
   const magic = new Uint8Array(bytes.slice(0, 4));
-  if (String.fromCharCode(...magic) !== "glTF") throw new Error("the file is not a GLB");
+  if (String.fromCharCode(...magic) !== "glTF") throw new Error("noGlb");
   const gltf = await new GLTFLoader().setMeshoptDecoder(MeshoptDecoder).parseAsync(bytes, "");
   gltf.scene.updateMatrixWorld(true);
   const surfaces: Surface[] = [];
   gltf.scene.traverse((node) => {
     if (node instanceof Mesh) surfaces.push(surfaceOf(node));
   });
-  if (surfaces.length === 0) throw new Error("the file holds no surface");
+  if (surfaces.length === 0) throw new Error("noSurface");
   const tables = tablesOf((gltf.scene.userData["walltopo"] ?? {}) as Record<string, unknown>, title);
   const box = new Box3();
   let most = 0;
@@ -105,8 +101,7 @@ export async function read({ source, title }: Source): Promise<Tier> {
 
 /** What of a tier can be handed over instead of copied. */
 export function buffersOf({ surfaces }: Tier): Transferable[] {
-  return surfaces.flatMap(({ position, index, feature, uv, color, picture }) => [
-    ...[position, index, feature, uv?.array, color?.array].flatMap((array) => (array ? [array.buffer as ArrayBuffer] : [])),
-    ...(picture ? [picture.image] : []),
-  ]);
+  return surfaces.flatMap(({ position, index, feature, depth, uv, color }) =>
+    [position, index, feature, depth, uv?.array, color?.array].flatMap((array) => (array ? [array.buffer as ArrayBuffer] : [])),
+  );
 }

@@ -3,6 +3,7 @@
 import { Mesh } from "three";
 import type { BufferAttribute, Material, Scene, ShaderMaterial, Texture } from "three";
 import type { Background } from "./background";
+import { breath } from "./breath";
 import { netOf } from "./load";
 import type { Part, Wall } from "./load";
 import { maskMaterial, wallMaterial } from "./shaders";
@@ -29,8 +30,10 @@ export class Drawn {
   async shape(worker: Background, done: () => void): Promise<void> {
     const round = ++this.round;
     for (const { geometry } of this.parts) {
-      const { near, inside } = await worker.ask("borders", netOf(geometry));
+      await breath(); // handing a net over takes a while
       if (round !== this.round) return; // the tier is gone, or its holds have changed
+      const { near, inside } = await worker.ask("borders", netOf(geometry));
+      if (round !== this.round) return;
       for (const [name, values] of [["near", near], ["depth", inside]] as const) {
         const attribute = geometry.getAttribute(name) as BufferAttribute;
         attribute.copyArray(values);
@@ -46,10 +49,7 @@ export class Drawn {
     for (const [mesh, masked] of this.masks) {
       this.scene.remove(mesh);
       const drawn = mesh.material as ShaderMaterial;
-      const map = drawn.uniforms["uMap"]?.value as Texture | null;
-      map?.dispose();
-      // A decoded picture stays in memory until it is collected, unless it is closed.
-      if (typeof ImageBitmap !== "undefined" && map?.image instanceof ImageBitmap) map.image.close();
+      (drawn.uniforms["uMap"]?.value as Texture | null)?.dispose();
       mesh.geometry.dispose();
       drawn.dispose();
       masked.dispose();

@@ -15,7 +15,8 @@ import { pressed } from "./keys";
 import { say, speak } from "./languages";
 import { readPlace } from "./link";
 import type { Place } from "./link";
-import { fetchBytes, parseWall, reasonOf } from "./load";
+import { readWall, reasonOf } from "./load";
+import type { Wall } from "./load";
 import { Message } from "./message";
 import { Overlay } from "./overlay";
 import { Panel } from "./panel";
@@ -75,9 +76,10 @@ export class WallTopo extends HTMLElement {
   constructor() {
     super();
     this.root = this.attachShadow({ mode: "open" });
-    const sheet = h("style");
-    sheet.textContent = style;
-    this.root.append(sheet);
+    // A constructed sheet: a content policy may forbid inline styles.
+    const sheet = new CSSStyleSheet();
+    sheet.replaceSync(style);
+    this.root.adoptedStyleSheets = [sheet];
   }
 
   connectedCallback(): void {
@@ -110,9 +112,9 @@ export class WallTopo extends HTMLElement {
   private async begin(): Promise<void> {
     const { signal } = this.gone;
     this.build();
-    this.reader = new Background();
     await breath();
     if (signal.aborted) return;
+    const coming = this.come(); // read while the stage is built
     try {
       this.stage = new Stage(this.canvas);
     } catch {
@@ -122,7 +124,7 @@ export class WallTopo extends HTMLElement {
     this.canvas.after(this.overlay.root);
     this.wire(this.stage);
     this.applyTheme();
-    await this.load();
+    await this.load(coming);
   }
 
   disconnectedCallback(): void {
@@ -236,22 +238,34 @@ export class WallTopo extends HTMLElement {
 
   // Loading ---------------------------------------------------------------------------------
 
-  private async load(): Promise<void> {
+  /** Ask for the wall; null where the page names none. */
+  private come(): Promise<Wall> | null {
     const source = this.getAttribute("src");
-    if (!source) return this.fail(say().words.noSource);
     this.loading?.abort();
+    this.reader?.end();
+    this.reader = new Background();
     const { signal } = (this.loading = new AbortController());
     this.removeAttribute("data-ready");
+    if (!source) return null;
     const progress = this.message.waiting(this.getAttribute("heading"), this.getAttribute("poster"));
+    const title = this.getAttribute("heading") ?? say().words.wall;
+    const coming = readWall(this.reader!, source, { progress, title, signal });
+    coming.catch(() => {}); // `load` tells it, once it is there to wait
+    return coming;
+  }
+
+  private async load(coming = this.come()): Promise<void> {
+    if (!coming) return this.fail(say().words.noSource);
+    const { signal } = this.loading!;
+    let finer: Promise<Wall> | null = null;
     try {
-      const bytes = await fetchBytes(source, progress, signal);
-      progress(1);
-      const wall = await parseWall(this.reader!, bytes, this.getAttribute("heading") ?? say().words.wall);
-      await breath();
+      const wall = await coming;
       if (signal.aborted || !this.stage) return;
       this.tables = wall.tables;
       if (this.hasAttribute("heading")) this.tables.title = this.getAttribute("heading")!;
-      this.stage.prepare(wall);
+      await this.stage.prepare(wall, this.reader!, signal);
+      if (signal.aborted) return;
+      finer = this.finer(signal); // read while the first tier is drawn
       await breath();
       this.panel.fill(this.tables);
       await breath();
@@ -262,7 +276,18 @@ export class WallTopo extends HTMLElement {
       if (!signal.aborted) this.fail(say().failed(reasonOf(error)));
       return;
     }
-    await this.refine(signal);
+    if (finer) await this.refine(finer, signal);
+  }
+
+  private finer(signal: AbortSignal): Promise<Wall> | null {
+    const source = this.getAttribute("detail");
+    if (!source) return null;
+    this.thread.hidden = false;
+    const line = this.thread.querySelector("i")!;
+    const progress = (share: number): void => void (line.style.width = `${share * 100}%`);
+    const coming = readWall(this.reader!, source, { progress, signal });
+    coming.catch(() => {}); // `refine` tells it
+    return coming;
   }
 
   private loaded(stage: Stage): void {
@@ -316,18 +341,11 @@ export class WallTopo extends HTMLElement {
   }
 
   /** The finer tier, once the first one stands. It is a bonus: if it fails, say so and go on. */
-  private async refine(signal: AbortSignal): Promise<void> {
-    const source = this.getAttribute("detail");
-    if (!source) return;
+  private async refine(coming: Promise<Wall>, signal: AbortSignal): Promise<void> {
     try {
-      this.thread.hidden = false;
-      const line = this.thread.querySelector("i")!;
-      const progress = (share: number): void => void (line.style.width = `${share * 100}%`);
-      const wall = await parseWall(this.reader!, await fetchBytes(source, progress, signal), "");
-      await breath();
+      const wall = await coming;
       if (signal.aborted || !this.stage) return;
-      this.stage.prepare(wall);
-      await breath();
+      await this.stage.prepare(wall, this.reader!, signal);
       if (signal.aborted) return;
       this.stage.show(wall, true);
       this.stage.drawNow();
@@ -336,6 +354,17 @@ export class WallTopo extends HTMLElement {
       if (!signal.aborted) this.say(say().finerFailed(reasonOf(error)));
     } finally {
       if (!signal.aborted) this.thread.hidden = true;
+    }
+  }
+
+  /** The GPU lost the pictures: they are read once more from the file of what is shown. */
+  private async refill(stage: Stage): Promise<void> {
+    const { signal } = this.loading!;
+    const reader = this.reader!;
+    try {
+      await stage.refill(await readWall(reader, stage.shown!, { signal }), reader, signal);
+    } catch (error) {
+      if (!signal.aborted) this.fail(say().failed(reasonOf(error)));
     }
   }
 
@@ -441,14 +470,16 @@ export class WallTopo extends HTMLElement {
 
   private layout(animate = false): void {
     this.arrange();
+    if (!this.stage?.front) return;
     this.views?.refit(animate);
-    this.stage?.drawNow();
+    this.stage.drawNow();
   }
 
   private arrange(): void {
     this.arrangement.arrange(this.stage?.front?.aspect, this.insets());
     this.chooseGrab();
-    this.stage?.resize(this.view.clientWidth, this.view.clientHeight);
+    // Before there is a wall to draw its size would be set, and the canvas made anew, for nothing.
+    if (this.stage?.front) this.stage.resize(this.view.clientWidth, this.view.clientHeight);
   }
 
   private insets(): Insets {
@@ -465,6 +496,7 @@ export class WallTopo extends HTMLElement {
     this.grab = new Grab(this.canvas, stage.controls, (text) => this.say(text), signal);
     this.views = new Views(stage, () => this.insets());
     stage.onFrame = () => this.overlay?.update();
+    stage.onBlank = () => void this.refill(stage);
     stage.onLost = (lost) => this.say(lost ? say().words.interrupted : say().words.restored);
     for (const type of ["rest", "sleep"] as const) {
       stage.controls.addEventListener(type, () => this.saveLink());

@@ -1,21 +1,27 @@
 /** Reading a tier: over HTTP, or from its script twin where the page was opened from disk. */
 
-import { Box3, BufferAttribute, BufferGeometry, Sphere, SRGBColorSpace, Texture, Vector3 } from "three";
+import { Box3, BufferAttribute, BufferGeometry, Sphere, Vector3 } from "three";
+import type { Texture } from "three";
 import type { Background } from "./background";
 import { revived } from "./front";
 import type { Front } from "./front";
 import { say } from "./languages";
 import type { Net, Packed, Picture, Surface } from "./surface";
 import type { Tables } from "./types";
+import { mapOf } from "./upload";
 
 /** One drawable part of the wall: positions in the scan's frame (metres, z up). */
 export interface Part {
   geometry: BufferGeometry;
   map: Texture | null;
+  /** What fills the map. */
+  picture: Picture | null;
   coloured: boolean;
 }
 
 export interface Wall {
+  /** Address of its file. */
+  source: string;
   parts: Part[];
   box: Box3;
   tables: Tables;
@@ -36,11 +42,11 @@ function fromScript(url: string): Promise<string> {
   return new Promise((resolve, reject) => {
     const script = document.createElement("script");
     script.src = url.replace(/\.glb$/, ".js");
-    script.onerror = () => reject(new Error(`${script.src} is missing beside the page`));
+    script.onerror = () => reject(new Error(say().noTwin(script.src)));
     script.onload = () => {
       script.remove();
       const text = window.wallTopoTiers?.[name];
-      if (text === undefined) return reject(new Error(`${script.src} holds no model`));
+      if (text === undefined) return reject(new Error(say().emptyTwin(script.src)));
       delete window.wallTopoTiers?.[name];
       resolve(text);
     };
@@ -49,15 +55,15 @@ function fromScript(url: string): Promise<string> {
 }
 
 /** The bytes of a file, or their base64; `progress` gets a share from 0 to 1 where the size is known. */
-export async function fetchBytes(
+async function fetchBytes(
   url: string,
   progress: (share: number) => void,
-  signal?: AbortSignal,
+  signal: AbortSignal,
 ): Promise<ArrayBuffer | string> {
   const absolute = new URL(url, document.baseURI);
   if (absolute.protocol === "file:") return fromScript(absolute.href);
   const response = await fetch(absolute, { signal });
-  if (!response.ok) throw new Error(`the server answered ${response.status} for ${url}`);
+  if (!response.ok) throw new Error(`${say().answered(response.status)} (${url})`);
   const total = Number(response.headers.get("content-length"));
   if (!response.body || !total) return response.arrayBuffer();
   const chunks: Uint8Array[] = [];
@@ -83,26 +89,20 @@ function attribute({ array, size, normalized }: Packed): BufferAttribute {
   return new BufferAttribute(array, size, normalized);
 }
 
-function mapOf({ image, ...look }: Picture): Texture {
-  const map = Object.assign(new Texture(image), look, { flipY: false, colorSpace: SRGBColorSpace });
-  map.needsUpdate = true;
-  return map;
-}
-
 function partOf(surface: Surface): Part {
-  const { position, feature, index, uv, color, picture } = surface;
+  const { position, feature, depth, index, uv, color, picture } = surface;
   const geometry = new BufferGeometry();
   geometry.setAttribute("position", new BufferAttribute(position, 3));
   geometry.setAttribute("feature", new BufferAttribute(feature, 1));
   // Until the smooth borders are found (borders.ts), holds end where their triangles do.
   geometry.setAttribute("near", new BufferAttribute(feature.slice(), 1));
-  geometry.setAttribute("depth", new BufferAttribute(feature.map((id) => (id > 0 ? 1 : -1)), 1));
+  geometry.setAttribute("depth", new BufferAttribute(depth, 1));
   if (uv) geometry.setAttribute("uv", attribute(uv));
   if (color) geometry.setAttribute("color", attribute(color));
   geometry.setIndex(new BufferAttribute(index, 1));
   geometry.boundingBox = new Box3(new Vector3(...surface.low), new Vector3(...surface.high));
   geometry.boundingSphere = geometry.boundingBox.getBoundingSphere(new Sphere());
-  return { geometry, map: picture && mapOf(picture), coloured: color !== null };
+  return { geometry, map: picture && mapOf(picture), picture, coloured: color !== null };
 }
 
 /** A part as the worker takes it. */
@@ -120,12 +120,23 @@ export function reasonOf(error: unknown): string {
   return (error as Error).message;
 }
 
-/** Turn a GLB into what is drawn and its tables; rejects with an Error whose message people can read. */
-export async function parseWall(reader: Background, source: ArrayBuffer | string, title: string): Promise<Wall> {
-  const handed = typeof source === "string" ? [] : [source];
-  const { surfaces, tables, most, front } = await reader.ask("read", { source, title }, handed);
+export interface Reading {
+  /** Gets a share from 0 to 1 while the file comes, where its size is known. */
+  progress?: (share: number) => void;
+  /** Of a wall whose file says none. */
+  title?: string;
+  signal: AbortSignal;
+}
+
+/** Fetch a GLB and turn it into what is drawn and its tables; rejects with an Error whose message people can read. */
+export async function readWall(reader: Background, source: string, reading: Reading): Promise<Wall> {
+  const { progress = () => {}, title = "", signal } = reading;
+  const bytes = await fetchBytes(source, progress, signal);
+  progress(1);
+  const handed = typeof bytes === "string" ? [] : [bytes];
+  const { surfaces, tables, most, front } = await reader.ask("read", { source: bytes, title }, handed);
   const parts = surfaces.map(partOf);
   const box = new Box3();
   for (const { geometry } of parts) box.union(geometry.boundingBox!);
-  return { parts, box, tables, most, front: revived(front) };
+  return { source, parts, box, tables, most, front: revived(front) };
 }

@@ -4,6 +4,7 @@ import { DoubleSide, Mesh, MeshBasicMaterial } from "three";
 import type { BufferGeometry, Intersection, Raycaster, Vector3 } from "three";
 import { MeshBVH } from "three-mesh-bvh";
 import type { Background } from "./background";
+import { breath } from "./breath";
 import { netOf } from "./load";
 
 export interface Hit {
@@ -28,8 +29,13 @@ export class Picking {
   }
 
   private async build(worker: Background): Promise<void> {
-    const built = await Promise.all(this.geometries.map((geometry) => worker.ask("tree", netOf(geometry))));
-    this.trees = built.map((tree, part) => MeshBVH.deserialize(tree, this.geometries[part]!, { setIndex: false }));
+    const built: MeshBVH[] = [];
+    for (const geometry of this.geometries) {
+      await breath(); // handing a net over takes a while
+      const tree = await worker.ask("tree", netOf(geometry));
+      built.push(MeshBVH.deserialize(tree, geometry, { setIndex: false }));
+    }
+    this.trees = built;
   }
 
   /** The nearest triangle that the ray meets, from either side. */

@@ -81,7 +81,7 @@ export interface WallLook {
 }
 
 /** The wall's own material: the photo's colours, unlit; faded where the state says so. */
-export function wallMaterial(part: Part, look: WallLook): ShaderMaterial {
+export function wallMaterial(part: Pick<Part, "map" | "coloured">, look: WallLook): ShaderMaterial {
   const defines: Record<string, string> = {};
   if (part.map) defines["USE_MAP_UV"] = "";
   else if (part.coloured) defines["USE_TINT"] = "";

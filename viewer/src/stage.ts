@@ -3,6 +3,7 @@
 import CameraControls from "camera-controls";
 import {
   Box3,
+  BufferGeometry,
   Color,
   Matrix4,
   Mesh,
@@ -14,12 +15,12 @@ import {
   Sphere,
   SphereGeometry,
   Spherical,
+  Texture,
   Vector2,
   Vector3,
   Vector4,
   WebGLRenderer,
 } from "three";
-import type { BufferGeometry } from "three";
 import { Background } from "./background";
 import { Relabelled } from "./edit/relabel";
 import type { Region } from "./edit/result";
@@ -32,9 +33,11 @@ import type { Wall } from "./load";
 import { Outlines } from "./outlines";
 import { Picking } from "./picking";
 import type { Hit } from "./picking";
+import { wallMaterial } from "./shaders";
 import type { WallLook } from "./shaders";
 import { HoldState } from "./state";
 import type { Vec3 } from "./types";
+import { upload } from "./upload";
 
 CameraControls.install({
   THREE: {
@@ -61,6 +64,8 @@ export class Stage {
   /** Called after each drawn frame, to move what lies over the picture. */
   onFrame: () => void = () => {};
   onLost: (lost: boolean) => void = () => {};
+  /** Called when pictures that were sent are gone with the GPU's memory. */
+  onBlank: () => void = () => {};
   frames = 0;
 
   private readonly scene = new Scene();
@@ -70,7 +75,7 @@ export class Stage {
   private readonly ray = new Raycaster();
   private drawn: Drawn | null = null;
   private picking: Picking | null = null;
-  private readonly worker = new Background();
+  private background: Background | null = null;
   /** Where edits changed whose surface is whose. */
   private regions: Region[] = [];
   private readonly labels = new WeakMap<BufferGeometry, Relabelled>();
@@ -83,6 +88,13 @@ export class Stage {
   private size = "";
   /** The borders of the present tier are not smooth yet. */
   shaping = false;
+  /** Pictures are missing; they are on their way. */
+  blank = false;
+  /** File of what is shown. */
+  shown: string | null = null;
+  /** How often the GPU's memory came back empty, and as often when pictures were sent last. */
+  private restored = 0;
+  private sent = 0;
   private readonly gone = new AbortController();
   private readonly calm: boolean;
 
@@ -106,13 +118,16 @@ export class Stage {
     const { signal } = this.gone;
     canvas.addEventListener("webglcontextlost", () => this.onLost(true), { signal });
     const restored = (): void => {
+      this.restored++;
       this.onLost(false);
+      this.wanting();
       this.state.commit();
       this.renderer.setClearColor(this.look.uBackdrop.value, 1);
       this.redraw();
     };
     canvas.addEventListener("webglcontextrestored", restored, { signal });
     this.tick = this.tick.bind(this);
+    this.warm();
     const wake = (): void => this.wake();
     for (const type of ["controlstart", "control", "transitionstart"] as const) {
       this.controls.addEventListener(type, wake);
@@ -120,20 +135,48 @@ export class Stage {
     this.redraw();
   }
 
-  /** Send a wall's pictures to the GPU: the largest piece of showing it, best apart from the rest. */
-  prepare({ parts }: Wall): void {
-    const most = this.renderer.capabilities.getMaxAnisotropy();
-    for (const { map } of parts) {
-      if (!map) continue;
-      map.anisotropy = Math.min(8, most);
-      this.renderer.initTexture(map);
+  /**
+   * Have the GPU compile what walls are drawn with while their file is on its way. This program stays, so
+   * that a finer tier waits for none.
+   */
+  private warm(): void {
+    const scene = new Scene();
+    const look = wallMaterial({ map: new Texture(), coloured: false }, this.look);
+    scene.add(new Mesh(new BufferGeometry(), look));
+    this.renderer.compile(scene, this.camera);
+  }
+
+  /** Send a wall's pictures to the GPU, from the worker that read it; before it is shown. */
+  async prepare({ parts }: Wall, reader: Background, signal: AbortSignal): Promise<void> {
+    this.sent = this.restored;
+    for (const { map, picture } of parts) {
+      if (map && picture) await upload(this.renderer, map, picture, reader, signal);
     }
+  }
+
+  private wanting(): void {
+    this.blank = this.shown !== null;
+    if (this.blank) this.onBlank();
+  }
+
+  /** Fill the pictures of what is shown anew, from the same file read again. */
+  async refill({ source, parts }: Wall, reader: Background, signal: AbortSignal): Promise<void> {
+    const { restored } = this;
+    for (const [part, { picture }] of parts.entries()) {
+      const map = source === this.shown ? this.drawn?.parts[part]?.map : null;
+      if (map && picture) await upload(this.renderer, map, picture, reader, signal);
+    }
+    if (restored === this.restored && source === this.shown) this.blank = false;
+    this.redraw();
   }
 
   /** Show a wall; a later, finer tier keeps the camera, the state and the picking surface. */
   show(wall: Wall, refine: boolean): void {
     this.drawn?.dispose();
     this.drawn = new Drawn(wall.parts, this.scene, this.look);
+    this.shown = wall.source;
+    this.blank = false;
+    if (this.sent !== this.restored) this.wanting();
     if (!refine) {
       this.regions = [];
       this.reserve(mostOf(wall));
@@ -166,6 +209,11 @@ export class Stage {
     this.state.dispose();
     this.state = new HoldState(most);
     this.look.uState.value = this.state.texture;
+  }
+
+  /** Begun after the first frame: until then its start would hold up the reader's. */
+  private get worker(): Background {
+    return (this.background ??= new Background());
   }
 
   private shape(): void {
@@ -304,7 +352,7 @@ export class Stage {
     cancelAnimationFrame(this.request);
     this.request = 0;
     this.controls.dispose();
-    this.worker.end();
+    this.background?.end();
     this.drawn?.dispose();
     this.outlines.dispose();
     this.state.dispose();

@@ -19,7 +19,11 @@ export interface Net {
 }
 
 export interface Picture {
-  image: ImageBitmap;
+  /** Of the picture that the reader keeps until all of it was asked for (`strips.ts`). */
+  number: number;
+  /** In pixels. */
+  width: number;
+  height: number;
   /** Wrapping and filters, as three.js numbers them. */
   wrapS: number;
   wrapT: number;
@@ -32,6 +36,8 @@ export interface Surface extends Net {
   uv: Packed | null;
   color: Packed | null;
   picture: Picture | null;
+  /** How far inside its hold each vertex lies, until the smooth borders are found: holds end with their triangles. */
+  depth: Float32Array;
   /** Corners of its box. */
   low: Vec3;
   high: Vec3;

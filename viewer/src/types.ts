@@ -16,6 +16,8 @@ export interface Hold {
   review?: boolean;
   role?: string;
   photos?: string[];
+  /** Its picture, of a hold that an edit shaped. */
+  cutout?: string;
   /** Why it is no hold, of an instance that the editor shows although it is none. */
   left_out?: string;
 }

@@ -7,6 +7,8 @@ import { bordersOf } from "./borders";
 import type { Borders } from "./borders";
 import { buffersOf, read } from "./decode";
 import type { Source } from "./decode";
+import { stripOf } from "./strips";
+import type { Strip } from "./strips";
 import type { Net, Tier } from "./surface";
 
 /** The search tree of a mesh, for picking. It leaves the order of the triangles as it is. */
@@ -20,6 +22,7 @@ function treeOf({ position, index }: Net): SerializedBVH {
 /** What the page can ask for: each job with what it is given and what comes back. */
 export interface Jobs {
   read: [source: Source, done: Tier];
+  strip: [strip: Strip, done: Uint8ClampedArray];
   tree: [net: Net, done: SerializedBVH];
   borders: [net: Net, done: Borders];
 }
@@ -39,6 +42,10 @@ const JOBS: { [J in keyof Jobs]: (given: Jobs[J][0]) => Done<J> | Promise<Done<J
   async read(source) {
     const tier = await read(source);
     return [tier, buffersOf(tier)];
+  },
+  strip(wanted) {
+    const strip = stripOf(wanted);
+    return [strip, [strip.buffer]];
   },
   tree(net) {
     const tree = treeOf(net);

@@ -211,6 +211,7 @@ export const checks = {
     await page.waitForTimeout(100); // a context may not come back in the event that took it
     await ask(page, (wall) => wall.lost.restoreContext());
     await page.waitForFunction(() => document.querySelector("wall-topo").interrupted.length === 2);
+    await page.waitForFunction(() => !document.querySelector("wall-topo").stage.blank);
     await settle(page);
     const after = await cells(page);
     const seen = await ask(page, (wall) => wall.interrupted);

@@ -68,6 +68,23 @@ const under = (page, at) =>
 
 /** Corrections by hand. */
 export const editing = {
+  async "the editor speaks the reader's language, what the server says too"(browser, { edit }) {
+    const { page, log, close } = await editor(browser, edit, { locale: "de-AT" });
+    const toast = () => text(page, ".toast");
+    await ask(page, (el) => el.editor.session.change({ do: "remove", hold: { id: 9999, at: [90, 0, 90] } }));
+    await told(page);
+    assert.equal(await toast(), "Änderung 1 wurde ausgelassen: Griff 9999 gibt es nicht mehr");
+    await ask(page, (el) => {
+      el.editor.session.server.version = "another";
+      return el.editor.session.save();
+    });
+    assert.match(await toast(), /^Nicht gespeichert: inzwischen wurden andere Änderungen gespeichert/);
+    assert.deepEqual(log.errors.filter((line) => !line.includes("412")), []);
+    await ask(page, (el) => el.editor.session.undo());
+    await told(page);
+    await close();
+  },
+
   async "edits are made, undone, saved and undone after that"(browser, { edit, shots }) {
     const { page, log, close, wall, press, pick, write, saved } = await editor(browser, edit);
     const check = wall.getByRole("button", { name: /^Check \d+$/ });

@@ -67,6 +67,8 @@ async function picksCheaply(page, least) {
   assert.ok(most < 1000, `a ray met ${most} boxes and triangles`);
 }
 
+const STATES = 4096; // bytes of the texture that says what each hold looks like
+
 export const frames = {
   async "no frame is asked for while nothing changes"(browser, { disk }) {
     for (const motion of [false, true]) {
@@ -96,7 +98,33 @@ export const frames = {
     await page.evaluate(() => (window.sent = []));
     await ask(page, (wall) => wall.selectRoute(2));
     await settle(page);
-    assert.deepEqual(await page.evaluate(() => window.sent), [{ name: "texSubImage2D", bytes: 4096 }]);
+    assert.deepEqual(await page.evaluate(() => window.sent), [{ name: "texSubImage2D", bytes: STATES }]);
+    await close();
+  },
+
+  async "a large picture goes to the GPU in pieces"(browser, { quarters }) {
+    const { page, log, close } = await open(browser, quarters.page, { before: count });
+    const pieces = (await page.evaluate(() => window.sent)).filter(({ name, bytes }) => name === "texSubImage2D" && bytes !== STATES);
+    const [width, height] = quarters.size;
+    assert.equal(pieces.reduce((sum, { bytes }) => sum + bytes, 0), 4 * width * height);
+    const most = Math.max(...pieces.map(({ bytes }) => bytes));
+    assert.ok(most <= 2 ** 22, `a piece of ${most} bytes keeps the page from answering`);
+    for (const [place, colour] of quarters.colours) {
+      const drawn = await ask(
+        page,
+        async (wall, at) => {
+          const shot = await createImageBitmap(await wall.screenshot());
+          const pen = Object.assign(document.createElement("canvas"), { width: shot.width, height: shot.height }).getContext("2d");
+          pen.drawImage(shot, 0, 0);
+          const { x, y } = wall.project(at);
+          return [...pen.getImageData(x, y, 1, 1).data].slice(0, 3);
+        },
+        place,
+      );
+      const off = Math.max(...colour.map((value, k) => Math.abs(value - drawn[k])));
+      assert.ok(off < 12, `at ${place} the picture is ${colour}, drawn is ${drawn}`);
+    }
+    fine(log);
     await close();
   },
 

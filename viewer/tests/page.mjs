@@ -118,8 +118,13 @@ export const page = {
     }
     const { speak } = await source("languages/index.ts");
     for (const code of ["de", "cs", "fr"]) {
-      const { reasons } = speak([code]);
-      assert.deepEqual(Object.keys(reasons).sort(), words.reasons.toSorted(), `${code}: why something is left out`);
+      const { reasons, doubts, notes, problems } = speak([code]);
+      const all = (known, said, of) => assert.deepEqual(said.filter((key) => !known[key]), [], `${code}: ${of}`);
+      all(reasons, words.reasons, "why something is left out");
+      all(doubts, words.doubts, "why a start or top is doubtful");
+      all(problems, words.problems, "what the server refuses");
+      const braces = (rows) => Object.entries(rows).map(([key, said]) => [key, said.split("{}").length]).sort();
+      assert.deepEqual(braces(notes), braces(words.notes), `${code}: why an edit does nothing`);
     }
   },
 

@@ -1,10 +1,11 @@
-// How long the page is deaf to a finger: the longest task of its main thread while a wall loads.
+// What a page costs its processor while a wall loads, from Chromium's own trace: how long it is deaf to a
+// finger (the longest task of its main thread), and how much work comes before each tier is seen.
 //
-// A task's time by the clock (PerformanceObserver's "longtask") says little here: the machine that
-// tests has other things to do, and frames are drawn in software, for which the browser's main thread
-// waits. So it is the processor time of the task that counts, from Chromium's own trace. A phone that
-// is `SLOWER` times slower takes that many times longer; Chromium's own throttling is not used, as it
-// slows down by the clock too.
+// Times by the clock (PerformanceObserver's "longtask") say little here: the machine that tests has other
+// things to do, and frames are drawn in software, for which the browser's main thread waits. So it is
+// processor time that counts, without what goes into reading a drawn frame back, which a browser with a GPU
+// does not do. A phone that is `SLOWER` times slower takes that many times longer; Chromium's own throttling
+// is not used, as it slows down by the clock too.
 
 import assert from "node:assert/strict";
 import { open, ready } from "./browser.mjs";
@@ -13,21 +14,60 @@ import { fine } from "./checks.mjs";
 const SLOWER = 4;
 const MOST = 200; // milliseconds
 const TASK = "ThreadControllerImpl::RunTask"; // as Chromium calls one
-const MARK = "the page under test";
+const BACK = "GLES2::ReadPixels"; // a frame drawn in software goes to the screen
+const MARK = "the page under test: ";
 const TRIES = 3; // other work makes tasks longer, never shorter
 
-/** Milliseconds of processor time of each task of a page's main thread until its finer tier stands, longest first. */
-export async function tasksOf(browser, url, size = {}) {
-  const prepare = (page) => browser.startTracing(page, { categories: ["toplevel", "blink.user_timing"] });
+/** Leaves marks in the trace when a tier stands. */
+function watch(mark) {
+  const seen = new Set();
+  const note = () => {
+    const tier = document.querySelector("wall-topo")?.getAttribute("data-ready");
+    if (!tier || seen.has(tier)) return;
+    seen.add(tier);
+    performance.mark(mark + tier);
+  };
+  new MutationObserver(note).observe(document, { subtree: true, attributes: true, attributeFilter: ["data-ready"] });
+}
+
+/**
+ * Milliseconds of processor time of a page: `tasks` of its main thread until its finer tier stands, longest
+ * first; `first` and `detail`: what of it went by until that tier stood, with the workers' `beside` it.
+ */
+export async function workOf(browser, url, size = {}) {
+  const prepare = async (page) => {
+    await page.addInitScript(`(${watch})(${JSON.stringify(MARK)})`);
+    await browser.startTracing(page, { categories: ["toplevel", "blink.user_timing", "gpu"] });
+  };
   const { page, log, close } = await open(browser, url, { prepare, ...size });
   await ready(page, "detail");
-  await page.evaluate((name) => performance.mark(name), MARK);
   const { traceEvents: events } = JSON.parse((await browser.stopTracing()).toString());
   fine(log);
   await close();
-  const own = events.find(({ name }) => name === MARK); // the browser has pages of its own
-  const tasks = events.filter(({ name, pid, tid }) => name === TASK && pid === own.pid && tid === own.tid);
-  return tasks.map(({ tdur = 0 }) => tdur / 1000).sort((one, two) => two - one);
+  const marks = Object.fromEntries(["first", "detail"].map((tier) => [tier, events.find(({ name }) => name === MARK + tier)]));
+  const { pid, tid } = marks.first; // the browser has pages of its own
+  const own = events.filter((event) => event.pid === pid && event.tdur !== undefined);
+  const back = own.filter((event) => event.name === BACK && event.tid === tid);
+  const within = (outer, inner) => inner.ts >= outer.ts && inner.ts < outer.ts + outer.dur;
+  const tasks = own
+    .filter(({ name }) => name === TASK)
+    .map((task) => {
+      const lost = task.tid === tid ? back.filter((event) => within(task, event)) : [];
+      const took = lost.reduce((rest, { tdur }) => rest - tdur, task.tdur) / 1000;
+      return { main: task.tid === tid, thread: task.tid, at: task.ts, took };
+    });
+  const names = new Map(events.filter(({ name }) => name === "thread_name").map((event) => [`${event.pid} ${event.tid}`, event.args.name]));
+  const worker = ({ thread }) => names.get(`${pid} ${thread}`)?.startsWith("DedicatedWorker");
+  const sum = (some) => some.reduce((total, { took }) => total + took, 0);
+  const until = ({ ts }) => {
+    const before = tasks.filter(({ at }) => at < ts);
+    return { page: sum(before.filter(({ main }) => main)), beside: sum(before.filter(worker)) };
+  };
+  return {
+    tasks: tasks.filter(({ main, at }) => main && at < marks.detail.ts).map(({ took }) => took).sort((one, two) => two - one),
+    first: until(marks.first),
+    detail: until(marks.detail),
+  };
 }
 
 export const tasks = {
@@ -35,7 +75,7 @@ export const tasks = {
     for (const url of [disk, odd.many]) {
       let least = Infinity;
       for (let k = 0; k < TRIES && least > MOST / SLOWER; k++) {
-        const [longest, next] = await tasksOf(browser, url);
+        const [longest, next] = (await workOf(browser, url)).tasks;
         assert.ok(next > 0, "the trace holds no tasks");
         least = Math.min(least, longest);
       }

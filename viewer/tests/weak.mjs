@@ -4,9 +4,9 @@
 // page's main thread and its network (by default four times slower, 9 Mbit/s and 170 ms: a cheap phone
 // on common 4G; 0 Mbit/s: no limit). The page is served over HTTP, text compressed as any web server does.
 // Prints, from the request of the page: when the viewer runs, when the first tier is drawn, when the
-// trees for picking are built, when the finer tier is drawn; the longest task, by its processor time
-// without the throttling, times the slowdown (tests/tasks.mjs), which other work on this machine
-// changes least, and by the clock; the bytes of the bodies over the wire: what the first tier needs, and
+// trees for picking are built, when the finer tier is drawn; then what other work on this machine changes
+// least: the processor time, without the throttling, times the slowdown (tests/tasks.mjs), of the page and of
+// its workers until each tier is drawn, and of the longest task; that task by the clock; the bytes of the bodies over the wire: what the first tier needs, and
 // all; and this machine's load: beyond the number of its processors times by the clock say little.
 //
 // It does NOT say how fast a phone draws: here a frame is drawn in software by this computer, which
@@ -19,7 +19,7 @@ import { loadavg } from "node:os";
 import { dirname, extname, join, resolve } from "node:path";
 import { createGzip } from "node:zlib";
 import { open, start } from "./browser.mjs";
-import { tasksOf } from "./tasks.mjs";
+import { workOf } from "./tasks.mjs";
 
 const [source, slowdown = "4", megabits = "9", latency = "170"] = process.argv.slice(2);
 if (!source) {
@@ -87,7 +87,9 @@ try {
   const all = Object.values(sent).reduce((sum, count) => sum + count, 0);
   const later = Object.entries(sent).find(([name]) => name.endsWith("detail.glb"))?.[1] ?? 0;
   // A second load, after its bytes were counted.
-  const [longest] = await tasksOf(browser, url, { width: 390, height: 844, phone: true });
+  const work = await workOf(browser, url, { width: 390, height: 844, phone: true });
+  const slowed = (milliseconds) => `${Math.round(milliseconds * slowdown)} ms`;
+  const both = ({ page, beside }) => `${slowed(page)} and ${slowed(beside)} beside`;
   const seconds = (milliseconds) => `${(milliseconds / 1000).toFixed(1)} s`;
   const megabytes = (bytes) => `${(bytes / 1e6).toFixed(2)} MB`;
   const network = limited ? `${megabits} Mbit/s, ${latency} ms` : "no limit of the network";
@@ -95,7 +97,8 @@ try {
     `${slowdown} times slower, ${network}, load ${loadavg()[0].toFixed(0)}:\n` +
       `viewer runs after ${seconds(times.script)}, first tier drawn after ${seconds(times.first)}, ` +
       `picking ready after ${seconds(times.pick)}, finer tier drawn after ${seconds(times.detail)}\n` +
-      `longest task ${Math.round(longest * slowdown)} ms of processor time, by the clock ${Math.round(times.longest)} ms\n` +
+      `processor time: ${both(work.first)} until the first tier, ${both(work.detail)} until the finer one\n` +
+      `longest task ${slowed(work.tasks[0])} of processor time, by the clock ${Math.round(times.longest)} ms\n` +
       `${megabytes(all - later)} before the wall is seen, ${megabytes(all)} in all\n`,
   );
 } finally {

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import Field, ValidationError
+from pydantic import Field, ValidationError, field_validator
 from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, SettingsConfigDict
 
 from walltopo.core import InputError, SettingsError
@@ -44,17 +44,42 @@ class GymSettings(BaseSettings):
     new_gyms: Literal["operators", "anyone"] = Field("operators", description="who may open a gym")
     session_days: int = Field(60, ge=1, le=400, description="how long a sign-in lasts")
 
+    oidc_issuer: str = Field("", description="OpenID Connect provider to sign in by; empty: none")
+    oidc_client_id: str = Field("", description="what this server is to the provider")
+    oidc_client_secret: str = Field("", description="its secret there")
+    oidc_name: str = Field("OpenID Connect", description="what to call the provider")
+
     mail_from: str = Field("", description="sender of mails; empty: the address's host")
     smtp: str = Field("", description="smtp[s]://user:password@host:port; empty: the console")
+
+    requests_per_minute: int = Field(
+        3000, ge=0, description="most requests of one network (a hall may be one); 0: no limit"
+    )
+    metrics_token: str = Field("", description="lets Prometheus read /metrics; empty: nobody can")
+    log: Literal["plain", "json"] = Field("plain", description="how the log is written")
 
     most_photo_mb: int = Field(100, ge=1, le=2000, description="largest photo")
     most_photos: int = Field(400, ge=3, le=5000, description="most photos of one scan")
     keep_free_mb: int = Field(1000, ge=0, description="uploads are refused below this free space")
 
+    webhooks_to_private: bool = Field(
+        False, description="webhooks may go to addresses of our own networks, and by plain http"
+    )
+    keep_originals_days: int = Field(
+        365, ge=0, description="photos as they came go so long after the publication; 0: never"
+    )
+
+    most_edited: int = Field(2, ge=1, description="scans opened in the editor at a time")
     workers: int = Field(1, ge=0, le=64, description="scans at a time in this process")
     stage_minutes: int = Field(120, ge=1, description="a stage that takes longer is ended")
     silent_s: int = Field(30, ge=2, description="a worker silent for longer is taken for dead")
     scan_settings: Path | None = Field(None, description="walltopo.toml for all scans")
+
+    @field_validator("proxies", mode="before")
+    @classmethod
+    def _words(cls, given: object) -> object:
+        """In the environment: between commas."""
+        return given.replace(",", " ").split() if isinstance(given, str) else given
 
     @property
     def database_url(self) -> str:

@@ -11,6 +11,7 @@ from gym.tests.worlds import ORIGIN, PASSWORD, Server, World
 from hypothesis import given
 from hypothesis import strategies as st
 from sqlalchemy import select, update
+from starlette.requests import Request
 
 from walltopo.core import InputError
 from walltopo_gym.accounts.models import MailedLink, Person, SignIn
@@ -18,6 +19,7 @@ from walltopo_gym.accounts.passwords import LONGEST, Passwords, check_password
 from walltopo_gym.accounts.secrets import hash_of
 from walltopo_gym.api.app import PREFIX
 from walltopo_gym.api.rules import COOKIE
+from walltopo_gym.api.services import network_of
 from walltopo_gym.clock import now
 
 NEW = {"name": "Ada", "password": PASSWORD}
@@ -107,17 +109,51 @@ def test_a_new_password_ends_all_that_the_old_one_began(server: Server) -> None:
         assert server.ask("POST", "/session", json=given).status_code == status
 
 
-def test_guessing_is_stopped(server: Server) -> None:
+def test_guessing_is_stopped_and_shuts_the_owner_out_of_nothing(server: Server) -> None:
     somebody = server.person()
-    wrong = {"email": somebody.email, "password": "not the password"}
-    statuses = [server.ask("POST", "/session", json=wrong).status_code for _ in range(11)]
-    assert statuses == [401] * 10 + [429]
     right = {"email": somebody.email, "password": PASSWORD}
-    answer = server.ask("POST", "/session", json=right)
+    own, elsewhere = server.client(), server.client()
+    assert own.post(f"{PREFIX}/session", json=right).status_code == 200
+    own.cookies.delete(COOKIE)
+    wrong = right | {"password": "not the password"}
+    statuses = [elsewhere.post(f"{PREFIX}/session", json=wrong).status_code for _ in range(10)]
+    assert statuses == [401] * 9 + [429]  # the first one was the owner's own
+    answer = elsewhere.post(f"{PREFIX}/session", json=right)
     assert answer.status_code == 429
     assert int(answer.headers["retry-after"]) > 0
-    # One who is signed in is not shut out by others' guesses.
+    # One who is signed in is not shut out by others' guesses, nor one who signed in here before.
     assert server.ask("GET", "/me", somebody).status_code == 200
+    assert own.post(f"{PREFIX}/session", json=right).status_code == 200
+    # The browser is known for its own account, and its tries are counted, too.
+    other = right | {"email": server.person().email}
+    assert own.post(f"{PREFIX}/session", json=other | {"password": "x" * 12}).status_code == 401
+    statuses = [own.post(f"{PREFIX}/session", json=wrong).status_code for _ in range(10)]
+    assert statuses[-1] == 429
+
+
+def test_a_mailed_link_lets_in_whoever_was_shut_out(server: Server) -> None:
+    somebody = server.person()
+    wrong = {"email": somebody.email, "password": "not the password"}
+    new = server.client()
+    assert [new.post(f"{PREFIX}/session", json=wrong).status_code for _ in range(11)][-1] == 429
+    server.ask("POST", "/password-reset", json={"email": somebody.email})
+    body = {"token": server.outbox.secret_for(somebody.email), "password": "tall slab no holds 3"}
+    assert new.post(f"{PREFIX}/password-reset/confirm", json=body).status_code == 204
+    right = wrong | {"password": body["password"]}
+    assert new.post(f"{PREFIX}/session", json=right).status_code == 200
+
+
+@pytest.mark.parametrize(
+    ("told", "network"),
+    [
+        ("192.0.2.7", "192.0.2.7"),
+        ("2001:db8:1:2:3::4", "2001:db8:1:2::/64"),
+        ("::ffff:192.0.2.7", "192.0.2.7"),
+        ("testclient", "testclient"),
+    ],
+)
+def test_a_household_is_one_network(told: str, network: str) -> None:
+    assert network_of(Request({"type": "http", "client": (told, 1)})) == network
 
 
 @pytest.mark.parametrize(

@@ -10,23 +10,13 @@ from typing import Any
 
 import httpx
 import pytest
-from gym.tests.running import Process, announce, browser, send, wait_for
+from gym.tests.running import QUICK, Process, announce, browser, send, wait_for
 from gym.tests.worlds import Server, World, make_world
 from PIL import Image
 from sqlalchemy import delete, select
 
 from walltopo.pipeline.stages import stage_names
 from walltopo_gym.scans.models import Worker
-
-# Small and quick: the pipeline is the same code as on any other scene.
-QUICK = """\
-[sparse]
-threads = 1
-[dense]
-backend = "sparse"
-[texture]
-size = 512
-"""
 
 
 def _manifest(data: Path, scan: str) -> dict[str, Any]:
@@ -149,5 +139,39 @@ def test_a_scan_outlives_its_server(tmp_path: Path, tiny_photos: Path) -> None:
         wait_for(lambda: not list((tmp_path / "work").rglob(begun["id"])))
         # Started again in review: no.
         assert client.post(f"{path}/start").status_code == 409
+        _edit_it(client, path)
     finally:
         process.stop()
+
+
+def _edit_it(client: httpx.Client, path: str) -> None:
+    """The editor on the scan in review: tried, saved by one of two, carried out, then published."""
+    log = f"{path}/editor/log"
+    holds = _shown(client, path, "holds.json")["holds"]
+    edit = {"do": "remove", "hold": {"id": holds[0]["id"], "at": holds[0]["position"]}}
+    edits = {"version": 2, "edits": [edit]}
+    before = _scan(client, log)
+    assert before == {"version": "0", "edits": {"version": 2, "edits": []}}
+    tried = client.post(f"{log}/try", json={"edits": edits}).json()["result"]
+    gone = next(row for row in tried["holds"] if row["id"] == holds[0]["id"])
+    assert gone["left_out"]
+    asked = {"version": before["version"], "edits": edits}
+    assert client.post(log, json=asked).json()["version"] == "1"
+    second = client.post(log, json=asked)
+    assert second.status_code == 409
+    assert "other edits were saved" in second.json()["title"]
+    at = ",".join(map(str, holds[0]["position"]))
+    photos = client.get(f"{path}/editor/photos", params={"at": at})
+    assert photos.json()["photos"]
+    state = wait_for(lambda: (now := _scan(client, f"{log}/state")) and not now["stale"] and now)
+    assert state == {"stale": False, "running": False, "done_version": "1", "problem": ""}
+    after = _shown(client, path, "holds.json")["holds"]
+    assert [row["id"] for row in after] == [row["id"] for row in holds[1:]]
+    draft = client.get(f"{path}/draft").json()
+    body = {"revision": draft["revision"], "routes": []}
+    assert client.post(f"{path}/publish", json=body).status_code == 200
+    assert client.get(log).status_code == 409  # it is published
+
+
+def _shown(client: httpx.Client, path: str, name: str) -> dict[str, Any]:
+    return _scan(client, f"{path}/files/{name}")

@@ -2,6 +2,7 @@
 
 from walltopo.core.camera import Camera
 from walltopo.core.errors import (
+    BusyError,
     EnvironmentLacksError,
     InputError,
     SettingsError,
@@ -16,6 +17,7 @@ from walltopo.core.setting import SettingField, about, check_settings, settings_
 from walltopo.core.view import View
 
 __all__ = [
+    "BusyError",
     "Camera",
     "EnvironmentLacksError",
     "InputError",

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 __all__ = [
+    "BusyError",
     "EnvironmentLacksError",
     "InputError",
     "SettingsError",
@@ -57,6 +58,10 @@ class EnvironmentLacksError(WalltopoError):
     """Something this machine lacks: a program, an extra, a GPU, disk space."""
 
     exit_code = 5
+
+
+class BusyError(EnvironmentLacksError):
+    """Another run is at work on the same scan."""
 
 
 @contextmanager

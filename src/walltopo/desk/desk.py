@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from dataclasses import fields
 
@@ -18,13 +19,13 @@ from walltopo.edit.board import Scanned
 from walltopo.edit.contract import Reads
 from walltopo.edit.replay import Outcome, replay
 from walltopo.edit.result import Result
-from walltopo.export.server.desk import Crop, State
+from walltopo.export.server.desk import Crop, State, problem_key
 from walltopo.pipeline.runner import kept_settings, refresh, stale_stages
 from walltopo.pipeline.workplace import held
 from walltopo.scans.edits import EditLog, Place
 from walltopo.scans.folder import ScanFolder
 
-__all__ = ["Desk"]
+__all__ = ["FOLLOWING", "Desk"]
 
 FOLLOWING = ("edit", "export")  # what follows from the log
 
@@ -34,10 +35,16 @@ class Desk:
 
     Trying and carrying out are one code: `walltopo.edit.replay`, on the files of the scan, which
     are read once and kept while they stay as they are.
+
+    Parameters
+    ----------
+    made : called in that thread with the version of the log that the files show now; what it
+        raises is the state's problem.
     """
 
-    def __init__(self, folder: ScanFolder) -> None:
+    def __init__(self, folder: ScanFolder, made: Callable[[str], None] | None = None) -> None:
         self.folder = folder
+        self._made = made
         self.shelf = Shelf()
         self._replaying = threading.Lock()
         self._saving = threading.Lock()  # also: no run sweeps the folder while a file is written
@@ -47,7 +54,7 @@ class Desk:
         self._turn = threading.Lock()
         self._wanted = self._running = False
         self._done = "" if stale_stages(folder, FOLLOWING) else log_version(folder)
-        self._problem = ""
+        self._problem = self._problem_key = ""
 
     def read(self) -> tuple[EditLog, str]:
         """The log and its version."""
@@ -63,17 +70,24 @@ class Desk:
     def saved(self, log: EditLog, version: str) -> tuple[Result, str]:
         """Save a log, and begin what follows from it; its result, and its version."""
         result = self.tried(log)  # before it is saved: one that cannot be replayed is refused
-        with self._saving:
-            now = save_log(self.folder, log, version)
+        now = self.write(log, version)
         self.follow()
         return result, now
+
+    def write(self, log: EditLog, version: str | None = None) -> str:
+        """Save a log and no more; its version.
+
+        Parameters
+        ----------
+        version : that it was made on; None: whatever there is gives way.
+        """
+        with self._saving:
+            return save_log(self.folder, log, version or log_version(self.folder))
 
     def state(self) -> State:
         """Whether the files of the scan show the log that is saved."""
         stale = self._done != log_version(self.folder)
-        return State(
-            stale=stale, running=self._running, done_version=self._done, problem=self._problem
-        )
+        return State(stale, self._running, self._done, self._problem, self._problem_key)
 
     def crops(self, at: Place) -> list[Crop]:
         """A place in the photos that show it best."""
@@ -102,15 +116,17 @@ class Desk:
                     return
                 self._wanted = False
             version = log_version(self.folder)
-            self._problem = ""
+            self._problem = self._problem_key = ""
             try:
                 with ExitStack() as stack:
                     with self._saving:
                         stack.enter_context(held(self.folder))
                     refresh(self.folder, FOLLOWING, self.shelf.load)
+                    if self._made is not None:
+                        self._made(version)
                 self._done = version
             except WalltopoError as error:
-                self._problem = str(error)
+                self._problem, self._problem_key = str(error), problem_key(error)
             except Exception as error:  # the page must hear of it, and the server go on
                 self._problem = f"{type(error).__name__}: {error}"
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from walltopo.desk.crops import cutout_of
 from walltopo.edit.board import Scanned
 from walltopo.edit.replay import Outcome
 from walltopo.edit.result import Region, Result, ShownHold, Surface
@@ -36,7 +37,10 @@ def result_of(scanned: Scanned, outcome: Outcome, touched: NDArray[np.bool_]) ->
     ----------
     touched : (F,) triangles whose label may differ from what a page was made with.
     """
-    rows = [ShownHold(**_fields(row)) for row in outcome.holds.holds]
+    rows = [
+        ShownHold(**_fields(row), cutout=cutout_of(outcome.pictures.get(row.id)))
+        for row in outcome.holds.holds
+    ]
     rows += [_left_out(row) for row in outcome.left_out]
     labels = shown_labels(outcome.labels, (row.id for row in outcome.holds.holds))
     regions = tuple(_regions(scanned, labels, np.flatnonzero(touched)))

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh, View
 from walltopo.edit.contract import EditSettings, Reads
+from walltopo.edit.notes import MissingError
 from walltopo.edit.triangles import Triangles, triangles_of_mesh
+from walltopo.holds.observations import HoldView
 from walltopo.scans.attributes import Doubtful, Hold, RawAttributes
 from walltopo.scans.edits import Ref, RoleName
 from walltopo.scans.light import SceneLight
@@ -19,16 +21,12 @@ from walltopo.scans.photo_set import PhotoSet
 from walltopo.scans.routes import Routes
 from walltopo.scans.units import unit_of
 
-__all__ = ["Board", "MissingError", "RouteFacts", "Scanned"]
+__all__ = ["Board", "RouteFacts", "Scanned"]
 
 REACH = 0.12  # metres: a hold this near to the place is the one that was meant
 FAR = 0.5  # metres: beyond it even the right id is another hold
 GAP = 1000  # ids that an entry may leave free
 TYPICAL_HOLD = 0.15  # metres: the median hold, where the scan has no scale
-
-
-class MissingError(Exception):
-    """What an entry means is not there; its text says what."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +101,9 @@ class Board:
     roles : (route, hold) to what a setter says of it.
     decided : holds that a setter placed, never ambiguous.
     reshaped : ids of instances whose triangles are not the scan's.
+    said : of holds, what of "colour" and "type" a setter said; cut_off : ids of parts of others.
+    read : of holds, the triangles that their colour was read of, where these are not the scan's.
+    pictures : of holds that were read by hand, what the photo that shows them best shows.
     names : an id that an entry gives to something new, to the id that it got.
     """
 
@@ -116,6 +117,10 @@ class Board:
     roles: dict[tuple[int, int], RoleName] = field(default_factory=dict)
     decided: set[int] = field(default_factory=set)
     reshaped: set[int] = field(default_factory=set)
+    said: dict[int, set[str]] = field(default_factory=dict)
+    cut_off: set[int] = field(default_factory=set)
+    read: dict[int, NDArray[np.int64]] = field(default_factory=dict)
+    pictures: dict[int, HoldView | None] = field(default_factory=dict)
     hold_names: dict[int, int] = field(default_factory=dict)
     route_names: dict[int, int] = field(default_factory=dict)
     last_hold: int = 0
@@ -147,7 +152,7 @@ class Board:
         """The hold that is meant; MissingError where it is not there."""
         found = self._nearest(list(self.holds.values()), ref)
         if found is None:
-            raise MissingError(f"hold {ref.id} is not there any more")
+            raise MissingError("hold_gone", ref.id)
         return found
 
     def left_out(self, ref: Ref) -> Doubtful | None:
@@ -166,7 +171,7 @@ class Board:
             if hold is not None:
                 number = -1
         if number not in self.route_of.values():
-            raise MissingError(f"route {ref.id} is not there any more")
+            raise MissingError("route_gone", ref.id)
         return number
 
     def _nearest(self, holds: Sequence[Hold], ref: Ref) -> Hold | None:

@@ -17,7 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.edit.board import MissingError, Scanned
+from walltopo.edit.board import Scanned
+from walltopo.edit.notes import MissingError
 from walltopo.edit.sight import Look
 from walltopo.imaging.oklab import oklab_from_linear
 from walltopo.imaging.srgb import linear_from_srgb8
@@ -66,7 +67,7 @@ def wall_around(scanned: Scanned, labels: NDArray[np.int32], at: Floats, radius:
     rows = scanned.triangles.within(at, 1.3 * radius)
     rows = rows[labels[rows] == 0]
     if len(rows) < 12:
-        raise MissingError("there is no wall around this place")
+        raise MissingError("no_wall")
     points, weight = mesh.centroids[rows], mesh.areas[rows]
     keep = np.linalg.norm(points - at, axis=1) > 0.5 * radius
     keep = keep if keep.sum() >= 12 else np.ones(len(rows), dtype=bool)
@@ -124,7 +125,7 @@ def _grown_within(
     rows = scanned.triangles.within(at, radius)
     rows = rows[labels[rows] == 0]
     if len(rows) == 0:
-        raise MissingError("there is no free surface at this place")
+        raise MissingError("no_surface")
     away = np.linalg.norm(mesh.centroids[rows] - at, axis=1)
     beside = face_neighbours(mesh.faces[rows])
     part, _ = patches(beside, np.zeros(len(rows), dtype=np.int32))
@@ -228,7 +229,7 @@ def _borders(
     start = mesh.vertices[mesh.faces[rows[one], corner]]
     end = mesh.vertices[mesh.faces[rows[one], (corner + 1) % 3]]
     length = np.linalg.norm(end - start, axis=1)
-    length = length / max(float(length.mean()), 1e-12)
+    length = length / max(float(length.mean()), 1e-12) if len(length) else length
     normals, centres = mesh.normals[rows], mesh.centroids[rows]
     cosine = np.clip((normals[one] * normals[two]).sum(axis=1), -1, 1)
     inwards = ((centres[two] - centres[one]) * normals[one]).sum(axis=1) > 0

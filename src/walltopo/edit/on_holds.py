@@ -19,6 +19,8 @@ def set_hold(board: Board, edit: SetHold) -> None:
     """Correct class, colour and type; what was corrected is sure, and needs no review any more."""
     before = board.hold(edit.hold)
     hold = _of_kind(before, edit.kind or before.kind)
+    said = board.said.setdefault(hold.id, set())
+    said.update(name for name in ("colour", "type") if getattr(edit, name) is not None)
     if edit.colour is not None:
         hold = _painted(board, hold, edit.colour)
     if edit.type is not None:

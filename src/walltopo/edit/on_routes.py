@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import msgspec
 
-from walltopo.edit.board import Board, MissingError, RouteFacts
+from walltopo.edit.board import Board, RouteFacts
+from walltopo.edit.notes import MissingError
 from walltopo.scans.edits import Assign, Merge, Ref, SetRole, SetRoute, Split
 
 __all__ = ["assign", "merge", "set_role", "set_route", "split"]
@@ -16,7 +17,7 @@ def merge(board: Board, edit: Merge) -> None:
     """Routes become one, under the first one's id, with what was said of that one."""
     routes = list(dict.fromkeys(board.route(ref) for ref in edit.routes))
     if len(routes) < 2:
-        raise MissingError(f"routes {[ref.id for ref in edit.routes]} are one already")
+        raise MissingError("routes_one", *(ref.id for ref in edit.routes))
     first, *others = routes
     for hold, route in board.route_of.items():
         if route in routes:
@@ -74,7 +75,7 @@ def set_role(board: Board, edit: SetRole) -> None:
     """What a hold is in its route."""
     hold, route = board.hold(edit.hold), board.route(edit.route)
     if hold.role != "volume" and board.route_of.get(hold.id) != route:
-        raise MissingError(f"hold {edit.hold.id} is not of route {edit.route.id} any more")
+        raise MissingError("other_route", edit.hold.id, edit.route.id)
     board.roles[route, hold.id] = edit.role
 
 
@@ -82,7 +83,7 @@ def _climbed(board: Board, ref: Ref) -> int:
     """The id of a hold that may be of one route."""
     hold = board.hold(ref)
     if hold.role == "volume":
-        raise MissingError(f"hold {ref.id} is a volume, which belongs to every route")
+        raise MissingError("volume", ref.id)
     return hold.id
 
 

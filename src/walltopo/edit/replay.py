@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,15 +10,19 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from walltopo.edit.board import Board, MissingError, RouteFacts, Scanned
+from walltopo.edit.board import Board, RouteFacts, Scanned
+from walltopo.edit.notes import MissingError, Note
 from walltopo.edit.on_holds import keep, remove, set_hold
 from walltopo.edit.on_new import add
 from walltopo.edit.on_routes import assign, merge, set_role, set_route, split
 from walltopo.edit.on_surface import cut, join, paint
+from walltopo.edit.reading import read_again
 from walltopo.edit.shapes import with_shape
 from walltopo.holds.geometry import measure_shapes
+from walltopo.holds.observations import HoldView
 from walltopo.holds.palette import REFERENCE
-from walltopo.routes.order import ceiling_of, describe_route, usual_size
+from walltopo.routes.ends import Wall, wall_of
+from walltopo.routes.order import describe_route
 from walltopo.scans.attributes import Attributes, Doubtful
 from walltopo.scans.bounds import Rgb
 from walltopo.scans.edits import (
@@ -65,6 +69,7 @@ class Outcome:
     ----------
     labels : (F,) int32; those of instances that are no holds are among them.
     left_out : instances that are no holds, with all that is known of them.
+    pictures : of holds that were read in photos after an edit, by id.
     notes : what could not be applied, and why.
     """
 
@@ -73,7 +78,8 @@ class Outcome:
     holds: Holds
     labels: NDArray[np.int32]
     left_out: tuple[Doubtful, ...]
-    notes: tuple[str, ...]
+    pictures: Mapping[int, HoldView | None]
+    notes: tuple[Note, ...]
 
 
 def replay(scanned: Scanned, edits: Sequence[Edit]) -> Outcome:
@@ -87,15 +93,16 @@ def replay(scanned: Scanned, edits: Sequence[Edit]) -> Outcome:
         try:
             _KINDS[type(edit)](board, edit)
         except MissingError as reason:
-            name = type(edit).__struct_config__.tag
-            notes.append(f"edit {number} ({name}) was left out: {reason}")
+            name = str(type(edit).__struct_config__.tag)
+            notes.append(Note.of(number, name, reason))
     return _outcome(board, notes)
 
 
-def _outcome(board: Board, notes: Sequence[str]) -> Outcome:
+def _outcome(board: Board, notes: Sequence[Note]) -> Outcome:
     _measure(board)
     holds = tuple(board.holds[number].rounded() for number in sorted(board.holds))
-    routes = tuple(_route(board, number) for number in sorted(set(board.route_of.values())))
+    wall = _wall(board)
+    routes = tuple(_route(board, number, wall) for number in sorted(set(board.route_of.values())))
     unrouted = [h.id for h in holds if h.role == "hold" and h.id not in board.route_of]
     volumes = [hold.id for hold in holds if hold.role == "volume"]
     out = tuple(board.out.values())
@@ -109,12 +116,13 @@ def _outcome(board: Board, notes: Sequence[str]) -> Outcome:
         holds=Holds(metric=board.scanned.metric, holds=hold_rows(holds, board.scores, routes)),
         labels=board.labels,
         left_out=out,
+        pictures=board.pictures,
         notes=tuple(notes),
     )
 
 
 def _measure(board: Board) -> None:
-    """Place, size and wall angle of the instances whose triangles changed."""
+    """Place, size and wall angle of the instances whose triangles changed; colour, type of some."""
     known = board.reshaped & (board.holds.keys() | board.out.keys())
     if not known:
         return
@@ -125,18 +133,26 @@ def _measure(board: Board) -> None:
     for number, shape in shapes.items():
         if number in board.holds:
             board.holds[number] = with_shape(board.holds[number], shape)
+            read_again(board, number, shape)
         else:
             row = board.out[number]
             board.out[number] = replace(row, hold=with_shape(row.hold, shape))
 
 
-def _route(board: Board, number: int) -> Route:
+def _wall(board: Board) -> Wall:
+    """What is usual on the wall: by what the scan found, beside the holds as they are now."""
+    instances = board.scanned.found.instances
+    found = {hold.id: hold for hold in instances}
+    routes = [[found[number] for number in route.holds] for route in board.scanned.routes.routes]
+    free = (hold for hold in board.holds.values() if hold.id not in board.route_of)
+    return wall_of(routes, instances).beside(free, board.out.values())
+
+
+def _route(board: Board, number: int, wall: Wall) -> Route:
     """A route as the routes stage describes it, and what a setter says of it."""
     roles = {hold: role for (route, hold), role in board.roles.items() if route == number}
-    usual = usual_size(board.scanned.found.instances)
-    ceiling = ceiling_of(board.scanned.found.instances)
     doubts = _ambiguous(board, number)
-    found = describe_route(number, board.members(number), usual, doubts, roles, ceiling)
+    found = describe_route(number, board.members(number), wall, doubts, roles)
     said = board.facts.get(number, RouteFacts())
     colour = said.colour or found.colour
     return replace(

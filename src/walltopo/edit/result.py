@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import msgspec
 
+from walltopo.edit.notes import Note
 from walltopo.scans.bounds import Coordinate
 from walltopo.scans.edits import Place
 from walltopo.scans.holds import HoldRow
@@ -18,9 +19,11 @@ class ShownHold(HoldRow, frozen=True):
     Parameters
     ----------
     left_out : why it is no hold; empty for holds.
+    cutout : its picture, as a `data:` address, where an edit had it read in photos anew.
     """
 
     left_out: str = ""
+    cutout: str = ""
 
 
 class Region(msgspec.Struct, frozen=True):
@@ -59,4 +62,4 @@ class Result(msgspec.Struct, frozen=True):
     holds: tuple[ShownHold, ...]
     routes: tuple[Route, ...]
     surface: Surface | None
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]

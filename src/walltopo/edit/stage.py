@@ -43,7 +43,7 @@ def run(reads: Reads, settings: EditSettings, context: Context) -> Writes:
     scanned = Scanned.of(reads, settings)
     outcome = replay(scanned, log.edits)
     for note in outcome.notes:
-        context.progress.note(note)
+        context.progress.note(note.text)
     holds, routes = outcome.attributes.instances, outcome.routes.routes
     volumes = sum(hold.kind == "volume" for hold in holds)
     return Writes(

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -15,6 +17,8 @@ __all__ = ["Triangles", "triangles_of_mesh"]
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
+CELLS = 60  # along the longest side of the mesh: some thousand, of some hundred triangles each
+
 
 class Triangles:
     """Triangles sorted along the longest side of the mesh.
@@ -23,6 +27,7 @@ class Triangles:
     """
 
     def __init__(self, mesh: Mesh) -> None:
+        self._mesh = mesh
         self._centroids = mesh.centroids
         self._axis = int(np.ptp(mesh.vertices, axis=0).argmax()) if len(mesh.vertices) else 0
         self._order = np.argsort(self._centroids[:, self._axis], kind="stable")
@@ -37,6 +42,66 @@ class Triangles:
         slab = self._order[first:last]
         away = ((self._centroids[slab] - middle) ** 2).sum(axis=1)
         return np.sort(slab[away <= radius**2])
+
+    def towards(self, eye: Floats, axis: Floats, half_angle: float) -> Ints:
+        """(n,) int64, ascending: all triangles that a cone of rays may meet, and some besides.
+
+        Parameters
+        ----------
+        eye : (3,) the cone's tip; axis : (3,) unit; half_angle : radians.
+        """
+        cells = self._cells
+        if cells is None:
+            return np.zeros(0, dtype=np.int64)
+        offset = cells.middle - eye
+        away = np.linalg.norm(offset, axis=1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            beside = np.arccos(np.clip(offset @ axis / away, -1, 1))
+            wide = np.arcsin(np.clip(cells.radius / away, 0, 1))
+        met = np.flatnonzero((away <= cells.radius) | (beside <= half_angle + wide))
+        return np.sort(np.concatenate([cells.rows[:0], *(cells.of_cell(k) for k in met.tolist())]))
+
+    @cached_property
+    def _cells(self) -> _Cells | None:
+        return _Cells.of(self._mesh) if len(self._centroids) else None
+
+
+@dataclass(frozen=True, eq=False)
+class _Cells:
+    """A mesh cut into cubes, each with the ball that its triangles lie in.
+
+    Parameters
+    ----------
+    rows : (F,) triangles, cell by cell; begin : (C + 1,) where each cell's begin.
+    middle : (C, 3); radius : (C,).
+    """
+
+    rows: Ints
+    begin: Ints
+    middle: Floats
+    radius: Floats
+
+    @classmethod
+    def of(cls, mesh: Mesh) -> _Cells:
+        centroids = mesh.centroids
+        size = max(float(np.ptp(centroids, axis=0).max()) / CELLS, 1e-9)
+        cube = ((centroids - centroids.min(axis=0)) / size).astype(np.int64)
+        number = (cube[:, 0] * (CELLS + 1) + cube[:, 1]) * (CELLS + 1) + cube[:, 2]
+        rows = np.argsort(number, kind="stable")
+        first = np.flatnonzero(np.diff(number[rows], prepend=-1))
+        count = np.diff(first, append=len(rows))
+        places = centroids[rows]
+        middle = np.add.reduceat(places, first) / count[:, None]
+        own = np.repeat(middle, count, axis=0)
+        radius = np.zeros(len(first))
+        for corner in mesh.faces[rows].T:
+            reach = np.linalg.norm(mesh.vertices[corner] - own, axis=1)
+            radius = np.maximum(radius, np.maximum.reduceat(reach, first))
+        return cls(rows, np.append(first, len(rows)), middle, radius)
+
+    def of_cell(self, number: int) -> Ints:
+        """The triangles of one cell."""
+        return self.rows[self.begin[number] : self.begin[number + 1]]
 
 
 _KNOWN: WeakKeyDictionary[Mesh, Triangles] = WeakKeyDictionary()

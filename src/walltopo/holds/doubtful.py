@@ -19,7 +19,7 @@ from walltopo.holds.cutouts import best_views
 from walltopo.holds.flatness import flat_instances, measure_rises
 from walltopo.holds.geometry import Shape
 from walltopo.holds.observations import HoldView
-from walltopo.scans.attributes import Doubtful, Hold
+from walltopo.scans.attributes import FLAT, Doubtful, Hold
 from walltopo.scans.instances import InstanceRecords, InstanceTable
 from walltopo.scans.scale import Plate, Scale
 from walltopo.scans.units import unit_of_sizes
@@ -35,7 +35,6 @@ __all__ = [
 FAINT = "few photos confirm it"
 BUMP = "stands out of the wall, but photos hardly show a hold"
 PLATED = "lies on a printed plate"
-FLAT = "lies flat on the wall"
 CUTOUTS_OF_DOUBTFUL = 1
 # Nearer to a plate than this share of half its height is on it.
 PLATE_REACH = 0.5

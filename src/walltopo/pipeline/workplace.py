@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from walltopo.core import EnvironmentLacksError, InputError
+from walltopo.core import BusyError, EnvironmentLacksError, InputError
 from walltopo.scans.folder import ScanFolder
 
 __all__ = ["held", "is_held", "set_aside"]
@@ -25,7 +25,7 @@ def held(folder: ScanFolder) -> Iterator[None]:
     Raises
     ------
     InputError : it is no scan folder, and not empty.
-    EnvironmentLacksError : it cannot be written, or another run is at work on it.
+    EnvironmentLacksError : it cannot be written. BusyError : another run is at work on it.
     """
     _prepare(folder)
     with _locked(folder):
@@ -96,7 +96,7 @@ def _locked(folder: ScanFolder) -> Iterator[None]:
         try:
             fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:
-            raise EnvironmentLacksError(
+            raise BusyError(
                 f"{folder.root}: another walltopo is at work on this scan",
                 "Wait for it or stop it first.",
             ) from error

@@ -1,14 +1,16 @@
-"""What a climber wants of a route: order, start, top, footholds, ambiguous holds, facts."""
+"""What a climber wants of a route: its holds in order, ambiguous ones, facts."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from walltopo.routes.ends import Wall, find_ends
+from walltopo.routes.hands import bottom_to_top
 from walltopo.scans.attributes import Hold
 from walltopo.scans.bounds import Rgb
 from walltopo.scans.edits import RoleName
@@ -16,108 +18,16 @@ from walltopo.scans.routes import Ambiguous, Route
 
 __all__ = [
     "STRONGEST",
-    "ceiling_of",
     "colour_of",
     "describe_route",
     "memberships",
     "route_facts",
-    "usual_size",
 ]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-FOOT_SHARE = 0.55  # below this share of the scan's median hold size a hold is for feet
-# Of a typical move between hand holds, by `python -m walltopo_lab.benchmarks.starts choose`.
-START_RISE = 1.5  # two start holds differ in height by at most so much
-START_SPREAD = 2.0  # and are so far apart at most
-LEVEL = 0.9  # the second of a pair that is higher by more may be no start
-LEVEL_TOP = 0.15  # of two holds that differ by less either may be the top
-SMALL = 0.7  # of the usual hold: what is for hands by its type, but smaller, may be for feet
-ROOM = 0.6  # of a typical move: so much wall with holds above a top may have one that was missed
-UNSURE_SIZE = (0.4, 0.9)  # of the usual hold, where the type is unknown: for hands or for feet
 STRONGEST = 3  # similarities that speak for a hold's membership of a route
-
-
-def _is_foothold(hold: Hold, median_size: float) -> bool:
-    return hold.type == "foothold" or (
-        hold.type == "unknown" and 0 < hold.size < FOOT_SHARE * median_size
-    )
-
-
-def bottom_to_top(holds: Sequence[Hold]) -> list[Hold]:
-    """Holds by height, ties by id."""
-    return sorted(holds, key=lambda hold: (hold.position[2], hold.id))
-
-
-def _start(hands: Sequence[Hold]) -> tuple[Hold, ...]:
-    """The lowest hand hold, and the next one where both hands can start on the pair.
-
-    That is where the next is no higher, and no farther away, than a typical move; one hold must be
-    left for the top.
-    """
-    if len(hands) < 3:
-        return tuple(hands[:1])
-    points = np.array([hold.position for hold in hands])
-    typical = _typical_move(hands)
-    rise, apart = points[1, 2] - points[0, 2], float(np.linalg.norm(points[1] - points[0]))
-    if rise <= START_RISE * typical and apart <= START_SPREAD * typical:
-        return hands[0], hands[1]
-    return (hands[0],)
-
-
-def _typical_move(hands: Sequence[Hold]) -> float:
-    points = np.array([hold.position for hold in hands])
-    return float(np.median(np.linalg.norm(np.diff(points, axis=0), axis=1)))
-
-
-def _doubtful_start(
-    ordered: Sequence[Hold], hands: Sequence[Hold], usual: float, ambiguous: Collection[int]
-) -> str:
-    """Why the start may be another one; empty where all speaks for it."""
-    start = _start(hands)
-    if any(hold.id in ambiguous for hold in start):
-        return "a start hold may be of another route"
-    lowest = [hold for hold in ordered if hold.position[2] <= start[-1].position[2]]
-    if any(_may_be_either(hold, usual) for hold in lowest):
-        return "a hold at the start may be for the feet, or for the hands"
-    if len(hands) < 3:
-        return ""
-    rise = hands[1].position[2] - hands[0].position[2]
-    pair = len(start) == 2
-    return "one start hold or two" if (rise > LEVEL * _typical_move(hands)) == pair else ""
-
-
-def _doubtful_top(
-    ordered: Sequence[Hold],
-    hands: Sequence[Hold],
-    usual: float,
-    ambiguous: Collection[int],
-    ceiling: float,
-) -> str:
-    """Why the top may be another one; empty where all speaks for it."""
-    top = hands[-1]
-    if top.id in ambiguous:
-        return "the top hold may be of another route"
-    above = [hold for hold in ordered if hold.position[2] >= top.position[2]]
-    if any(_may_be_either(hold, usual) for hold in above):
-        return "a hold at the top may be for the feet, or for the hands"
-    if len(hands) < 3:
-        return ""
-    if ceiling - top.position[2] > ROOM * _typical_move(hands):
-        return "the wall has holds above it: one may have been missed"
-    rise = top.position[2] - hands[-2].position[2]
-    return "two holds are about as high" if rise < LEVEL_TOP * _typical_move(hands) else ""
-
-
-def _may_be_either(hold: Hold, usual: float) -> bool:
-    """Whether type and size disagree on what a hold is for, or neither tells."""
-    if hold.type == "unknown":
-        low, high = UNSURE_SIZE
-        return low * usual < hold.size < high * usual
-    if hold.type == "foothold":
-        return hold.size >= FOOT_SHARE * usual
-    return 0 < hold.size < SMALL * usual
 
 
 def route_facts(holds: Sequence[Hold], hands: Sequence[Hold]) -> dict[str, Any]:
@@ -171,17 +81,6 @@ def memberships(links: Floats, group: Ints) -> Floats:
     return np.divide(fit, total, out=np.zeros_like(fit), where=total > 0)
 
 
-def usual_size(holds: Sequence[Hold]) -> float:
-    """The median size of a scan's holds, by which a foothold is small; 0 where none is known."""
-    sizes = [hold.size for hold in holds if hold.role == "hold" and hold.size > 0]
-    return float(np.median(sizes)) if sizes else 0.0
-
-
-def ceiling_of(holds: Sequence[Hold]) -> float:
-    """Height of a scan's highest hold."""
-    return max((hold.position[2] for hold in holds if hold.role == "hold"), default=-np.inf)
-
-
 def colour_of(holds: Sequence[Hold]) -> tuple[str, Rgb]:
     """The colour that most of the holds have, and what it looks like: the median of theirs."""
     names = [hold.colour for hold in holds]
@@ -194,27 +93,30 @@ def colour_of(holds: Sequence[Hold]) -> tuple[str, Rgb]:
 def describe_route(
     number: int,
     holds: Sequence[Hold],
-    usual: float,
+    wall: Wall,
     ambiguous: Mapping[int, Mapping[int, float]] | None = None,
     roles: Mapping[int, RoleName] | None = None,
-    ceiling: float = -np.inf,
 ) -> Route:
     """The route of a group of holds: ordered, with its start, top, footholds and facts.
 
-    Footholds are holds typed so, or of unknown type and far smaller than the usual hold;
-    where a route has nothing else, all its holds count as hand holds.
+    Where a route has nothing but footholds, all its holds count as hand holds.
 
     Parameters
     ----------
-    usual : `usual_size` of the scan.
+    wall : what is usual on it (`ends.wall_of`).
     ambiguous : hold id to its probability by route id.
     roles : what a setter says of a hold, also of volumes, which are not among `holds`. Each entry
         is about its own hold: what is found for the others stays.
-    ceiling : height of the scan's highest hold.
     """
     said = roles or {}
     ordered = bottom_to_top(holds)
-    found = _found_roles(ordered, usual)
+    ends = find_ends(ordered, wall, ambiguous or {}, number)
+    found: dict[RoleName, set[int]] = {
+        "start": {hold.id for hold in ends.start},
+        "top": {ends.top.id},
+        "foot": {hold.id for hold in ends.feet},
+        "zone": set(),
+    }
     known = [hold.id for hold in ordered]
     known += [hold for hold in said if hold not in known]
 
@@ -226,9 +128,6 @@ def describe_route(
     feet = having("foot")
     hands = [hold for hold in ordered if hold.id not in feet] or ordered
     colour, rgb = colour_of(ordered)
-    sure = [hold for hold in ordered if hold.id not in found["foot"]]
-    doubtful_start = _doubtful_start(ordered, sure, usual, ambiguous or {})
-    doubtful_top = _doubtful_top(ordered, sure, usual, ambiguous or {}, ceiling)
     return Route(
         id=number,
         colour=colour,
@@ -238,21 +137,11 @@ def describe_route(
         top=having("top"),
         zone=having("zone"),
         footholds=feet,
-        doubtful_start="" if "start" in said.values() else doubtful_start,
-        doubtful_top="" if "top" in said.values() else doubtful_top,
+        doubtful_start="" if "start" in said.values() else ends.start_doubt.reason,
+        doubtful_top="" if "top" in said.values() else ends.top_doubt.reason,
         ambiguous=tuple(
             Ambiguous(hold, {str(route): round(p, 3) for route, p in shares.items()})
             for hold, shares in (ambiguous or {}).items()
         ),
         **route_facts(ordered, hands),
     )
-
-
-def _found_roles(ordered: Sequence[Hold], usual: float) -> dict[RoleName, set[int]]:
-    """Ids of start, top and footholds of holds from bottom to top."""
-    feet = {hold.id for hold in ordered if _is_foothold(hold, usual)}
-    hands = [hold for hold in ordered if hold.id not in feet]
-    if not hands:
-        feet, hands = set(), list(ordered)
-    start = {hold.id for hold in _start(hands)}
-    return {"start": start, "top": {hands[-1].id}, "foot": feet, "zone": set()}

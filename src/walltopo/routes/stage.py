@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,17 +11,18 @@ from numpy.typing import NDArray
 from walltopo.core import Mesh, Progress, Silent
 from walltopo.imaging.srgb import linear_from_srgb8
 from walltopo.routes.contract import Reads, RoutesSettings, Writes
+from walltopo.routes.ends import wall_of
 from walltopo.routes.geodesic import pair_lengths
 from walltopo.routes.grouping import Grouping, group_by_paint, group_holds
-from walltopo.routes.order import ceiling_of, describe_route, memberships, usual_size
+from walltopo.routes.order import describe_route, memberships
 from walltopo.routes.paint import FLATTEN, RESOLUTION, balanced_paint
 from walltopo.routes.proxy import PROXY_FACES, build_proxy
-from walltopo.scans.attributes import UNKNOWN, Hold
+from walltopo.scans.attributes import UNKNOWN, Doubtful, Hold
 from walltopo.scans.context import Context
 from walltopo.scans.routes import Route, Routes
 from walltopo.scans.units import unit_of
 
-__all__ = ["find_routes", "run"]
+__all__ = ["describe_groups", "find_routes", "run"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -62,6 +63,7 @@ def find_routes(
     settings: RoutesSettings,
     *,
     metric: bool = True,
+    left_out: Sequence[Doubtful] = (),
     progress: Progress | None = None,
 ) -> tuple[list[Route], list[int]]:
     """Group holds into routes.
@@ -72,6 +74,7 @@ def find_routes(
     Parameters
     ----------
     metric : the scan is in metres; else see `units.unit_of`.
+    left_out : instances shown as no hold; one near an end of a route may be a hold of it.
 
     Returns
     -------
@@ -81,17 +84,44 @@ def find_routes(
     progress = progress or Silent()
     unit = unit_of(holds, metric, settings.typical_hold)
     climbed = [hold for hold in holds if hold.role == "hold" and hold.colour != UNKNOWN]
-    route_of: dict[int, int] = {}
-    links = np.zeros((0, 0))
+    grouping = Grouping(np.zeros(0, dtype=np.int64), np.zeros((0, 0)))
     if climbed:
         progress.step("paths between holds", len(climbed))
         grouping = _group(mesh, climbed, settings, unit)
         progress.advance(len(climbed))
-        links = grouping.similarity
-        route_of = _numbered(climbed, grouping.group, settings.min_holds)
-    routes = _describe(holds, climbed, links, route_of, settings)
-    unrouted = [h.id for h in holds if h.role == "hold" and h.id not in route_of]
-    return routes, sorted(unrouted)
+    return describe_groups(holds, climbed, grouping, settings, left_out)
+
+
+def describe_groups(
+    holds: Sequence[Hold],
+    climbed: Sequence[Hold],
+    grouping: Grouping,
+    settings: RoutesSettings,
+    left_out: Sequence[Doubtful] = (),
+) -> tuple[list[Route], list[int]]:
+    """Routes of groups of holds, and the ids of holds without a route: see `find_routes`.
+
+    Parameters
+    ----------
+    climbed : the holds of the grouping, in its order.
+    """
+    route_of = _numbered(climbed, grouping.group, settings.min_holds) if climbed else {}
+    group = np.array([route_of.get(hold.id, 0) for hold in climbed], dtype=np.int64)
+    shares = memberships(grouping.similarity, group)
+    rows_of = {
+        number: np.flatnonzero(group == number).tolist() for number in sorted({*route_of.values()})
+    }
+    members = {number: [climbed[row] for row in rows] for number, rows in rows_of.items()}
+    unrouted = [hold for hold in holds if hold.role == "hold" and hold.id not in route_of]
+    wall = wall_of(list(members.values()), holds).beside(unrouted, left_out)
+    routes = []
+    for number, rows in rows_of.items():
+        ambiguous: dict[int, dict[int, float]] = {}
+        for row in rows:
+            likely = _plausible(shares[row], number, settings.ambiguous_above)
+            ambiguous |= {climbed[row].id: likely} if likely else {}
+        routes.append(describe_route(number, members[number], wall, ambiguous))
+    return routes, sorted(hold.id for hold in unrouted)
 
 
 def _numbered(holds: Sequence[Hold], group: Ints, min_holds: int) -> dict[int, int]:
@@ -119,28 +149,6 @@ def _along_the_wall(holds: Sequence[Hold]) -> Floats:
     return flat @ (axes[0] if axes[0] @ right >= 0 else -axes[0])
 
 
-def _describe(
-    holds: Sequence[Hold],
-    climbed: Sequence[Hold],
-    links: Floats,
-    route_of: Mapping[int, int],
-    settings: RoutesSettings,
-) -> list[Route]:
-    group = np.array([route_of.get(hold.id, 0) for hold in climbed], dtype=np.int64)
-    shares = memberships(links, group)
-    usual, ceiling = usual_size(holds), ceiling_of(holds)
-    routes = []
-    for number in sorted(set(route_of.values())):
-        rows = np.flatnonzero(group == number).tolist()
-        members = [climbed[row] for row in rows]
-        ambiguous: dict[int, dict[int, float]] = {}
-        for row in rows:
-            likely = _plausible(shares[row], number, settings.ambiguous_above)
-            ambiguous |= {climbed[row].id: likely} if likely else {}
-        routes.append(describe_route(number, members, usual, ambiguous, ceiling=ceiling))
-    return routes
-
-
 def _plausible(shares: Floats, own: int, above: float) -> dict[int, float]:
     """Route id to probability if another route than its own is likely enough, else empty."""
     rivals = shares.copy()
@@ -163,6 +171,7 @@ def run(reads: Reads, settings: RoutesSettings, context: Context) -> Writes:
         holds,
         settings,
         metric=reads.scale.metric,
+        left_out=reads.attributes_raw.left_out,
         progress=context.progress,
     )
     volumes = sorted(hold.id for hold in holds if hold.role == "volume")

@@ -13,6 +13,7 @@ from walltopo.scans.bounds import Coordinate, Label, Rgb, Share
 from walltopo.scans.document import Document
 
 __all__ = [
+    "FLAT",
     "UNKNOWN",
     "Attributes",
     "Doubtful",
@@ -26,6 +27,7 @@ __all__ = [
 Point = tuple[Coordinate, Coordinate, Coordinate]
 
 UNKNOWN = "unknown"  # the colour or type of a hold that nothing tells
+FLAT = "lies flat on the wall"  # why an instance is left out that can be no hold
 # `hold` is climbed as part of one route; `volume` belongs to every route, `downclimb` to none.
 Role = Literal["hold", "volume", "downclimb"]
 

@@ -85,7 +85,10 @@ export function routeControls(route: Route, on: Acts): HTMLElement[] {
   const set = (facts: RouteFacts): void => on.change({ do: "route", route: self, ...facts });
   const others = [...tables.routes.values()].filter(({ id }) => id !== route.id);
   const colours = on.colours.map((name): [string, string] => [name, colourName(name)]);
-  const doubts = [route.doubtful_start, route.doubtful_top].filter(Boolean).join(" ");
+  const { words } = say();
+  const doubts = [[words.start, route.doubtful_start], [words.top, route.doubtful_top]]
+    .filter(([, why]) => why)
+    .map(([where, why = ""]) => h("p", { class: "doubt" }, `${where}: ${say().doubts[why] ?? why}`));
   const parts: HTMLElement[] = [
     h(
       "div",
@@ -103,7 +106,7 @@ export function routeControls(route: Route, on: Acts): HTMLElement[] {
     ),
   ];
   if (on.doubted(route)) {
-    parts.push(h("p", { class: "doubt" }, doubts), button(edit.right, () => on.change(...confirmed(route, tables))));
+    parts.push(...doubts, button(edit.right, () => on.change(...confirmed(route, tables))));
   }
   return parts;
 }

@@ -3,6 +3,17 @@
 import { tablesOf } from "../tables";
 import type { Hold, Tables, Vec3 } from "../types";
 
+/** An entry of the log that does nothing, and why. */
+export interface Note {
+  /** Its number, from 1. */
+  entry: number;
+  /** A key of the languages' `notes`, and the numbers of holds and routes in it. */
+  reason: string;
+  numbers: number[];
+  /** All of it in English. */
+  text: string;
+}
+
 /** Base64 of little-endian numbers. */
 export interface RawRegion {
   at: Vec3;
@@ -15,7 +26,7 @@ export interface RawResult {
   holds: (Hold & { left_out: string })[];
   routes: unknown[];
   surface: { regions: RawRegion[] } | null;
-  notes: string[];
+  notes: Note[];
 }
 
 /** Triangles of the mesh in a ball of the surface, by their middles, and whose they are now. */
@@ -31,7 +42,7 @@ export interface Result {
   /** Instances that are no holds, with the reason. */
   leftOut: Map<number, Hold>;
   regions: Region[];
-  notes: string[];
+  notes: Note[];
 }
 
 function buffer(text: string): ArrayBuffer {

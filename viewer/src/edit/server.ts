@@ -2,6 +2,7 @@
 
 import type { Vec3 } from "../types";
 import type { Edit } from "./log";
+import { say } from "../languages";
 import type { RawResult } from "./result";
 
 /** A place in a photo: where in the picture it is, 0 to 1 from its top left. */
@@ -18,8 +19,21 @@ export interface State {
   /** What lies on the disk is older than the saved log. */
   stale: boolean;
   running: boolean;
-  /** Why it could not be made; empty otherwise. */
+  /** Why it could not be made, in English, and by its key; empty otherwise. */
   problem: string;
+  key: string;
+}
+
+/** What a server that refuses says: ours, or one of `application/problem+json`. */
+interface Refusal {
+  error?: string;
+  key?: string;
+  title?: string;
+}
+
+/** A problem in the page's language where it has a key, else as the server says it. */
+export function problemWords(key = "", text = ""): string {
+  return say().problems[key] ?? text;
 }
 
 /** Each call throws an Error with a sentence for people. */
@@ -68,10 +82,10 @@ export class Server {
     try {
       answer = await fetch(this.address + path, { ...request, headers });
     } catch {
-      throw new Error("walltopo view does not answer any more");
+      throw new Error(say().words.noAnswer);
     }
-    const said = (await answer.json().catch(() => ({}))) as T & { error?: string };
-    if (!answer.ok) throw new Error(said.error ?? `the server answered ${answer.status}`);
+    const said = (await answer.json().catch(() => ({}))) as T & Refusal;
+    if (!answer.ok) throw new Error(problemWords(said.key, said.error ?? said.title) || say().answered(answer.status));
     return said;
   }
 }

@@ -3,15 +3,21 @@
  * saved, and whether the files that follow from it are written.
  */
 
-import { say } from "../languages";
+import { filled, say } from "../languages";
 import type { Tables } from "../types";
 import { Log } from "./log";
 import type { Edit } from "./log";
 import { resultOf } from "./result";
-import type { Result } from "./result";
+import type { Note, Result } from "./result";
+import { problemWords } from "./server";
 import type { Server } from "./server";
 
 const POLL = 1000; // milliseconds between two looks at whether the files are written
+
+function noteWords({ entry, reason, numbers, text }: Note): string {
+  const sentence = say().notes[reason];
+  return sentence ? say().edit.without(entry, filled(sentence, numbers)) : text;
+}
 
 export interface Listener {
   /** The server has told what the log makes of the scan. */
@@ -144,18 +150,18 @@ export class Session {
   }
 
   private show(result: Result): void {
-    const before = new Set(this.result.notes);
+    const before = new Set(this.result.notes.map(({ text }) => text));
     this.result = result;
     this.on.shown();
-    const note = result.notes.find((text) => !before.has(text));
-    if (note) this.on.say(note);
+    const note = result.notes.find(({ text }) => !before.has(text));
+    if (note) this.on.say(noteWords(note));
   }
 
   /** Until what follows from the saved log lies on the disk. */
   private async wait(): Promise<void> {
     for (;;) {
-      const { stale, problem } = await this.server.state();
-      if (problem) throw new Error(problem);
+      const { stale, problem, key } = await this.server.state();
+      if (problem) throw new Error(problemWords(key, problem));
       if (!stale || this.gone.aborted) return;
       await new Promise((resolve) => setTimeout(resolve, POLL));
     }

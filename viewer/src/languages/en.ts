@@ -13,6 +13,12 @@ export interface Language {
   types: Record<string, string>;
   /** Why something is left out, by what the scan says. */
   reasons: Record<string, string>;
+  /** Why a route's start or top may be another one, by what the scan says. */
+  doubts: Record<string, string>;
+  /** Why an entry of the log does nothing, by the server's key; numbers go into the braces. */
+  notes: Record<string, string>;
+  /** What the server refuses, by its key. */
+  problems: Record<string, string>;
   counted: Record<"route" | "hold" | "volume", Forms>;
   words: typeof words;
   edit: typeof edit & {
@@ -21,6 +27,7 @@ export interface Language {
     unshown: (why: string) => string;
     notSaved: (why: string) => string;
     notWritten: (why: string) => string;
+    without: (entry: number, why: string) => string;
   };
   /** Sentences with something in them. */
   holdName: (colour: string, type: string) => string;
@@ -28,6 +35,9 @@ export interface Language {
   overhang: (degrees: number) => string;
   slab: (degrees: number) => string;
   percent: (share: number) => string;
+  answered: (status: number) => string;
+  noTwin: (file: string) => string;
+  emptyTwin: (file: string) => string;
   failed: (why: string) => string;
   finerFailed: (why: string) => string;
 }
@@ -97,6 +107,9 @@ const words = {
   noPicture: "The picture could not be made.",
   twoFingers: "Use two fingers to move the wall.",
   clickFirst: "Click the wall to zoom with the wheel.",
+  noAnswer: "walltopo view does not answer any more",
+  noGlb: "the file is not a GLB",
+  noSurface: "the file holds no surface",
 };
 
 /** Of the editor. */
@@ -151,6 +164,9 @@ export const en: Language = {
   colours: {},
   types: {},
   reasons: {},
+  doubts: {},
+  notes: {},
+  problems: {},
   counted: {
     route: { one: "route", other: "routes" },
     hold: { one: "hold", other: "holds" },
@@ -164,12 +180,16 @@ export const en: Language = {
     unshown: (why) => `What this does cannot be shown: ${why}`,
     notSaved: (why) => `Not saved: ${why}`,
     notWritten: (why) => `Saved, but the pages could not be written: ${why}`,
+    without: (entry, why) => `Edit ${entry} was left out: ${why}`,
   },
   holdName: (colour, type) => `${colour} ${type}`.trim(),
   holdLine: (id, where) => `Hold ${id} · ${where}`,
   overhang: (degrees) => `${degrees}° overhang`,
   slab: (degrees) => `${degrees}° slab`,
   percent: (share) => `${share} %`,
+  answered: (status) => `the server answered ${status}`,
+  noTwin: (file) => `${file} is missing beside the page`,
+  emptyTwin: (file) => `${file} holds no model`,
   failed: (why) => `The wall could not be loaded: ${why}.`,
   finerFailed: (why) => `The finer model did not load: ${why}`,
 };

@@ -20,12 +20,30 @@ export function speak(wishes: readonly string[]): Language {
 /** The language that is spoken now. */
 export const say = (): Language => spoken;
 
+const plurals = new Map<string, Intl.PluralRules>();
+const formats = new Map<string, Intl.NumberFormat>();
+
+/** Making a rule or a format takes as long as a hundred uses of it: one each. */
+function kept<T>(all: Map<string, T>, key: string, make: () => T): T {
+  let one = all.get(key);
+  if (one === undefined) all.set(key, (one = make()));
+  return one;
+}
+
 /** "3 holds", in the form that the language has for this number. */
 export function counted(count: number, what: keyof Language["counted"]): string {
   const forms = spoken.counted[what];
-  const kind = new Intl.PluralRules(spoken.code).select(count);
+  const { code } = spoken;
+  const kind = kept(plurals, code, () => new Intl.PluralRules(code)).select(count);
   const form = kind === "one" || kind === "few" ? (forms[kind] ?? forms.other) : forms.other;
   return `${count} ${form}`;
+}
+
+/** A sentence with numbers put into its braces: one each, or all into the only one. */
+export function filled(sentence: string, numbers: readonly number[]): string {
+  const places = sentence.split("{}");
+  if (places.length === 2) return places.join(numbers.join(", "));
+  return places.reduce((text, place, k) => text + String(numbers[k - 1] ?? "") + place);
 }
 
 /** "1 March 2026", as the reader's country writes it. */
@@ -35,16 +53,9 @@ export function day(iso: string): string {
   return new Date(iso).toLocaleDateString(own ?? spoken.code, { dateStyle: "long", timeZone: "UTC" });
 }
 
-const formats = new Map<string, Intl.NumberFormat>();
-
 /** A number with `digits` decimals as the language writes it. */
 export function decimal(value: number, digits: number): string {
-  const key = `${spoken.code} ${digits}`;
-  let format = formats.get(key);
-  if (!format) {
-    // Making one takes as long as a hundred uses of it.
-    const options = { minimumFractionDigits: digits, maximumFractionDigits: digits, useGrouping: false };
-    formats.set(key, (format = new Intl.NumberFormat(spoken.code, options)));
-  }
-  return format.format(value);
+  const { code } = spoken;
+  const options = { minimumFractionDigits: digits, maximumFractionDigits: digits, useGrouping: false };
+  return kept(formats, `${code} ${digits}`, () => new Intl.NumberFormat(code, options)).format(value);
 }

@@ -6,6 +6,7 @@ import hashlib
 from dataclasses import dataclass
 from datetime import timedelta
 from typing import Final
+from uuid import UUID
 
 from sqlalchemy import delete, func, select
 from sqlalchemy.orm import Session
@@ -14,8 +15,7 @@ from walltopo_gym.accounts.models import Try
 from walltopo_gym.clock import now
 from walltopo_gym.errors import TooManyError
 
-__all__ = ["MAILS_PER_ADDRESS", "MAILS_PER_CLIENT", "SIGN_INS_PER_ACCOUNT", "SIGN_INS_PER_CLIENT",
-           "Limit", "count_try"]  # fmt: skip
+__all__ = ["Limit", "count_mail", "count_old_password", "count_sign_in"]
 
 _KEPT: Final = timedelta(days=1)
 
@@ -29,15 +29,50 @@ class Limit:
     seconds: int
 
 
-SIGN_INS_PER_ACCOUNT: Final = Limit("sign-in-account", 10, 900)
-# A whole gym may sit behind one address.
-SIGN_INS_PER_CLIENT: Final = Limit("sign-in-client", 100, 900)
-MAILS_PER_ADDRESS: Final = Limit("mail-address", 3, 3600)
-MAILS_PER_CLIENT: Final = Limit("mail-client", 30, 3600)
+# Of one account: in a browser that its owner signed in with before, from one network elsewhere,
+# and from everywhere else together. The last one shuts out no browser that is known.
+_KNOWN: Final = Limit("sign-in-known", 10, 900)
+_NETWORK: Final = Limit("sign-in-account-network", 10, 900)
+_ELSEWHERE: Final = Limit("sign-in-account", 100, 900)
+# Of all accounts together; a whole gym may sit behind one address.
+_CLIENT: Final = Limit("sign-in-client", 100, 900)
+_OLD_PASSWORD: Final = Limit("old-password", 10, 900)
+_MAILS_TO: Final = Limit("mail-address", 3, 3600)
+_MAILS_FROM: Final = Limit("mail-client", 30, 3600)
 
 
-def count_try(session: Session, limit: Limit, subject: str) -> None:
-    """Count one try of `subject` (an account, a client's address); in a transaction of its own.
+def count_sign_in(session: Session, email: str, network: str, known: str | None) -> None:
+    """Count a try to sign in; in a transaction of its own.
+
+    Parameters
+    ----------
+    known : what a browser is known by in which this account's owner signed in before.
+
+    Raises
+    ------
+    TooManyError : as in `_count_try`.
+    """
+    if known is not None:
+        _count_try(session, _KNOWN, known)
+        return
+    _count_try(session, _CLIENT, network)
+    _count_try(session, _NETWORK, f"{email} {network}")
+    _count_try(session, _ELSEWHERE, email)
+
+
+def count_old_password(session: Session, person: UUID) -> None:
+    """Count a try at the old password of somebody who is signed in, likewise."""
+    _count_try(session, _OLD_PASSWORD, str(person))
+
+
+def count_mail(session: Session, email: str, network: str) -> None:
+    """Count a mail that somebody asked for, likewise."""
+    _count_try(session, _MAILS_FROM, network)
+    _count_try(session, _MAILS_TO, email)
+
+
+def _count_try(session: Session, limit: Limit, subject: str) -> None:
+    """Count one try of `subject` (an account, a network).
 
     Raises
     ------

@@ -6,12 +6,22 @@ from datetime import datetime
 from typing import Any
 from uuid import UUID
 
-from sqlalchemy import JSON, ForeignKey, Index, String
+from sqlalchemy import JSON, ForeignKey, Index, LargeBinary, String, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column
 
 from walltopo_gym.database.base import Base, Keyed
 
-__all__ = ["ApiToken", "AuditEntry", "MailedLink", "Person", "SignIn", "Try"]
+__all__ = [
+    "ApiToken",
+    "AuditEntry",
+    "Challenge",
+    "KnownBrowser",
+    "MailedLink",
+    "Passkey",
+    "Person",
+    "SignIn",
+    "Try",
+]
 
 _PERSON = "people.id"
 
@@ -38,6 +48,16 @@ class SignIn(Keyed, Base):
     browser: Mapped[str] = mapped_column(String(200), default="")
 
 
+class KnownBrowser(Keyed, Base):
+    """A browser in which somebody signed in before; it is no sign-in."""
+
+    __tablename__ = "known_browsers"
+
+    person_id: Mapped[UUID] = mapped_column(ForeignKey(_PERSON, ondelete="CASCADE"), index=True)
+    token_hash: Mapped[str] = mapped_column(String(64), unique=True)
+    expires_at: Mapped[datetime]
+
+
 class ApiToken(Keyed, Base):
     """A key for programs: acts as its person, within its scopes."""
 
@@ -47,6 +67,52 @@ class ApiToken(Keyed, Base):
     name: Mapped[str] = mapped_column(String(80))
     token_hash: Mapped[str] = mapped_column(String(64), unique=True)
     scopes: Mapped[list[str]] = mapped_column(JSON)
+    expires_at: Mapped[datetime]
+
+
+class Passkey(Keyed, Base):
+    """A key of somebody's device that signs in instead of a password; only its public half."""
+
+    __tablename__ = "passkeys"
+
+    person_id: Mapped[UUID] = mapped_column(ForeignKey(_PERSON, ondelete="CASCADE"), index=True)
+    name: Mapped[str] = mapped_column(String(80))
+    credential_id: Mapped[bytes] = mapped_column(LargeBinary(1023), unique=True)
+    public_key: Mapped[bytes] = mapped_column(LargeBinary)
+    sign_count: Mapped[int]
+    used_at: Mapped[datetime | None]
+
+
+class Challenge(Keyed, Base):
+    """What a device is asked to sign; good once. `person_id`: who adds a passkey; None: who signs
+    in."""
+
+    __tablename__ = "challenges"
+
+    person_id: Mapped[UUID | None] = mapped_column(ForeignKey(_PERSON, ondelete="CASCADE"))
+    challenge_hash: Mapped[str] = mapped_column(String(64), unique=True)
+    expires_at: Mapped[datetime]
+
+
+class Identity(Keyed, Base):
+    """Who somebody is to another server (OpenID Connect)."""
+
+    __tablename__ = "identities"
+    __table_args__ = (UniqueConstraint("issuer", "subject"),)
+
+    person_id: Mapped[UUID] = mapped_column(ForeignKey(_PERSON, ondelete="CASCADE"), index=True)
+    issuer: Mapped[str] = mapped_column(String(300))
+    subject: Mapped[str] = mapped_column(String(255))
+
+
+class OidcAttempt(Keyed, Base):
+    """A browser that was sent to another server and has not come back yet."""
+
+    __tablename__ = "oidc_attempts"
+
+    state_hash: Mapped[str] = mapped_column(String(64), unique=True)
+    nonce: Mapped[str] = mapped_column(String(64))
+    verifier: Mapped[str] = mapped_column(String(64))
     expires_at: Mapped[datetime]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from typing import Final
 from uuid import UUID
 
 from sqlalchemy import delete, select
@@ -12,7 +13,11 @@ from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.models import ApiToken, Person, SignIn
 from walltopo_gym.accounts.passwords import Passwords, check_password
 
-__all__ = ["add_person", "find_person", "set_password", "sign_out_everywhere"]
+__all__ = ["NO_PASSWORD", "add_person", "find_person", "set_password", "sign_out_everywhere"]
+
+
+# No hash of any password: who has it signs in otherwise, or resets it.
+NO_PASSWORD: Final = "!"
 
 
 def find_person(session: Session, email: str) -> Person | None:

@@ -6,9 +6,37 @@ from importlib.metadata import version
 
 from fastapi import APIRouter, FastAPI
 
-from walltopo_gym.api import accounts, gyms, health, publishing, scans, uploads, walls
+from walltopo_gym.api import (
+    about,
+    climbing,
+    editing,
+    grades,
+    gyms,
+    health,
+    me,
+    members,
+    metrics,
+    oidc,
+    own_data,
+    pages,
+    passkeys,
+    passwords,
+    pictures,
+    plans,
+    publishing,
+    routes,
+    scans,
+    sessions,
+    sign_up,
+    tokens,
+    uploads,
+    walls,
+    webhooks,
+)
+from walltopo_gym.api.bounds import LONGEST_BODY, Bounds
 from walltopo_gym.api.cross_origin import CrossOriginGuard
 from walltopo_gym.api.headers import SafeHeaders
+from walltopo_gym.api.observed import Observed
 from walltopo_gym.api.problems import PROBLEMS, handle_problems
 from walltopo_gym.api.rules import declare_rules
 from walltopo_gym.api.services import Services
@@ -16,7 +44,9 @@ from walltopo_gym.api.services import Services
 __all__ = ["PREFIX", "build_app"]
 
 PREFIX = "/api/v1"
-_ROOMS = (accounts, gyms, walls, scans, uploads, publishing)
+_ROOMS = (sign_up, sessions, me, passwords, tokens, gyms, members, grades, walls, scans, uploads,
+          publishing, plans, editing, routes, pictures, climbing, passkeys, own_data, webhooks,
+          about)  # fmt: skip
 
 
 def build_app(services: Services) -> FastAPI:
@@ -34,16 +64,23 @@ def build_app(services: Services) -> FastAPI:
         docs_url=None,
         redoc_url=None,
         responses=PROBLEMS,
+        max_body_size=LONGEST_BODY,
         generate_unique_id_function=lambda route: route.name,
     )
     app.state.services = services
+    app.state.metrics = metrics.Metrics(services)
     api = APIRouter(prefix=PREFIX)
     for room in _ROOMS:
         declare_rules(room.router)
         api.include_router(room.router)
     app.include_router(api)
     app.include_router(health.router)
+    app.include_router(metrics.router)
+    app.include_router(oidc.router)
+    app.include_router(pages.router)  # the last: it answers for whatever is left
     handle_problems(app)
     app.add_middleware(CrossOriginGuard, origin=services.settings.link_base)
+    app.add_middleware(Bounds, per_minute=services.settings.requests_per_minute)
+    app.add_middleware(Observed, metrics=app.state.metrics)
     app.add_middleware(SafeHeaders)
     return app

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints
+from pydantic import BaseModel, ConfigDict, Field, SecretStr, StringConstraints
 
-__all__ = ["Body", "Name", "Secret", "Slug", "Text"]
+from walltopo_gym.accounts.passwords import LONGEST
+
+__all__ = ["Body", "Name", "Password", "Secret", "Slug", "Text"]
 
 # Printable, of one line: no control or bidirectional override characters, no lone surrogates.
 _LINE = r"^[^\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]+$"
@@ -21,6 +23,7 @@ Text = Annotated[
     ),
 ]  # fmt: skip
 Slug = Annotated[str, Field(pattern=r"^[a-z0-9]+(-[a-z0-9]+)*$", max_length=60)]
+Password = Annotated[SecretStr, Field(max_length=LONGEST)]
 Secret = Annotated[str, Field(min_length=20, max_length=100)]
 
 

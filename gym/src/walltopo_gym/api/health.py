@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fastapi import APIRouter
+from obstore.exceptions import BaseError
 from pydantic import BaseModel
 from sqlalchemy import text
 from sqlalchemy.exc import SQLAlchemyError
@@ -28,10 +29,14 @@ def read_health() -> Health:
 
 @router.get("/ready", response_model=Health)
 def read_readiness(services: ServicesOf) -> Health | JSONResponse:
-    """The database answers, too."""
+    """The database answers, too, and so does the store of files."""
     try:
         with services.database.reading() as session:
             session.execute(text("SELECT 1"))
     except SQLAlchemyError:
         return problem(503, "the database does not answer")
+    try:
+        services.store.has("nothing")
+    except (BaseError, OSError):
+        return problem(503, "the store of files does not answer")
     return Health(status="ok")

@@ -70,7 +70,6 @@ def handle_problems(app: FastAPI) -> None:
     app.add_exception_handler(RequestValidationError, _not_valid)
     app.add_exception_handler(HTTPException, _http)
     app.add_exception_handler(IntegrityError, _raced)
-    app.add_exception_handler(Exception, _defect)
 
 
 def _told(request: Request, error: Exception) -> JSONResponse:
@@ -100,7 +99,3 @@ def _raced(request: Request, error: Exception) -> JSONResponse:
     """Two that did the same at the same moment: the database let one of them in."""
     _LOG.info("conflict: %s", error)
     return problem(409, "somebody else did this at the same moment", "Look again.")
-
-
-def _defect(request: Request, error: Exception) -> JSONResponse:
-    return problem(500, "a defect in walltopo gym", "The operator's log says more.")

@@ -2,60 +2,36 @@
 
 from __future__ import annotations
 
-from datetime import date, datetime
+from datetime import datetime
 from typing import Annotated, Any, Literal
 from uuid import UUID
 from zoneinfo import ZoneInfo
 
 from fastapi import APIRouter, Header, Response
 from pydantic import BaseModel, Field
-from sqlalchemy import select
 from sqlalchemy.orm import Session
 from starlette.responses import StreamingResponse
 
-from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.accounts.audit import log_change
-from walltopo_gym.api.fields import Body, Name, Text
-from walltopo_gym.api.rules import Access, gym_rule
+from walltopo_gym.api.fields import Body
+from walltopo_gym.api.routes import PublisherMay, RouteFacts, RouteWords, routes_of
+from walltopo_gym.api.rules import Access, GuestMay
 from walltopo_gym.api.scans import ScanFacts, facts_of, scan_of
 from walltopo_gym.api.services import Db, ServicesOf
-from walltopo_gym.api.walls import GuestMay, wall_of
+from walltopo_gym.api.walls import wall_of
 from walltopo_gym.clock import now
+from walltopo_gym.editing.log import check_carried_out
 from walltopo_gym.errors import ConflictError, NotFoundError
-from walltopo_gym.gyms.models import Wall
 from walltopo_gym.gyms.roles import Role
-from walltopo_gym.publishing.change import Entry, check_grade, publish, put_back, strip
-from walltopo_gym.publishing.models import Placement, Route
+from walltopo_gym.publishing.change import Entry, check_grade, publish, put_back
 from walltopo_gym.publishing.review import found_routes, review
+from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.states import State
+from walltopo_gym.storage.files import FileStore
 
-__all__ = ["router"]
+__all__ = ["Publication", "confirmed", "router"]
 
-router = APIRouter(tags=["routes"])
-
-PublisherMay = Annotated[Access, gym_rule(Role.SETTER, Scope.PUBLISH)]
-
-Tags = Annotated[list[Name], Field(max_length=20)]
-
-
-class RouteWords(Body):
-    """What a setter says of a route; what is left out stays."""
-
-    name: Text | None = None
-    grade_system_id: UUID | None = None
-    grade: Text | None = None
-    setter: Text | None = None
-    tags: Tags | None = None
-    set_on: date | None = None
-    strip_on: date | None = None
-
-    def facts(self) -> dict[str, object]:
-        """What was given, by column."""
-        given = self.model_dump(exclude={"number", "route_id"}, exclude_unset=True)
-        return {
-            name: value for name, value in given.items()
-            if value is not None or name in ("grade_system_id", "strip_on")
-        }  # fmt: skip
+router = APIRouter(tags=["publishing"])
 
 
 class RouteEntry(RouteWords):
@@ -90,28 +66,11 @@ class DraftLine(BaseModel):
 
 
 class Draft(BaseModel):
-    """What a scan in review would change."""
+    """What a scan in review would change; `warnings`: where it looks worse than the last one."""
 
     revision: int
+    warnings: list[str]
     lines: list[DraftLine]
-
-
-class RouteFacts(BaseModel):
-    """A route; `number` and `holds` are those of the version that is published."""
-
-    id: UUID
-    wall_id: UUID
-    name: str
-    colour: str
-    grade_system_id: UUID | None
-    grade: str
-    setter: str
-    tags: list[str]
-    set_on: date
-    strip_on: date | None
-    stripped_at: datetime | None
-    number: int | None = None
-    holds: list[int] = []
 
 
 class Version(BaseModel):
@@ -139,7 +98,7 @@ def read_draft(scan: UUID, session: Db, services: ServicesOf, access: PublisherM
         )
         for line in found.lines
     ]  # fmt: skip
-    return Draft(revision=found.revision, lines=lines)
+    return Draft(revision=found.revision, warnings=found.warnings, lines=lines)
 
 
 @router.post("/gyms/{gym}/scans/{scan}/publish")
@@ -148,9 +107,28 @@ def publish_scan(
 ) -> ScanFacts:
     """Let the scan be the wall, with these routes; all at once."""
     row = scan_of(session, access.gym.id, scan)
-    if row.state != State.REVIEW:
-        raise ConflictError(f"the scan is {row.state}, not in review")
-    routes = found_routes(services.store, row.id)
+    entries, holds = confirmed(session, services.store, access, row, body)
+    today = now().astimezone(ZoneInfo(access.gym.time_zone)).date()
+    publish(session, row, body.revision, entries, holds, today)
+    session.refresh(row)
+    _log(session, access, "scan.publish", str(row.id))
+    return facts_of(session, row)
+
+
+def confirmed(
+    session: Session, store: FileStore, access: Access, scan: Scan, body: Publication
+) -> tuple[list[Entry], dict[int, list[int]]]:
+    """What a setter confirmed, checked; and the holds of the scan's routes by number.
+
+    Raises
+    ------
+    ConflictError : the scan is not in review, or its last edits are not carried out yet.
+    InputError : a grade is none of the gym's.
+    """
+    if scan.state != State.REVIEW:
+        raise ConflictError(f"the scan is {scan.state}, not in review")
+    check_carried_out(session, scan.id)
+    routes = found_routes(store, scan.id)
     entries = []
     for given in body.routes:
         check_grade(session, access.gym.id, given.grade_system_id, given.grade or "")
@@ -158,12 +136,7 @@ def publish_scan(
         if given.route_id is None and given.number in routes:
             facts = {"colour": routes[given.number].colour} | facts
         entries.append(Entry(given.number, given.route_id, facts))
-    holds = {number: route.holds for number, route in routes.items()}
-    today = now().astimezone(ZoneInfo(access.gym.time_zone)).date()
-    publish(session, row, body.revision, entries, holds, today)
-    session.refresh(row)
-    _log(session, access, "scan.publish", str(row.id))
-    return facts_of(session, row)
+    return entries, {number: list(route.holds) for number, route in routes.items()}
 
 
 @router.post("/gyms/{gym}/walls/{wall}/put-back")
@@ -199,7 +172,7 @@ def read_published(
         revision=row.revision,
         published_at=scan.published_at,
         files={path: f"{base}/{path}" for path in sorted(scan.files)},
-        routes=_routes(session, row),
+        routes=routes_of(session, row),
     )
 
 
@@ -221,74 +194,6 @@ def read_file(
     }
     pieces = services.store.chunks(known["key"])
     return StreamingResponse(pieces, media_type=known["type"], headers=headers)
-
-
-@router.get("/gyms/{gym}/routes/{route}")
-def read_route(route: UUID, session: Db, access: GuestMay) -> RouteFacts:
-    """A route, whether it hangs or not."""
-    return _one(session, _route_of(session, access, route))
-
-
-@router.patch("/gyms/{gym}/routes/{route}")
-def change_route(route: UUID, body: RouteWords, session: Db, access: PublisherMay) -> RouteFacts:
-    """Change what is said of a route."""
-    row = _route_of(session, access, route)
-    for name, value in body.facts().items():
-        setattr(row, name, value)
-    check_grade(session, access.gym.id, row.grade_system_id, row.grade)
-    _touch(session, row)
-    _log(session, access, "route.change", str(row.id))
-    return _one(session, row)
-
-
-@router.post("/gyms/{gym}/routes/{route}/strip")
-def strip_route(route: UUID, session: Db, access: PublisherMay) -> RouteFacts:
-    """Take a route off the wall without a new scan."""
-    row = _route_of(session, access, route)
-    strip(session, row)
-    session.refresh(row)
-    _touch(session, row)
-    _log(session, access, "route.strip", str(row.id))
-    return _one(session, row)
-
-
-def _routes(session: Session, wall: Wall) -> list[RouteFacts]:
-    rows = session.execute(
-        select(Route, Placement)
-        .join(Placement, Placement.route_id == Route.id)
-        .where(Placement.scan_id == wall.published_scan_id, Route.stripped_at.is_(None))
-        .order_by(Placement.number)
-    )
-    return [_told(route, placement) for route, placement in rows]
-
-
-def _route_of(session: Session, access: Access, route: UUID) -> Route:
-    found = select(Route).join(Wall, Wall.id == Route.wall_id)
-    row = session.scalar(found.where(Route.id == route, Wall.gym_id == access.gym.id))
-    if row is None:
-        raise NotFoundError("no such route")
-    return row
-
-
-def _one(session: Session, row: Route) -> RouteFacts:
-    wall = session.get_one(Wall, row.wall_id)
-    placed = select(Placement).where(
-        Placement.route_id == row.id, Placement.scan_id == wall.published_scan_id
-    )
-    return _told(row, session.scalar(placed))
-
-
-def _told(row: Route, placement: Placement | None) -> RouteFacts:
-    facts = RouteFacts.model_validate(row, from_attributes=True)
-    if placement is not None:
-        facts.number, facts.holds = placement.number, placement.holds
-    return facts
-
-
-def _touch(session: Session, row: Route) -> None:
-    """The wall reads otherwise now: its tag changes, and who confirms an older draft is told."""
-    wall = session.get_one(Wall, row.wall_id, with_for_update=True)
-    wall.revision += 1
 
 
 def _log(session: Session, access: Access, action: str, subject: str) -> None:

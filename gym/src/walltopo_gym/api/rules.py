@@ -24,8 +24,8 @@ from walltopo_gym.gyms.members import role_of
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.gyms.roles import Role
 
-__all__ = ["COOKIE", "Access", "AnyoneMay", "OperatorsMay", "Rule", "SignedInMay", "declare_rules",
-           "gym_rule"]  # fmt: skip
+__all__ = ["COOKIE", "Access", "AnyoneMay", "GuestMay", "OperatorsMay", "OwnerMay", "Rule",
+           "SetterMay", "SignedInMay", "declare_rules", "gym_rule"]  # fmt: skip
 
 # `__Host-`: over HTTPS only, of this host only, for all of it (RFC 6265bis, 4.1.3.2).
 COOKIE: Final = "__Host-walltopo"
@@ -121,6 +121,11 @@ def gym_rule(least: Role, scope: Scope | None) -> Any:
 
     check.rule = rule  # type: ignore[attr-defined]
     return Depends(check)
+
+
+GuestMay = Annotated[Access, gym_rule(Role.GUEST, Scope.READ)]
+SetterMay = Annotated[Access, gym_rule(Role.SETTER, Scope.MANAGE)]
+OwnerMay = Annotated[Access, gym_rule(Role.OWNER, Scope.MANAGE)]
 
 
 def _visible_gym(session: Session, slug: str, actor: Actor) -> tuple[Gym, Role]:

@@ -14,8 +14,7 @@ from walltopo_gym.api.app import build_app
 from walltopo_gym.api.logs import log_config
 from walltopo_gym.api.services import Services
 from walltopo_gym.migrations.run import migrate
-from walltopo_gym.scans.stages import ScanSteps
-from walltopo_gym.scans.worker import run_worker
+from walltopo_gym.publishing.work import work
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.uploads.receiving import finish_all
 
@@ -43,7 +42,8 @@ def serve(settings: GymSettings, tell: Callable[[str], None]) -> None:
         config = uvicorn.Config(
             build_app(services),
             server_header=False,
-            log_config=log_config(),
+            log_config=log_config(settings.log),
+            access_log=False,  # ours has ids, and no queries
             proxy_headers=bool(settings.proxies),
             forwarded_allow_ips=list(settings.proxies),
             timeout_graceful_shutdown=_LAST_WORDS_S,
@@ -53,7 +53,7 @@ def serve(settings: GymSettings, tell: Callable[[str], None]) -> None:
         with _worker_within(services):
             uvicorn.Server(config).run(sockets=[listener])
     finally:
-        services.database.close()
+        services.close()
 
 
 @contextmanager
@@ -63,8 +63,8 @@ def _worker_within(services: Services) -> Iterator[None]:
         yield
         return
     stop = threading.Event()
-    steps = ScanSteps.of(services.settings, services.database, services.store)
-    worker = threading.Thread(target=run_worker, args=(steps, stop), name="worker")
+    place = services.settings, services.database, services.store
+    worker = threading.Thread(target=work, args=(*place, stop), name="worker")
     worker.start()
     try:
         yield

@@ -12,7 +12,7 @@ from anyio import sleep, to_thread
 from fastapi import APIRouter, Depends, Request
 from fastapi.sse import EventSourceResponse
 from pydantic import BaseModel
-from sqlalchemy import func, select
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.actor import Scope
@@ -21,12 +21,12 @@ from walltopo_gym.api.paging import Cursor, Page, Size, page_of
 from walltopo_gym.api.rules import Access, gym_rule
 from walltopo_gym.api.services import Db, Services, ServicesOf
 from walltopo_gym.api.walls import wall_of
-from walltopo_gym.errors import ConflictError, NotFoundError
+from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.models import Wall
 from walltopo_gym.gyms.roles import Role
+from walltopo_gym.scans.asking import begin, start
 from walltopo_gym.scans.models import Scan, ScanProgress
 from walltopo_gym.scans.states import State, move
-from walltopo_gym.uploads.models import Photo
 
 __all__ = ["UploaderMay", "router", "scan_of"]
 
@@ -34,7 +34,6 @@ router = APIRouter(tags=["scans"])
 
 UploaderMay = Annotated[Access, gym_rule(Role.SETTER, Scope.UPLOAD)]
 
-FEWEST_PHOTOS = 3
 _WATCH_S = 0.5
 
 
@@ -101,14 +100,7 @@ def begin_scan(wall: UUID, session: Db, access: UploaderMay) -> ScanFacts:
     """Begin a version of the wall, to which photos are sent. It will lie in the frame of the one
     that is published now."""
     row = wall_of(session, access.gym.id, wall)
-    scan = Scan(
-        wall_id=wall,
-        made_by=access.actor.known,
-        state=State.UPLOADING,
-        reference_id=row.published_scan_id,
-    )
-    session.add(scan)
-    session.flush()
+    scan = begin(session, row, access.actor.known)
     _log(session, access, "scan.create", scan)
     return facts_of(session, scan)
 
@@ -159,10 +151,7 @@ async def watch_scan(
 def start_scan(scan: UUID, session: Db, access: UploaderMay) -> ScanFacts:
     """Make a wall of the photos; again, where that failed or was cancelled."""
     row = scan_of(session, access.gym.id, scan)
-    _check_photos(session, row)
-    move(session, row.id, State.QUEUED)
-    session.refresh(row)
-    row.run, row.error, row.hint = row.run + 1, "", ""
+    start(session, row)
     _log(session, access, "scan.start", row)
     return facts_of(session, row)
 
@@ -175,27 +164,6 @@ def cancel_scan(scan: UUID, session: Db, access: UploaderMay) -> ScanFacts:
     session.refresh(row)
     _log(session, access, "scan.cancel", row)
     return facts_of(session, row)
-
-
-def _check_photos(session: Session, scan: Scan) -> None:
-    """Refuse a scan that could not come to anything.
-
-    Raises
-    ------
-    ConflictError : photos are still on their way, or too few are usable.
-    """
-    counted = session.execute(
-        select(Photo.state, func.count()).where(Photo.scan_id == scan.id).group_by(Photo.state)
-    )
-    states = {row[0]: row[1] for row in counted}
-    waiting = states.get("receiving", 0) + states.get("received", 0)
-    if waiting:
-        raise ConflictError(f"{waiting} photos are still on their way", "Wait, or take them back.")
-    usable = states.get("usable", 0)
-    if usable < FEWEST_PHOTOS:
-        raise ConflictError(
-            f"{usable} usable photos, at least {FEWEST_PHOTOS} are needed", "Take more photos."
-        )
 
 
 def _log(session: Session, access: Access, action: str, scan: Scan) -> None:

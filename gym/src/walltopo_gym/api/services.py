@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from ipaddress import IPv6Address, ip_address, ip_network
 from typing import Annotated
 
 from fastapi import Depends, Request
@@ -11,12 +12,13 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.passwords import Passwords
 from walltopo_gym.database.engine import Database
+from walltopo_gym.editing.desks import Desks
 from walltopo_gym.mail import Mailer, make_mailer
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import FileStore, open_store
 from walltopo_gym.uploads.incoming import Incoming
 
-__all__ = ["Db", "Services", "ServicesOf", "client_of", "is_reading"]
+__all__ = ["Db", "Services", "ServicesOf", "is_reading", "network_of"]
 
 _READING = {"GET", "HEAD", "OPTIONS"}
 
@@ -31,19 +33,27 @@ class Services:
     mailer: Mailer
     store: FileStore
     incoming: Incoming
+    desks: Desks
 
     @classmethod
     def open(cls, settings: GymSettings) -> Services:
         """All of them, as the settings say."""
         settings.data.mkdir(parents=True, exist_ok=True)
+        database, store = Database(settings.database_url), open_store(settings)
         return cls(
             settings,
-            Database(settings.database_url),
+            database,
             Passwords(),
             make_mailer(settings),
-            open_store(settings),
+            store,
             Incoming(settings.data / "incoming", settings.keep_free_mb),
+            Desks(settings.data / "editing", settings.most_edited, database, store),
         )
+
+    def close(self) -> None:
+        """Wait for what was begun, and close the connections."""
+        self.desks.close()
+        self.database.close()
 
 
 def _services(request: Request) -> Services:
@@ -69,6 +79,14 @@ def _session(request: Request, services: ServicesOf) -> Iterator[Session]:
 Db = Annotated[Session, Depends(_session, scope="function")]
 
 
-def client_of(request: Request) -> str:
-    """The asker's address; of the nearest proxy that is believed, it is what that one says."""
-    return request.client.host if request.client else ""
+def network_of(request: Request) -> str:
+    """The asker's address, as the nearest proxy that is believed says it; of IPv6 the network of
+    64 bits, for one household has all of that."""
+    told = request.client.host if request.client else ""
+    try:
+        address = ip_address(told)
+    except ValueError:
+        return told
+    if isinstance(address, IPv6Address):
+        return str(address.ipv4_mapped or ip_network((int(address) >> 64 << 64, 64)))
+    return told

@@ -37,6 +37,7 @@ __all__ = ["router"]
 
 _VERSION: Final = "1.0.0"
 _PIECE: Final = 1 << 20
+_LONGEST_PHOTO: Final = 2_000_000_000  # what can be announced at most, by the settings
 
 
 def _speak_tus(response: Response, tus_resumable: Annotated[str | None, Header()] = None) -> None:
@@ -108,7 +109,9 @@ def ask_offset(
     response.headers["cache-control"] = "no-store"
 
 
-@router.patch("/gyms/{gym}/photos/{photo}", status_code=204, dependencies=[Tus])
+@router.patch(
+    "/gyms/{gym}/photos/{photo}", status_code=204, dependencies=[Tus], max_body_size=_LONGEST_PHOTO
+)
 async def send_photo(
     photo: UUID, request: Request, response: Response, services: ServicesOf, access: UploaderMay,
     upload_offset: Annotated[int, Header(ge=0, lt=2**63)],

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from datetime import datetime
-from typing import Annotated
 from uuid import UUID
 
 from fastapi import APIRouter
@@ -11,28 +10,25 @@ from pydantic import BaseModel, Field
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.accounts.audit import log_change
-from walltopo_gym.api.fields import Body, Name
-from walltopo_gym.api.rules import Access, gym_rule
+from walltopo_gym.api.fields import Body, Name, Text
+from walltopo_gym.api.rules import Access, GuestMay, OwnerMay, SetterMay
 from walltopo_gym.api.services import Db
 from walltopo_gym.errors import ConflictError, NotFoundError
 from walltopo_gym.gyms.models import Wall
-from walltopo_gym.gyms.roles import Role
 
-__all__ = ["GuestMay", "SetterMay", "router", "wall_of"]
+__all__ = ["router", "wall_of"]
 
 router = APIRouter(tags=["walls"])
 
-GuestMay = Annotated[Access, gym_rule(Role.GUEST, Scope.READ)]
-SetterMay = Annotated[Access, gym_rule(Role.SETTER, Scope.MANAGE)]
-
 
 class NewWall(Body):
-    """A wall; `place` orders the gym's walls from left to right."""
+    """A wall; `place` orders the gym's walls from left to right, `zone` joins those that are set
+    together."""
 
     name: Name
     place: int = Field(0, ge=-10_000, le=10_000)
+    zone: Text = Field("", max_length=80)
 
 
 class WallChange(Body):
@@ -40,6 +36,7 @@ class WallChange(Body):
 
     name: Name | None = None
     place: int | None = Field(None, ge=-10_000, le=10_000)
+    zone: Text | None = Field(None, max_length=80)
 
 
 class WallFacts(BaseModel):
@@ -48,6 +45,7 @@ class WallFacts(BaseModel):
     id: UUID
     name: str
     place: int
+    zone: str
     published_scan_id: UUID | None
     revision: int
     created_at: datetime
@@ -79,7 +77,7 @@ def list_walls(session: Db, access: GuestMay) -> list[WallFacts]:
 def make_wall(body: NewWall, session: Db, access: SetterMay) -> WallFacts:
     """Add a wall."""
     _refuse_taken(session, access.gym.id, body.name)
-    row = Wall(gym_id=access.gym.id, name=body.name, place=body.place)
+    row = Wall(gym_id=access.gym.id, name=body.name, place=body.place, zone=body.zone)
     session.add(row)
     session.flush()
     _log(session, access, "wall.create", row)
@@ -101,14 +99,14 @@ def change_wall(wall: UUID, body: WallChange, session: Db, access: SetterMay) ->
         row.name = body.name
     if body.place is not None:
         row.place = body.place
+    if body.zone is not None:
+        row.zone = body.zone
     _log(session, access, "wall.change", row)
     return _facts(row)
 
 
 @router.delete("/gyms/{gym}/walls/{wall}", status_code=204)
-def drop_wall(
-    wall: UUID, session: Db, access: Annotated[Access, gym_rule(Role.OWNER, Scope.MANAGE)]
-) -> None:
+def drop_wall(wall: UUID, session: Db, access: OwnerMay) -> None:
     """Take a wall away for good, with its scans and routes."""
     row = wall_of(session, access.gym.id, wall)
     session.delete(row)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 from walltopo.core import InputError
+from walltopo_gym.cli import demo, operator
+from walltopo_gym.cli.options import add_place
 
 __all__ = ["register"]
 
@@ -14,6 +15,7 @@ examples:
   walltopo gym serve --data gym/                       SQLite and files in gym/
   walltopo gym serve --data gym/ --database postgresql://user@host/walls
   walltopo gym user add owner@gym.example --data gym/ --operator
+  walltopo gym backup --data gym/ gym.tar              while it serves
 
 Everything that can be set: `walltopo gym settings`; in DIR/gym.toml, or as WALLTOPO_GYM_NAME.
 """
@@ -30,24 +32,26 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     gym.set_defaults(run=lambda args: _help(gym))
     inner = gym.add_subparsers(title="commands", metavar="COMMAND")
     serve = inner.add_parser("serve", help="serve the platform until Ctrl-C")
-    _add_place(serve)
+    add_place(serve)
     serve.add_argument("--host", help="address to listen on (default 127.0.0.1)")
     serve.add_argument("--port", help="port to listen on; 0: any free one (default 8080)")
     serve.add_argument("--address", help="the address as people type it, e.g. https://gym.example")
     serve.set_defaults(run=_serve)
     worker = inner.add_parser("worker", help="work on scans, on this or another machine")
-    _add_place(worker)
+    add_place(worker)
     worker.set_defaults(run=_worker)
     migrate = inner.add_parser("migrate", help="bring the database to this version (serve does it)")
-    _add_place(migrate)
+    add_place(migrate)
     migrate.set_defaults(run=_migrate)
-    user = inner.add_parser("user", help="make an account, or give it another password")
-    user.add_argument("what", choices=("add", "password"))
+    user = inner.add_parser("user", help="make an account, give it another password, or delete it")
+    user.add_argument("what", choices=("add", "password", "delete"))
     user.add_argument("email")
     user.add_argument("--name", help="(add) as others see it; default: what stands before the @")
     user.add_argument("--operator", action="store_true", help="(add) may open gyms")
-    _add_place(user)
+    add_place(user)
     user.set_defaults(run=_user)
+    demo.register(inner)
+    operator.register(inner)
     settings = inner.add_parser("settings", help="every setting with its default")
     settings.set_defaults(run=_settings)
 
@@ -55,12 +59,6 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 def _help(parser: argparse.ArgumentParser) -> int:
     parser.print_help()
     return 2
-
-
-def _add_place(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--data", type=Path, metavar="DIR", help="the folder of everything")
-    parser.add_argument("--database", metavar="URL", help="PostgreSQL instead of SQLite in DIR")
-    parser.add_argument("--objects", metavar="URL", help="an S3 bucket instead of files in DIR")
 
 
 def _serve(args: argparse.Namespace) -> int:
@@ -86,15 +84,14 @@ def _worker(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo_gym.api.logs import log_config
     from walltopo_gym.cli.place import opened, settings_of
-    from walltopo_gym.scans.stages import ScanSteps
-    from walltopo_gym.scans.worker import run_worker
+    from walltopo_gym.publishing.work import work
     from walltopo_gym.storage.files import open_store
 
     settings = settings_of(args)
-    logging.config.dictConfig(log_config())
+    logging.config.dictConfig(log_config(settings.log))
     with opened(args) as database:
         console.print("working on scans; Ctrl-C stops")
-        run_worker(ScanSteps.of(settings, database, open_store(settings)), threading.Event())
+        work(settings, database, open_store(settings), threading.Event())
     return 0
 
 
@@ -113,6 +110,7 @@ def _user(args: argparse.Namespace) -> int:
     from walltopo_gym.accounts.passwords import Passwords, check_password
     from walltopo_gym.accounts.people import add_person, find_person, set_password
     from walltopo_gym.cli.place import asked_password, opened
+    from walltopo_gym.climbing.own_data import forget
 
     email = one_spelling(args.email)
     passwords = Passwords()
@@ -126,7 +124,10 @@ def _user(args: argparse.Namespace) -> int:
             person = find_person(session, email)
             if person is None:
                 raise InputError(f"{email}: no account")
-            set_password(session, person, asked_password(), passwords)
+            if args.what == "delete":
+                forget(session, person.id)
+            else:
+                set_password(session, person, asked_password(), passwords)
     console.print(f"{email}: done", soft_wrap=True)
     return 0
 

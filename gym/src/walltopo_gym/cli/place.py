@@ -13,7 +13,7 @@ from walltopo_gym.database.engine import Database
 from walltopo_gym.migrations.run import migrate
 from walltopo_gym.settings import GymSettings, load_settings
 
-__all__ = ["asked_password", "opened", "settings_of"]
+__all__ = ["asked_password", "database_of", "opened", "settings_of"]
 
 
 def settings_of(args: argparse.Namespace) -> GymSettings:
@@ -24,7 +24,13 @@ def settings_of(args: argparse.Namespace) -> GymSettings:
 @contextmanager
 def opened(args: argparse.Namespace) -> Iterator[Database]:
     """The database of `--data` and `--database`, with the tables of this version."""
-    settings = settings_of(args)
+    with database_of(settings_of(args)) as database:
+        yield database
+
+
+@contextmanager
+def database_of(settings: GymSettings) -> Iterator[Database]:
+    """The database of the settings, with the tables of this version."""
     settings.data.mkdir(parents=True, exist_ok=True)
     database = Database(settings.database_url)
     try:

@@ -78,7 +78,8 @@ class GradeSystem(Keyed, Base):
 class Wall(Keyed, Base):
     """A section with its own series of scans; `place` orders them from left to right.
 
-    `published_scan_id` is what the public sees; `revision` grows with every change of it.
+    `zone`: walls that are set together, empty for none; `published_scan_id` is what the public
+    sees; `revision` grows with every change of it.
     """
 
     __tablename__ = "walls"
@@ -87,6 +88,7 @@ class Wall(Keyed, Base):
     gym_id: Mapped[UUID] = mapped_column(ForeignKey(_GYM, ondelete="CASCADE"))
     name: Mapped[str] = mapped_column(String(80))
     place: Mapped[int] = mapped_column(default=0)
+    zone: Mapped[str] = mapped_column(String(80), default="")
     published_scan_id: Mapped[UUID | None] = mapped_column(
         ForeignKey("scans.id", use_alter=True, ondelete="SET NULL")
     )

@@ -21,6 +21,7 @@ from walltopo_gym.gyms.models import GradeSystem, Wall
 from walltopo_gym.publishing.models import Placement, Route
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.states import State, move
+from walltopo_gym.webhooks.events import note
 
 __all__ = ["Entry", "check_grade", "publish", "put_back", "strip"]
 
@@ -81,6 +82,7 @@ def publish(
     for route in hanging.values():
         if route.id not in staying:
             route.stripped_at = now()
+    _tell(session, scan)
 
 
 def put_back(session: Session, scan: Scan, expected: int) -> None:
@@ -97,6 +99,7 @@ def put_back(session: Session, scan: Scan, expected: int) -> None:
     stripped = update(Route).where(Route.wall_id == scan.wall_id, Route.stripped_at.is_(None))
     session.execute(stripped.where(Route.id.not_in(placed)).values(stripped_at=now()))
     session.execute(update(Route).where(Route.id.in_(placed)).values(stripped_at=None))
+    _tell(session, scan)
 
 
 def strip(session: Session, route: Route) -> None:
@@ -109,6 +112,8 @@ def strip(session: Session, route: Route) -> None:
     gone = update(Route).where(Route.id == route.id, Route.stripped_at.is_(None))
     if session.execute(gone.values(stripped_at=now()).returning(Route.id)).one_or_none() is None:
         raise ConflictError("this route hangs no more")
+    gym = session.get_one(Wall, route.wall_id).gym_id
+    note(session, gym, "route.stripped", wall=str(route.wall_id), route=str(route.id))
 
 
 def check_grade(session: Session, gym: UUID, system: UUID | None, grade: str) -> None:
@@ -145,6 +150,11 @@ def _take_wall(session: Session, scan: Scan, expected: int) -> None:
         move(session, before, State.SUPERSEDED)
     move(session, scan.id, State.PUBLISHED)
     session.execute(update(Scan).where(Scan.id == scan.id).values(published_at=now()))
+
+
+def _tell(session: Session, scan: Scan) -> None:
+    gym = session.get_one(Wall, scan.wall_id).gym_id
+    note(session, gym, "wall.published", wall=str(scan.wall_id), scan=str(scan.id))
 
 
 def _hanging(session: Session, wall: UUID) -> Sequence[Route]:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from datetime import date, datetime
+from typing import Any
 from uuid import UUID
 
 from sqlalchemy import JSON, ForeignKey, String
 from sqlalchemy.orm import Mapped, mapped_column
 
+from walltopo_gym.clock import now
 from walltopo_gym.database.base import Base, Keyed
 
-__all__ = ["Placement", "Route"]
+__all__ = ["Placement", "Plan", "Route"]
 
 
 class Route(Keyed, Base):
@@ -46,3 +48,24 @@ class Placement(Base):
     number: Mapped[int] = mapped_column(primary_key=True)
     route_id: Mapped[UUID] = mapped_column(ForeignKey("routes.id", ondelete="CASCADE"), index=True)
     holds: Mapped[list[int]] = mapped_column(JSON)
+
+
+class Plan(Base):
+    """A publication that waits for its moment; `at` empty: for the rest of the wall's zone.
+
+    `entries` and `holds` are what the setter confirmed, `over_id` the version that was published
+    then; `error` says why it could not be done.
+    """
+
+    __tablename__ = "plans"
+
+    scan_id: Mapped[UUID] = mapped_column(
+        ForeignKey("scans.id", ondelete="CASCADE"), primary_key=True
+    )
+    over_id: Mapped[UUID | None]
+    made_by: Mapped[UUID | None] = mapped_column(ForeignKey("people.id", ondelete="SET NULL"))
+    created_at: Mapped[datetime] = mapped_column(default=now)
+    at: Mapped[datetime | None]
+    entries: Mapped[list[dict[str, Any]]] = mapped_column(JSON)
+    holds: Mapped[dict[str, list[int]]] = mapped_column(JSON)
+    error: Mapped[str] = mapped_column(String(500), default="")

@@ -11,14 +11,16 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from walltopo.pipeline.settings import Settings
+from walltopo.resets.routes import Line, compare
 from walltopo.scans import routes as found
 from walltopo.scans.attributes import Attributes, Hold
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.manifest import Manifest
 from walltopo.scans.scale import Scale
 from walltopo.scans.units import unit_of
 from walltopo_gym.gyms.models import Wall
-from walltopo_gym.publishing.identity import Line, compare
 from walltopo_gym.publishing.models import Placement, Route
+from walltopo_gym.publishing.worse import worse_than
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.shelf import take_files
 from walltopo_gym.storage.files import FileStore
@@ -28,11 +30,13 @@ __all__ = ["Review", "found_routes", "review"]
 
 @dataclass(frozen=True)
 class Review:
-    """The lines to confirm, the routes of the scan by number, and the wall's revision."""
+    """The lines to confirm, the routes of the scan by number, the wall's revision, and where the
+    scan is worse than the last one."""
 
     lines: list[Line[UUID]]
     routes: dict[int, found.Route]
     revision: int
+    warnings: list[str]
 
 
 def found_routes(store: FileStore, scan: UUID) -> dict[int, found.Route]:
@@ -49,9 +53,12 @@ def review(session: Session, store: FileStore, scan: Scan) -> Review:
     routes = found_routes(store, scan.id)
     new = {number: route.holds for number, route in routes.items()}
     before = wall.published_scan_id
+    warnings = worse_than(
+        None if before is None else _manifest(store, before), _manifest(store, scan.id)
+    )
     if before is None:
         lines: list[Line[UUID]] = compare({}, (), new, ())
-        return Review(lines, routes, wall.revision)
+        return Review(lines, routes, wall.revision, warnings)
     hanging = session.scalars(
         select(Placement)
         .join(Route, Route.id == Placement.route_id)
@@ -61,7 +68,15 @@ def review(session: Session, store: FileStore, scan: Scan) -> Review:
     old = {placement.route_id: placement.holds for placement in hanging}
     old_holds, _ = _holds(store, before)
     new_holds, unit = _holds(store, scan.id)
-    return Review(compare(old, old_holds, new, new_holds, unit), routes, wall.revision)
+    lines = compare(old, old_holds, new, new_holds, unit)
+    return Review(lines, routes, wall.revision, warnings)
+
+
+def _manifest(store: FileStore, scan: UUID) -> Manifest:
+    with tempfile.TemporaryDirectory() as name:
+        folder = ScanFolder(Path(name))
+        take_files(store, scan, folder, "manifest")
+        return Manifest.load(folder.manifest)
 
 
 def _holds(store: FileStore, scan: UUID) -> tuple[tuple[Hold, ...], float]:

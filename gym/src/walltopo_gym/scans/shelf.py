@@ -17,10 +17,12 @@ from walltopo.pipeline.stages import STAGES, stage_index
 from walltopo.scans.folder import ScanFolder
 from walltopo_gym.storage.files import FileStore, hash_of_file
 
-__all__ = ["shelve_stage", "take_files", "take_scan", "take_visible"]
+__all__ = ["shelve_input", "shelve_stage", "take_files", "take_scan", "take_visible"]
 
 # What is shown of a published wall.
 _VISIBLE = ("page", "page_assets", "glb", "holds", "routes")
+# What a stage need not find, and is much slower without: an edit makes no tier anew.
+_HANDY = {"export": ("tiers",)}
 
 
 def _prefix(scan: UUID) -> str:
@@ -29,12 +31,17 @@ def _prefix(scan: UUID) -> str:
 
 def shelve_stage(store: FileStore, scan: UUID, folder: ScanFolder, stage: str) -> None:
     """Put on the shelf what a stage made."""
-    for name in STAGES[stage_index(stage)].writes:
-        path: Path = getattr(folder, name)
-        files = files_below(path) if path.is_dir() else [path] if path.is_file() else []
-        for file in files:
-            store.put(f"{_prefix(scan)}/{file.relative_to(folder.root).as_posix()}", file)
+    for name in (*STAGES[stage_index(stage)].writes, *_HANDY.get(stage, ())):
+        shelve_input(store, scan, folder, name)
     store.put(f"{_prefix(scan)}/{folder.manifest.name}", folder.manifest)
+
+
+def shelve_input(store: FileStore, scan: UUID, folder: ScanFolder, name: str) -> None:
+    """Put on the shelf what has a name in the scan folder, where it is there."""
+    path: Path = getattr(folder, name)
+    files = files_below(path) if path.is_dir() else [path] if path.is_file() else []
+    for file in files:
+        store.put(f"{_prefix(scan)}/{file.relative_to(folder.root).as_posix()}", file)
 
 
 def take_scan(store: FileStore, scan: UUID, folder: ScanFolder) -> None:
@@ -70,8 +77,7 @@ def take_visible(store: FileStore, folder: ScanFolder) -> dict[str, Any]:
                 continue
             content = hash_of_file(file)
             key = f"content/{content}"
-            if not store.has(key):
-                store.put(key, file)
+            store.put(key, file)  # also where it is already: a purge leaves young files alone
             kind = mimetypes.guess_type(file.name)[0] or "application/octet-stream"
             shown = file.relative_to(folder.root).as_posix()
             found[shown] = {"key": key, "size": file.stat().st_size, "type": kind}

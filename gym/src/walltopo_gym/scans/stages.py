@@ -19,6 +19,7 @@ from walltopo_gym.database.engine import Database
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.scans.job import Failed, Job
 from walltopo_gym.scans.models import Scan, ScanProgress
+from walltopo_gym.scans.pictures import keep_front
 from walltopo_gym.scans.running import RunningScan
 from walltopo_gym.scans.shelf import shelve_stage, take_scan, take_visible
 from walltopo_gym.scans.states import State, move
@@ -105,7 +106,9 @@ class ScanSteps:
 
     def finish(self, scan: UUID, run: int) -> None:
         """Hand the wall over to the setter."""
-        files = take_visible(self.store, self._folder(scan))
+        folder = self._folder(scan)
+        files = take_visible(self.store, folder)
+        keep_front(self.store, scan, folder)
         with self.database.writing() as session:
             move(session, scan, State.REVIEW, run=run)
             session.execute(update(Scan).where(Scan.id == scan).values(files=files))

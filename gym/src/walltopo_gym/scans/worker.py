@@ -15,6 +15,7 @@ import fcntl
 import logging
 import socket
 import threading
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from datetime import timedelta
 from pathlib import Path
@@ -26,6 +27,7 @@ from sqlalchemy import select
 
 from walltopo.pipeline.stages import stage_names
 from walltopo_gym.clock import now
+from walltopo_gym.errors import ConflictError
 from walltopo_gym.gyms.models import Wall
 from walltopo_gym.scans.models import Scan, Worker
 from walltopo_gym.scans.stages import ScanSteps
@@ -40,6 +42,8 @@ _QUEUE: Final = "scans"
 # Raised when the steps change so that a workflow cannot go on under the new ones.
 _SHAPE: Final = "1"
 _POLL_S: Final = 1.0
+_AT_ONCE: Final = 8  # of what chores put into a queue
+_LAST_WORDS_S: Final = 5  # for writing down what has just ended; what runs is let go of at once
 _BEATS: Final = 4  # within the silence after which a worker is taken for dead
 
 # DBOS is one for a process, and calls functions: what they work with stands here.
@@ -78,15 +82,26 @@ def _stage(scan: str, run: int, stage: str) -> str:
 
 
 def _finish(scan: str, run: int) -> None:
-    _at_work().finish(UUID(scan), run)
+    try:
+        _at_work().finish(UUID(scan), run)
+    except ConflictError as why:  # cancelled or deleted at the last moment
+        _LOG.info("scan %s, run %s: not handed over (%s)", scan, run, why)
 
 
 def _fail(scan: str, run: int, why: str) -> None:
     _at_work().fail(UUID(scan), run, why)
 
 
-def run_worker(steps: ScanSteps, stop: threading.Event) -> None:
-    """Work until `stop`; scans that are being worked on go on when a worker starts again."""
+def run_worker(
+    steps: ScanSteps, stop: threading.Event, chores: Sequence[Callable[[], object]] = (),
+    queues: Sequence[str] = (),
+) -> None:  # fmt: skip
+    """Work until `stop`; scans that are being worked on go on when a worker starts again.
+
+    Parameters
+    ----------
+    chores : done once a round, quickly; queues : of DBOS, that they put work into.
+    """
     global _steps
     _steps = steps
     with ExitStack() as held:
@@ -103,7 +118,7 @@ def run_worker(steps: ScanSteps, stop: threading.Event) -> None:
         }
         DBOS(config=config)
         DBOS.launch()
-        held.callback(DBOS.destroy, workflow_completion_timeout_sec=0)
+        held.callback(DBOS.destroy, workflow_completion_timeout_sec=_LAST_WORDS_S)
         held.callback(steps.stop)
         workers = max(1, steps.settings.workers)
         # A queue a gym, of which each worker takes at random: one gym's ten scans delay no other.
@@ -113,7 +128,9 @@ def run_worker(steps: ScanSteps, stop: threading.Event) -> None:
             partition_worker_concurrency=workers,
             polling_interval_sec=_POLL_S,
         )
-        _work(steps, name, stop)
+        for queue in queues:
+            DBOS.register_queue(queue, worker_concurrency=_AT_ONCE, polling_interval_sec=_POLL_S)
+        _work(steps, name, stop, chores)
 
 
 def jobs_url(settings: GymSettings) -> str:
@@ -124,7 +141,9 @@ def jobs_url(settings: GymSettings) -> str:
     return url
 
 
-def _work(steps: ScanSteps, name: str, stop: threading.Event) -> None:
+def _work(
+    steps: ScanSteps, name: str, stop: threading.Event, chores: Sequence[Callable[[], object]]
+) -> None:
     begun: set[str] = set()
     beat = timedelta(seconds=steps.settings.silent_s / _BEATS)
     next_beat = now()
@@ -137,6 +156,8 @@ def _work(steps: ScanSteps, name: str, stop: threading.Event) -> None:
                 _take_over(steps, name)
                 next_beat = now() + beat
             _begin_queued(steps, begun)
+            for chore in chores:
+                chore()
             while look_at_some(steps.database, steps.store) and not stop.is_set():
                 pass
         except Exception:  # a database that is away for a while shall not end the worker

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator
+from datetime import datetime
 from pathlib import Path
 from typing import Final
 
@@ -85,6 +86,12 @@ class FileStore:
         """The keys below a prefix, sorted."""
         pages = obstore.list(self._store, prefix)
         return sorted(str(item["path"]) for page in pages for item in page)
+
+    def entries(self, prefix: str) -> Iterator[tuple[str, int, datetime]]:
+        """Key, bytes, and the moment of writing of each file below a prefix."""
+        for page in obstore.list(self._store, prefix):
+            for item in page:
+                yield str(item["path"]), int(item["size"]), item["last_modified"]
 
     def drop(self, keys: list[str]) -> None:
         """Delete files; those that are gone already are passed over."""

@@ -47,12 +47,21 @@ class Incoming:
         ------
         EnvironmentLacksError : the disk is too full for it.
         """
+        self.check_room(size)
+        self.path(photo).touch()
+
+    def check_room(self, size: int = 0) -> None:
+        """Nothing is received that would leave the database without room.
+
+        Raises
+        ------
+        EnvironmentLacksError : the disk is too full for so many bytes more.
+        """
         free = shutil.disk_usage(self._folder).free
         if free - size < self._keep_free_mb * _MB:
             raise EnvironmentLacksError(
                 "the server's disk is nearly full", "Its operator has to make room first."
             )
-        self.path(photo).touch()
 
     def offset(self, photo: UUID) -> int:
         """How many bytes are here; 0 where nothing is."""
@@ -68,21 +77,35 @@ class Incoming:
         Raises
         ------
         ConflictError : the file is not as long as that, or somebody else is writing it.
+        EnvironmentLacksError : the disk is too full, or became so meanwhile.
         """
-        with self.path(photo).open("ab") as stream:
-            try:
-                fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError as error:
-                raise ConflictError("another request is sending this file") from error
-            here = os.fstat(stream.fileno()).st_size
-            if here != offset:
-                raise ConflictError(f"{here} bytes are here, not {offset}", "Ask where to go on.")
-            try:
-                yield stream
-            finally:
-                stream.flush()
-                os.fsync(stream.fileno())
+        self.check_room()
+        try:
+            with self.path(photo).open("ab") as stream:
+                _take(stream, offset)
+                try:
+                    yield stream
+                finally:
+                    stream.flush()
+                    os.fsync(stream.fileno())
+        except OSError as error:
+            raise EnvironmentLacksError(f"the server cannot write ({error.strerror})") from error
+
+    def photos(self) -> set[UUID]:
+        """The photos of which there is a file here."""
+        return {UUID(path.name) for path in self._folder.iterdir()}
 
     def drop(self, photo: UUID) -> None:
         """Forget a file."""
         self.path(photo).unlink(missing_ok=True)
+
+
+def _take(stream: IO[bytes], offset: int) -> None:
+    """One request at a time sends a file, from where it ends."""
+    try:
+        fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        raise ConflictError("another request is sending this file") from error
+    here = os.fstat(stream.fileno()).st_size
+    if here != offset:
+        raise ConflictError(f"{here} bytes are here, not {offset}", "Ask where to go on.")

@@ -82,8 +82,7 @@ def finish(database: Database, store: FileStore, incoming: Incoming, photo: UUID
             session.delete(session.get_one(Photo, photo))
         raise InputError(f"{row.name}: its content is not what was announced", "Send it again.")
     key = f"originals/{content}"
-    if not store.has(key):
-        store.put(key, path)
+    store.put(key, path)  # also where it is already: a purge leaves young files alone
     with database.writing() as session:
         received = update(Photo).where(Photo.id == photo, Photo.state == "receiving")
         session.execute(received.values(state="received", sha256=content))
@@ -91,10 +90,14 @@ def finish(database: Database, store: FileStore, incoming: Incoming, photo: UUID
 
 
 def finish_all(database: Database, store: FileStore, incoming: Incoming) -> None:
-    """Finish photos of which a server had all bytes when it was killed."""
+    """Finish photos of which a server had all bytes when it was killed, and what it was about to
+    tidy up."""
     with database.reading() as session:
         rows = session.execute(select(Photo.id, Photo.size).where(Photo.state == "receiving"))
-        whole = [photo for photo, size in rows if incoming.offset(photo) == size]
+        sizes = dict(rows.all())
+    whole = [photo for photo, size in sizes.items() if incoming.offset(photo) == size]
+    for photo in incoming.photos() - sizes.keys():
+        incoming.drop(photo)
     for photo in whole:
         with suppress(InputError):  # not what was announced: its sender is told "no such photo"
             finish(database, store, incoming, photo)

@@ -29,12 +29,14 @@ class SetGym:
     ----------
     route : hold id to its route, for holds that have one.
     part : hold id to what it is in its route: hold, foot, start, top.
+    body : hold id to its shape.
     """
 
     mesh: Mesh
     holds: list[Hold]
     route: dict[int, int]
     part: dict[int, str]
+    body: dict[int, Body]
 
 
 def _make(kind: str, style: str, rng: np.random.Generator, scale: float) -> Body:
@@ -73,10 +75,12 @@ def set_gym(preset: str, seed: int) -> SetGym:
     set_downclimbs(board, settings, _make, np.random.default_rng([seed, 4]))
     set_routes(board, lanes, 0, settings, _make, np.random.default_rng([seed, 3]))
     mesh = _one_surface([facet.corners for facet in wall])
-    holds, route, part = [], {}, {}
+    holds, route, part, body = [], {}, {}, {}
     for item in board.holds:
+        rgb = (255 * np.array(item.rgb)).round().astype(int).tolist()
         position, normal = item.position.tolist(), item.normal.tolist()
         assert item.body is not None
+        body[item.id] = item.body
         role: Role = "downclimb" if item.route == -2 else "hold"
         holds.append(
             Hold(
@@ -86,10 +90,11 @@ def set_gym(preset: str, seed: int) -> SetGym:
                 normal=(normal[0], normal[1], normal[2]),
                 type=type_of_kind(item.kind),
                 colour=item.colour,
+                colour_rgb=(rgb[0], rgb[1], rgb[2]),
                 size=2 * item.body.radius,
                 role=role,
             )
         )
         if role == "hold":
             route[item.id], part[item.id] = item.route, item.role
-    return SetGym(mesh, holds, route, part)
+    return SetGym(mesh, holds, route, part, body)

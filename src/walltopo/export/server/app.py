@@ -20,7 +20,7 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp
 
 from walltopo.core import EnvironmentLacksError, WalltopoError
-from walltopo.export.server.desk import EditDesk, EditsChangedError
+from walltopo.export.server.desk import EditDesk, EditsChangedError, problem_key
 from walltopo.export.server.guard import (
     EDITS,
     PHOTOS,
@@ -212,7 +212,7 @@ def _unusable(request: Request, error: Exception) -> Response:
         status = HTTPStatus.PRECONDITION_FAILED
     elif isinstance(error, EnvironmentLacksError):
         status = HTTPStatus.INSUFFICIENT_STORAGE
-    return problem(request.scope["path"], status, text)
+    return problem(request.scope["path"], status, text, problem_key(error))
 
 
 def _left(request: Request, error: Exception) -> Response:

@@ -6,10 +6,10 @@ from typing import Protocol
 
 import msgspec
 
-from walltopo.core import InputError
+from walltopo.core import BusyError, EnvironmentLacksError, InputError
 from walltopo.scans.edits import EditLog, Place
 
-__all__ = ["Crop", "EditDesk", "EditsChangedError", "State"]
+__all__ = ["Crop", "EditDesk", "EditsChangedError", "State", "problem_key"]
 
 
 class EditsChangedError(InputError):
@@ -24,13 +24,24 @@ class State(msgspec.Struct, frozen=True):
     stale : the scan's files do not show the log that is saved.
     running : they are being made.
     done_version : of the log that they show; empty where nobody knows.
-    problem : why they could not be made; empty otherwise.
+    problem : why they could not be made, in English; empty otherwise.
+    key : of what a page says of it in its own language, see `problem_key`; empty where it has none.
     """
 
     stale: bool
     running: bool
     done_version: str
     problem: str
+    key: str = ""
+
+
+def problem_key(error: Exception) -> str:
+    """What kind of problem it is that a setter meets, for a page to say it in its own language."""
+    if isinstance(error, EditsChangedError):
+        return "changed"
+    if isinstance(error, BusyError):
+        return "busy"
+    return "lacks" if isinstance(error, EnvironmentLacksError) else ""
 
 
 class Crop(msgspec.Struct, frozen=True):

@@ -73,6 +73,7 @@ class Rules:
 class _Refusal:
     status: HTTPStatus
     text: str
+    key: str = ""
 
 
 def policy(embed: tuple[str, ...] = ()) -> str:
@@ -86,10 +87,15 @@ def policy(embed: tuple[str, ...] = ()) -> str:
     )
 
 
-def problem(path: str, status: int, text: str) -> Response:
-    """An error as its reader wants it: JSON for the editor, a line for a person."""
+def problem(path: str, status: int, text: str, key: str = "") -> Response:
+    """An error as its reader wants it: JSON for the editor, a line for a person.
+
+    Parameters
+    ----------
+    key : for the editor's own words, see `walltopo.export.server.desk.problem_key`.
+    """
     if path in API:
-        return JSONResponse({"error": text}, status)
+        return JSONResponse({"error": text, "key": key}, status)
     return PlainTextResponse(text + "\n", status)
 
 
@@ -111,7 +117,7 @@ class Guard:
         if refusal is None:
             await self.app(scope, receive, guarded)
         else:
-            answer = problem(request.scope["path"], refusal.status, refusal.text)
+            answer = problem(request.scope["path"], refusal.status, refusal.text, refusal.key)
             await answer(scope, receive, guarded)
 
     def _complete(self, headers: MutableHeaders, status: int) -> None:
@@ -172,6 +178,7 @@ def _body(request: Request, _: Rules) -> _Refusal | None:
         return _Refusal(
             HTTPStatus.REQUEST_ENTITY_TOO_LARGE,
             f"the edits are larger than {MOST_BODY // 1_000_000} MB",
+            "large",
         )
     return None
 
@@ -187,6 +194,7 @@ def _editor(request: Request, rules: Rules) -> _Refusal | None:
     return _Refusal(
         HTTPStatus.FORBIDDEN,
         "edits are for the address that `walltopo view` shows now, with its token",
+        "token",
     )
 
 

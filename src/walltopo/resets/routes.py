@@ -19,7 +19,7 @@ from scipy.optimize import linear_sum_assignment
 from walltopo.resets.matching import match_holds
 from walltopo.scans.attributes import UNKNOWN, Hold
 
-__all__ = ["Fate", "Line", "compare"]
+__all__ = ["Fate", "Line", "compare", "same_paint"]
 
 Key = TypeVar("Key")
 
@@ -76,7 +76,7 @@ def compare(
     same = {
         old: new
         for old, new in match_holds(old_holds, new_holds, unit).items()
-        if _same_paint(before[old], after[new])
+        if same_paint(before[old], after[new])
     }
     keys, numbers = list(old_routes), list(new_routes)
     agreement = np.array(
@@ -97,7 +97,7 @@ def compare(
     return lines + [Line(Fate.STRIPPED, key, None) for key in keys if key not in kept]
 
 
-def _same_paint(old: Hold, new: Hold) -> bool:
+def same_paint(old: Hold, new: Hold) -> bool:
     """Not of another colour, as far as it was seen."""
     return old.colour == new.colour or UNKNOWN in (old.colour, new.colour)
 

@@ -6,13 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from gym.tests.worlds import hold
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace as changed
 
+from walltopo.resets.routes import Fate, Line, compare
 from walltopo.scans.attributes import Hold
-from walltopo_gym.publishing.identity import Fate, Line, compare
+
+
+def hold(number: int, x: float, z: float, *, colour: str = "red", size: float = 0.1) -> Hold:
+    """A hold on a vertical wall, at metres from its left foot."""
+    return Hold(id=number, kind="hold", colour=colour, position=(x, 0.0, z), size=size)
+
 
 COLOURS = ("red", "blue", "green", "yellow")
 

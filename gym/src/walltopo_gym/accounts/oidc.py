@@ -1,0 +1,191 @@
+"""Signing in by another server (OpenID Connect, authorization code flow with PKCE), by Authlib.
+
+The provider is the operator's choice and is believed: an account with an address that it has
+verified is that person's. Needs the extra `walltopo-gym[oidc]`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import timedelta
+from functools import cached_property
+from typing import Any, Final
+from uuid import UUID
+
+from sqlalchemy import delete, select
+from sqlalchemy.orm import Session
+
+from walltopo.core import EnvironmentLacksError
+from walltopo_gym.accounts.addresses import one_spelling
+from walltopo_gym.accounts.audit import log_change
+from walltopo_gym.accounts.models import Identity, OidcAttempt
+from walltopo_gym.accounts.people import NO_PASSWORD, add_person, find_person
+from walltopo_gym.accounts.secrets import hash_of, new_secret
+from walltopo_gym.clock import now
+from walltopo_gym.errors import ForbiddenError, SignInNeededError
+
+__all__ = ["Claims", "Provider", "begin", "finish", "person_of"]
+
+_GOOD_FOR: Final = timedelta(minutes=10)
+_PATIENCE_S: Final = 10
+_SIGNED_BY: Final = ["RS256", "PS256", "ES256", "EdDSA"]
+
+
+@dataclass(frozen=True)
+class Claims:
+    """What the provider says of somebody."""
+
+    issuer: str
+    subject: str
+    email: str
+    name: str
+
+
+@dataclass(frozen=True)
+class Provider:
+    """A provider and what we are to it.
+
+    Parameters
+    ----------
+    issuer : its address, below which `.well-known/openid-configuration` lies.
+    callback : our address to which it sends browsers back.
+    """
+
+    issuer: str
+    client_id: str
+    client_secret: str
+    callback: str
+
+    @cached_property
+    def places(self) -> dict[str, Any]:
+        """Its own description.
+
+        Raises
+        ------
+        EnvironmentLacksError : it does not answer, or is another one.
+        """
+        base = self.issuer.rstrip("/")
+        found = self._get(f"{base}/.well-known/openid-configuration")
+        if str(found.get("issuer", "")).rstrip("/") != base:
+            raise EnvironmentLacksError(f"{self.issuer}: another provider answers there")
+        return found
+
+    def _get(self, url: str) -> dict[str, Any]:
+        import requests
+
+        try:
+            answer = requests.get(url, timeout=_PATIENCE_S)
+            answer.raise_for_status()
+            told: dict[str, Any] = answer.json()
+        except (requests.RequestException, ValueError) as error:
+            raise EnvironmentLacksError(
+                f"{self.issuer} does not answer", "Sign in otherwise, or try again later."
+            ) from error
+        return told
+
+    def client(self) -> Any:
+        """Authlib's session with it."""
+        from authlib.integrations.requests_client import OAuth2Session
+
+        return OAuth2Session(
+            self.client_id, self.client_secret, scope="openid email profile",
+            redirect_uri=self.callback, code_challenge_method="S256",
+        )  # fmt: skip
+
+    def keys(self) -> Any:
+        """Its public keys, as they are now."""
+        from joserfc.jwk import KeySet
+
+        return KeySet.import_key_set(self._get(self.places["jwks_uri"]))  # type: ignore[arg-type]
+
+
+def begin(session: Session, provider: Provider) -> tuple[str, str]:
+    """Where a browser goes, and the secret by which it is known when it comes back."""
+    state, kept = new_secret()
+    nonce, verifier = new_secret()[0], new_secret()[0]
+    session.execute(delete(OidcAttempt).where(OidcAttempt.expires_at < now()))
+    expires = now() + _GOOD_FOR
+    session.add(OidcAttempt(state_hash=kept, nonce=nonce, verifier=verifier, expires_at=expires))
+    url, _ = provider.client().create_authorization_url(
+        provider.places["authorization_endpoint"], state=state, nonce=nonce, code_verifier=verifier
+    )
+    return str(url), state
+
+
+def finish(session: Session, provider: Provider, state: str, code: str) -> Claims:
+    """What the provider says of whoever came back with `code`; a state is good once.
+
+    Raises
+    ------
+    SignInNeededError : not begun here, too old, or not what the provider signed for us.
+    """
+    gone = delete(OidcAttempt).where(
+        OidcAttempt.state_hash == hash_of(state), OidcAttempt.expires_at > now()
+    )
+    attempt = session.execute(gone.returning(OidcAttempt.nonce, OidcAttempt.verifier)).one_or_none()
+    if attempt is None:
+        raise SignInNeededError("this took too long", "Sign in again.")
+    nonce, verifier = attempt
+    return _claims(provider, _fetched(provider, code, verifier), nonce)
+
+
+def _fetched(provider: Provider, code: str, verifier: str) -> str:
+    import requests
+    from authlib.common.errors import AuthlibBaseError
+
+    try:
+        token = provider.client().fetch_token(
+            provider.places["token_endpoint"], grant_type="authorization_code", code=code,
+            code_verifier=verifier, timeout=_PATIENCE_S,
+        )  # fmt: skip
+        return str(token["id_token"])
+    except (requests.RequestException, AuthlibBaseError, KeyError, ValueError) as error:
+        raise SignInNeededError("the provider did not confirm this", "Sign in again.") from error
+
+
+def _claims(provider: Provider, token: str, nonce: str) -> Claims:
+    """OpenID Connect Core 1.0, 3.1.3.7."""
+    from joserfc import jwt
+    from joserfc.errors import JoseError
+
+    wanted = jwt.JWTClaimsRegistry(
+        leeway=60,
+        iss={"essential": True, "value": provider.places["issuer"]},
+        aud={"essential": True, "value": provider.client_id},
+        exp={"essential": True},
+        sub={"essential": True},
+        nonce={"essential": True, "value": nonce},
+    )
+    try:
+        claims = jwt.decode(token, provider.keys(), algorithms=_SIGNED_BY).claims
+        wanted.validate(claims)
+    except (JoseError, ValueError) as error:
+        raise SignInNeededError("the provider's answer is not for us", "Sign in again.") from error
+    if claims.get("email_verified") is not True or not claims.get("email"):
+        raise ForbiddenError("the provider has not verified your address", "Do so there first.")
+    email = one_spelling(str(claims["email"]))
+    name = str(claims.get("name") or email.partition("@")[0])
+    return Claims(str(claims["iss"]), str(claims["sub"]), email, name[:80])
+
+
+def person_of(session: Session, claims: Claims, *, may_sign_up: bool) -> UUID:
+    """Whose account it is; a new one where there is none.
+
+    Raises
+    ------
+    ForbiddenError : there is none, and one signs up by invitation here.
+    """
+    known = select(Identity.person_id).where(
+        Identity.issuer == claims.issuer, Identity.subject == claims.subject
+    )
+    found = session.scalar(known)
+    if found is not None:
+        return found
+    person = find_person(session, claims.email)
+    if person is None:
+        if not may_sign_up:
+            raise ForbiddenError("one signs up here by invitation", "Ask your gym for one.")
+        person = add_person(session, claims.email, claims.name, NO_PASSWORD)
+    session.add(Identity(person_id=person.id, issuer=claims.issuer, subject=claims.subject))
+    log_change(session, "identity.create", person=person.id, subject=claims.issuer)
+    return person.id

@@ -1,0 +1,90 @@
+"""Another password: by the old one, or by a mailed link."""
+
+from __future__ import annotations
+
+from fastapi import APIRouter, BackgroundTasks, Request, Response
+from pydantic import EmailStr
+
+from walltopo_gym.accounts.addresses import one_spelling
+from walltopo_gym.accounts.letters import reset_letter, unknown_letter
+from walltopo_gym.accounts.limits import count_mail, count_old_password
+from walltopo_gym.accounts.mailed_links import new_link, use_link
+from walltopo_gym.accounts.models import Person
+from walltopo_gym.accounts.people import find_person, set_password
+from walltopo_gym.api.cookies import be_known, begin_here
+from walltopo_gym.api.fields import Body, Password, Secret
+from walltopo_gym.api.rules import AnyoneMay, SignedInMay
+from walltopo_gym.api.services import Services, ServicesOf, network_of
+from walltopo_gym.errors import ForbiddenError, NotFoundError
+
+__all__ = ["router"]
+
+router = APIRouter(tags=["accounts"])
+
+
+class Address(Body):
+    email: EmailStr
+
+
+class NewPassword(Body):
+    token: Secret
+    password: Password
+
+
+class PasswordChange(Body):
+    old: Password
+    new: Password
+
+
+@router.put("/me/password", status_code=204)
+def change_password(
+    body: PasswordChange, request: Request, response: Response, services: ServicesOf,
+    actor: SignedInMay,
+) -> None:  # fmt: skip
+    """Choose another password; every other sign-in and all tokens end."""
+    with services.database.writing() as session:
+        count_old_password(session, actor.known)
+        person = session.get_one(Person, actor.known)
+    if not services.passwords.matches(person.password_hash, body.old.get_secret_value()):
+        raise ForbiddenError("the old password is not right")
+    with services.database.writing() as session:
+        person = session.get_one(Person, actor.known)
+        set_password(session, person, body.new.get_secret_value(), services.passwords)
+        begin_here(session, services, request, response, person.id)
+
+
+@router.post("/password-reset", status_code=202)
+def ask_for_reset(
+    body: Address, request: Request, services: ServicesOf, later: BackgroundTasks, actor: AnyoneMay
+) -> None:
+    """Have a link mailed with which another password is chosen. Says the same for every address."""
+    email = one_spelling(body.email)
+    with services.database.writing() as session:
+        count_mail(session, email, network_of(request))
+    later.add_task(_mail_reset, services, email)
+
+
+def _mail_reset(services: Services, email: str) -> None:
+    base = services.settings.link_base
+    with services.database.writing() as session:
+        if find_person(session, email) is None:
+            letter = unknown_letter(email, base)
+        else:
+            letter = reset_letter(email, base, new_link(session, "reset", email))
+    services.mailer.send(letter)
+
+
+@router.post("/password-reset/confirm", status_code=204)
+def reset_password(
+    body: NewPassword, request: Request, response: Response, services: ServicesOf, actor: AnyoneMay
+) -> None:
+    """Choose another password by a mailed link; every sign-in and all tokens end.
+
+    The browser is known from now on: who was shut out by others' guesses signs in with it.
+    """
+    with services.database.writing() as session:
+        person = find_person(session, use_link(session, "reset", body.token))
+        if person is None:
+            raise NotFoundError("this account is gone")
+        set_password(session, person, body.password.get_secret_value(), services.passwords)
+        be_known(session, request, response, person.id)

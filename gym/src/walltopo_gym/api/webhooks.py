@@ -1,0 +1,90 @@
+"""Addresses that are told when something is published or stripped."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from uuid import UUID
+
+from fastapi import APIRouter
+from pydantic import BaseModel, Field
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from walltopo_gym.accounts.audit import log_change
+from walltopo_gym.api.fields import Body
+from walltopo_gym.api.rules import OwnerMay
+from walltopo_gym.api.services import Db, ServicesOf
+from walltopo_gym.errors import ConflictError, NotFoundError
+from walltopo_gym.webhooks.models import Webhook, WebhookEvent
+from walltopo_gym.webhooks.sending import check_url, new_signing_secret
+
+__all__ = ["router"]
+
+router = APIRouter(tags=["webhooks"])
+
+_MOST = 10
+
+
+class NewWebhook(Body):
+    url: str = Field(max_length=500, pattern=r"^[\x21-\x7e]+$")
+
+
+class WebhookFacts(BaseModel):
+    """A webhook; `waiting`: messages that were not taken yet, `error`: why the last one was not."""
+
+    id: UUID
+    url: str
+    created_at: datetime
+    waiting: int
+    error: str
+
+
+class MadeWebhook(BaseModel):
+    """A webhook just made: the secret that signs its messages is told this once."""
+
+    id: UUID
+    secret: str
+
+
+@router.get("/gyms/{gym}/webhooks")
+def list_webhooks(session: Db, access: OwnerMay) -> list[WebhookFacts]:
+    """The gym's webhooks, and how they do."""
+    mine = select(Webhook).where(Webhook.gym_id == access.gym.id).order_by(Webhook.created_at)
+    return [_facts(session, row) for row in session.scalars(mine)]
+
+
+@router.post("/gyms/{gym}/webhooks", status_code=201)
+def make_webhook(
+    body: NewWebhook, session: Db, services: ServicesOf, access: OwnerMay
+) -> MadeWebhook:
+    """Let an address be told; signed by Standard Webhooks."""
+    check_url(body.url, private=services.settings.webhooks_to_private)
+    count = select(func.count()).select_from(Webhook).where(Webhook.gym_id == access.gym.id)
+    if (session.scalar(count) or 0) >= _MOST:
+        raise ConflictError(f"a gym has at most {_MOST} webhooks")
+    row = Webhook(gym_id=access.gym.id, url=body.url, secret=new_signing_secret())
+    session.add(row)
+    session.flush()
+    log_change(session, "webhook.create", person=access.actor.known, gym=access.gym.id,
+               subject=body.url)  # fmt: skip
+    return MadeWebhook(id=row.id, secret=row.secret)
+
+
+@router.delete("/gyms/{gym}/webhooks/{webhook}", status_code=204)
+def drop_webhook(webhook: UUID, session: Db, access: OwnerMay) -> None:
+    """Tell an address nothing more."""
+    row = session.get(Webhook, webhook)
+    if row is None or row.gym_id != access.gym.id:
+        raise NotFoundError("no such webhook")
+    session.delete(row)
+    log_change(session, "webhook.delete", person=access.actor.known, gym=access.gym.id,
+               subject=row.url)  # fmt: skip
+
+
+def _facts(session: Session, row: Webhook) -> WebhookFacts:
+    waiting = select(WebhookEvent).where(WebhookEvent.webhook_id == row.id)
+    events = session.scalars(waiting.order_by(WebhookEvent.created_at.desc())).all()
+    error = next((event.error for event in events if event.error), "")
+    return WebhookFacts(
+        id=row.id, url=row.url, created_at=row.created_at, waiting=len(events), error=error
+    )

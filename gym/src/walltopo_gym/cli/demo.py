@@ -1,0 +1,51 @@
+"""`walltopo gym demo`: a gym to look at, served."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+__all__ = ["register"]
+
+
+def register(inner: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the `demo` command."""
+    demo = inner.add_parser("demo", help="serve a demo gym; made by a real scan at the first start")
+    demo.add_argument(
+        "--data", type=Path, metavar="DIR", required=True, help="kept for the next start"
+    )
+    demo.add_argument(
+        "--photos", type=Path, metavar="DIR", default=Path("examples/demo-photos"),
+        help="of its wall (default: examples/demo-photos)",
+    )  # fmt: skip
+    demo.add_argument("--port", help="port to listen on; 0: any free one (default 8080)")
+    demo.add_argument("--no-serve", action="store_true", help="make it, and end")
+    demo.set_defaults(run=_demo)
+
+
+def _demo(args: argparse.Namespace) -> int:
+    import logging.config
+
+    from walltopo.cli.console import console
+    from walltopo_gym.api.logs import log_config
+    from walltopo_gym.api.run import serve
+    from walltopo_gym.cli.place import database_of
+    from walltopo_gym.demo.hall import SLUG, Hall
+    from walltopo_gym.settings import load_settings
+    from walltopo_gym.storage.files import open_store
+
+    settings = load_settings({"data": args.data, "port": args.port})
+    logging.config.dictConfig(log_config(settings.log))
+    with database_of(settings) as database:
+        accounts = Hall(settings, database, open_store(settings), console.print).make(args.photos)
+
+    def tell(address: str) -> None:
+        port = address.rpartition(":")[2]
+        console.print(f"http://localhost:{port}/{SLUG}", style="bold", soft_wrap=True)
+        for email, password in accounts.items():
+            console.print(f"  {email:<22} {password}", soft_wrap=True, markup=False)
+        console.print("Its climbers and ascents are made up. Ctrl-C stops.")
+
+    if not args.no_serve:
+        serve(settings, tell)
+    return 0

@@ -1,0 +1,130 @@
+"""`walltopo gym doctor|backup|restore|gym|jobs|purge`: what an operator does."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from uuid import UUID
+
+from walltopo.core import InputError
+from walltopo_gym.cli.options import add_place
+
+__all__ = ["register"]
+
+
+def register(inner: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the operator's commands."""
+    doctor = inner.add_parser("doctor", help="what is well with this installation, what is not")
+    doctor.set_defaults(run=_doctor)
+    backup = inner.add_parser("backup", help="write a backup of a running gym")
+    backup.add_argument("file", type=Path, metavar="FILE.tar")
+    backup.set_defaults(run=_backup)
+    restore = inner.add_parser("restore", help="bring a backup back into an empty place")
+    restore.add_argument("file", type=Path, metavar="FILE.tar")
+    restore.set_defaults(run=_restore)
+    purge = inner.add_parser("purge", help="delete what has expired and what nothing names")
+    purge.add_argument("--dry-run", action="store_true", help="only say what would go")
+    purge.set_defaults(run=_purge)
+    gyms = inner.add_parser("gym", help="list the gyms, or open one")
+    gyms.add_argument("what", choices=("list", "add"))
+    gyms.add_argument("name", nargs="?", help="(add) of the new gym")
+    gyms.add_argument("--owner", metavar="EMAIL", help="(add) whose it is")
+    gyms.set_defaults(run=_gym)
+    jobs = inner.add_parser("jobs", help="list the scans that are at work, wait or failed")
+    jobs.add_argument("what", choices=("list", "retry", "cancel"), nargs="?", default="list")
+    jobs.add_argument("scan", nargs="?", type=UUID, help="(retry, cancel) its id")
+    jobs.set_defaults(run=_jobs)
+    for command in (doctor, backup, restore, purge, gyms, jobs):
+        add_place(command)
+
+
+def _doctor(args: argparse.Namespace) -> int:
+    from walltopo.cli.console import console
+    from walltopo_gym.cli.place import settings_of
+    from walltopo_gym.operating.doctor import examine
+
+    sign = {"well": "✓", "look": "!", "bad": "✗"}
+    is_bad = False
+    for found in examine(settings_of(args)):
+        is_bad |= found.state == "bad"
+        line = f"{sign[found.state]} {found.what:<9} {found.said}"
+        console.print(line, soft_wrap=True, markup=False, highlight=False)
+    return 1 if is_bad else 0
+
+
+def _backup(args: argparse.Namespace) -> int:
+    from walltopo.cli.console import console
+    from walltopo_gym.cli.place import opened, settings_of
+    from walltopo_gym.operating.backup import back_up
+    from walltopo_gym.storage.files import open_store
+
+    settings = settings_of(args)
+    with opened(args) as database:
+        number = back_up(settings, database, open_store(settings), args.file)
+    console.print(f"{args.file}: {number} files", soft_wrap=True, markup=False)
+    return 0
+
+
+def _restore(args: argparse.Namespace) -> int:
+    from walltopo.cli.console import console
+    from walltopo_gym.cli.place import settings_of
+    from walltopo_gym.operating.backup import restore
+    from walltopo_gym.storage.files import open_store
+
+    settings = settings_of(args)
+    number = restore(settings, open_store(settings), args.file)
+    console.print(f"{number} files are back; `walltopo gym serve` serves them", soft_wrap=True)
+    return 0
+
+
+def _purge(args: argparse.Namespace) -> int:
+    from walltopo.cli.console import console
+    from walltopo_gym.cli.place import opened, settings_of
+    from walltopo_gym.operating.purge import purge
+    from walltopo_gym.storage.files import open_store
+
+    settings = settings_of(args)
+    with opened(args) as database:
+        gone = purge(settings, database, open_store(settings), really=not args.dry_run)
+    verb = "would go" if args.dry_run else "gone"
+    console.print(f"{gone.rows} rows, {len(gone.files)} files, {gone.bytes / 1e6:.1f} MB {verb}")
+    return 0
+
+
+def _gym(args: argparse.Namespace) -> int:
+    from sqlalchemy import select
+
+    from walltopo.cli.console import console
+    from walltopo_gym.accounts.addresses import one_spelling
+    from walltopo_gym.accounts.people import find_person
+    from walltopo_gym.cli.place import opened
+    from walltopo_gym.gyms.models import Gym
+    from walltopo_gym.gyms.opening import open_gym
+
+    with opened(args) as database, database.writing() as session:
+        if args.what == "add":
+            if not args.name or not args.owner:
+                raise InputError("a new gym needs a name and an owner", "NAME --owner EMAIL")
+            owner = find_person(session, one_spelling(args.owner))
+            if owner is None:
+                raise InputError(f"{args.owner}: no account", "`walltopo gym user add` makes one.")
+            open_gym(session, owner.id, args.name)
+        for gym in session.scalars(select(Gym).order_by(Gym.slug)):
+            line = f"{gym.slug:<30} {gym.visibility:<9} {gym.name}"
+            console.print(line, soft_wrap=True, markup=False, highlight=False)
+    return 0
+
+
+def _jobs(args: argparse.Namespace) -> int:
+    from walltopo.cli.console import console
+    from walltopo_gym.cli.place import opened
+    from walltopo_gym.operating.jobs import cancel, jobs, retry
+
+    with opened(args) as database, database.writing() as session:
+        if args.what != "list":
+            if args.scan is None:
+                raise InputError(f"{args.what} which scan?", "`walltopo gym jobs` lists them.")
+            (retry if args.what == "retry" else cancel)(session, args.scan)
+        for line in jobs(session):
+            console.print(line, soft_wrap=True, markup=False, highlight=False)
+    return 0

@@ -1,0 +1,15 @@
+"""Options that several commands share. Imported by every `walltopo`: nothing heavy here."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+__all__ = ["add_place"]
+
+
+def add_place(parser: argparse.ArgumentParser) -> None:
+    """Let a command be told where the gym is."""
+    parser.add_argument("--data", type=Path, metavar="DIR", help="the folder of everything")
+    parser.add_argument("--database", metavar="URL", help="PostgreSQL instead of SQLite in DIR")
+    parser.add_argument("--objects", metavar="URL", help="an S3 bucket instead of files in DIR")

@@ -1,0 +1,65 @@
+"""Tables of ascents and opinions."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from uuid import UUID
+
+from sqlalchemy import ForeignKey, Index, String
+from sqlalchemy.orm import Mapped, mapped_column
+
+from walltopo_gym.clock import now
+from walltopo_gym.database.base import Base, Keyed
+
+__all__ = ["Ascent", "Opinion"]
+
+
+class Ascent(Keyed, Base):
+    """What somebody did on a route; `id` is made by their phone, so that it arrives once.
+
+    `kind`: "flash", "top", "zone", "try" or "project"; `tries` of that day. It outlives the route
+    and the gym: `gym_name`, `route_name` and `grade` are those of the day on which it arrived.
+    `taken_back_at`: it counts no more; the row stays, so that a late copy does not bring it back.
+    """
+
+    __tablename__ = "ascents"
+    __table_args__ = (
+        Index("ix_ascents_person_id_climbed_at", "person_id", "climbed_at"),
+        # Tallies are read from it alone.
+        Index("ix_ascents_counts", "route_id", "kind", "person_id", "taken_back_at"),
+    )
+
+    person_id: Mapped[UUID] = mapped_column(ForeignKey("people.id", ondelete="CASCADE"))
+    gym_id: Mapped[UUID | None] = mapped_column(
+        ForeignKey("gyms.id", ondelete="SET NULL"), index=True
+    )
+    route_id: Mapped[UUID | None] = mapped_column(ForeignKey("routes.id", ondelete="SET NULL"))
+    gym_name: Mapped[str] = mapped_column(String(80))
+    route_name: Mapped[str] = mapped_column(String(80))
+    grade: Mapped[str] = mapped_column(String(80))
+    kind: Mapped[str] = mapped_column(String(10))
+    tries: Mapped[int]
+    climbed_at: Mapped[datetime]
+    taken_back_at: Mapped[datetime | None]
+
+
+class Opinion(Base):
+    """What somebody thinks of a route; one a person and route.
+
+    `grade` is a label of the route's grade system or empty; `stars` 1 to 5; `wish`: "", "keep" or
+    "renew".
+    """
+
+    __tablename__ = "opinions"
+
+    route_id: Mapped[UUID] = mapped_column(
+        ForeignKey("routes.id", ondelete="CASCADE"), primary_key=True
+    )
+    person_id: Mapped[UUID] = mapped_column(
+        ForeignKey("people.id", ondelete="CASCADE"), primary_key=True, index=True
+    )
+    grade: Mapped[str] = mapped_column(String(80), default="")
+    stars: Mapped[int | None]
+    wish: Mapped[str] = mapped_column(String(10), default="")
+    comment: Mapped[str] = mapped_column(String(500), default="")
+    changed_at: Mapped[datetime] = mapped_column(default=now)

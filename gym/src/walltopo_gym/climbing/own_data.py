@@ -1,0 +1,104 @@
+"""All that is kept of a person: handed out whole, and gone when asked."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from typing import Any, Final
+from uuid import UUID
+
+from sqlalchemy import Select, delete, func, inspect, select
+from sqlalchemy.orm import Session
+
+from walltopo_gym.accounts.audit import log_change
+from walltopo_gym.accounts.models import (
+    ApiToken,
+    AuditEntry,
+    Identity,
+    KnownBrowser,
+    Passkey,
+    Person,
+    SignIn,
+)
+from walltopo_gym.climbing.models import Ascent, Opinion
+from walltopo_gym.errors import ConflictError
+from walltopo_gym.gyms.models import Gym, Membership
+from walltopo_gym.gyms.roles import Role
+
+__all__ = ["all_of", "ascents_csv", "forget"]
+
+# Every table that names a person, and what of it is secret or of no meaning to them.
+_KINDS: Final[dict[str, Any]] = {
+    "gyms": Membership,
+    "ascents": Ascent,
+    "opinions": Opinion,
+    "sign_ins": SignIn,
+    "browsers": KnownBrowser,
+    "tokens": ApiToken,
+    "passkeys": Passkey,
+    "identities": Identity,
+    "changes": AuditEntry,
+}
+_LEFT_OUT: Final = {"password_hash", "token_hash", "public_key", "credential_id", "person_id"}
+_COLUMNS: Final = ("climbed_at", "gym_name", "route_name", "grade", "kind", "tries")
+
+
+def all_of(session: Session, person: UUID) -> dict[str, Any]:
+    """The account and every row of it; hashes of secrets apart."""
+    told: dict[str, Any] = {"account": _row(session.get_one(Person, person))}
+    for name, kind in _KINDS.items():
+        mine: Select[Any] = select(kind).where(kind.person_id == person)
+        told[name] = [_row(row) for row in session.scalars(mine)]
+    return told
+
+
+def _row(row: Any) -> dict[str, Any]:
+    names = [column.key for column in inspect(type(row)).column_attrs]
+    return {name: getattr(row, name) for name in names if name not in _LEFT_OUT}
+
+
+def ascents_csv(session: Session, person: UUID) -> str:
+    """One's ascents as a table, the first one first."""
+    mine = select(Ascent).where(Ascent.person_id == person, Ascent.taken_back_at.is_(None))
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(_COLUMNS)
+    for row in session.scalars(mine.order_by(Ascent.climbed_at, Ascent.id)):
+        moment = row.climbed_at.isoformat()
+        words = (row.gym_name, row.route_name, row.grade, row.kind)
+        writer.writerow([moment, *map(_harmless, words), row.tries])
+    return out.getvalue()
+
+
+def _harmless(text: str) -> str:
+    """No formula to a spreadsheet (OWASP, CSV Injection)."""
+    return "'" + text if text[:1] in tuple("=+-@\t\r") else text
+
+
+def forget(session: Session, person: UUID) -> None:
+    """Delete an account with all that it did; the log keeps an id that means nobody any more.
+
+    Raises
+    ------
+    ConflictError : a gym would be left without an owner.
+    """
+    for gym in _owned(session, person):
+        owners = select(func.count()).where(
+            Membership.gym_id == gym.id, Membership.role == Role.OWNER
+        )
+        if (session.scalar(owners) or 0) <= 1:
+            raise ConflictError(
+                f"{gym.name} would be left without an owner",
+                "Make somebody else its owner first, or close it.",
+            )
+    session.execute(delete(Person).where(Person.id == person))
+    log_change(session, "person.delete", person=person)
+
+
+def _owned(session: Session, person: UUID) -> Sequence[Gym]:
+    """The gyms that one owns; locked, so that two owners do not go at the same moment."""
+    mine = select(Membership.gym_id).where(
+        Membership.person_id == person, Membership.role == Role.OWNER
+    )
+    return session.scalars(select(Gym).where(Gym.id.in_(mine)).with_for_update()).all()

@@ -1,0 +1,1 @@
+"""A gym to look at: a real scan of the bundled photos, and climbers who are made up."""

@@ -1,0 +1,98 @@
+"""One scan that is being edited, opened in this process."""
+
+from __future__ import annotations
+
+import shutil
+import threading
+from pathlib import Path
+from uuid import UUID
+
+import msgspec
+
+from walltopo.desk.desk import FOLLOWING, Desk
+from walltopo.desk.log_file import log_version
+from walltopo.export.server.desk import Crop, State
+from walltopo.scans.edits import EditLog, Place
+from walltopo.scans.folder import ScanFolder
+from walltopo_gym.database.engine import Database
+from walltopo_gym.editing.log import mark_shown, read_log
+from walltopo_gym.scans.shelf import shelve_input, shelve_stage, take_scan, take_visible
+from walltopo_gym.storage.files import FileStore
+
+__all__ = ["Opened"]
+
+
+class Opened:
+    """A scan's folder taken from the shelf, and the desk on it.
+
+    The database has the log; the folder's `edits.json` is a copy of it. What follows from a save is
+    made here, put on the shelf, and then shown. Should this process end before, whoever opens the
+    scan next makes it again.
+    """
+
+    def __init__(self, scan: UUID, folder: Path, database: Database, store: FileStore) -> None:
+        self.scan = scan
+        self._database, self._store = database, store
+        shutil.rmtree(folder, ignore_errors=True)
+        self._folder = ScanFolder(folder)
+        take_scan(store, scan, self._folder)
+        with database.reading() as session:
+            saved = read_log(session, scan)
+        saved.log.save(self._folder.edits)
+        self._turn = threading.Lock()
+        self._revisions = {log_version(self._folder): saved.revision}
+        self._desk = Desk(self._folder, self._shelve)
+        if saved.is_pending:
+            self._desk.follow()
+
+    def tried(self, log: EditLog) -> msgspec.Struct:
+        """What a log makes of the scan; writes nothing."""
+        return self._desk.tried(log)
+
+    def carry_out(self) -> None:
+        """Make what follows from the log that is saved."""
+        with self._turn:
+            with self._database.reading() as session:
+                saved = read_log(session, self.scan)
+            if saved.revision not in self._revisions.values():
+                # Written under the desk's own guard: no run reads it half-way.
+                version = self._desk.write(saved.log)
+                self._revisions[version] = saved.revision
+            if saved.is_pending:
+                self._desk.follow()
+
+    def state(self) -> State:
+        """How far what follows is made here; goes on with what another process left undone."""
+        now = self._desk.state()
+        with self._database.reading() as session:
+            saved = read_log(session, self.scan)
+        if saved.is_pending and not now.running and not now.problem:
+            self.carry_out()
+            now = self._desk.state()
+        return State(
+            stale=saved.is_pending, running=now.running, done_version=str(saved.shown),
+            problem=now.problem,
+        )  # fmt: skip
+
+    def crops(self, at: Place) -> list[Crop]:
+        """A place in the photos that show it best."""
+        return self._desk.crops(at)
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether nothing is being made."""
+        return not self._desk.state().running
+
+    def close(self) -> None:
+        """Wait until what was begun is written, and free the disk."""
+        self._desk.close()
+        shutil.rmtree(self._folder.root, ignore_errors=True)
+
+    def _shelve(self, version: str) -> None:
+        """What the folder shows now, for everybody: files first, then the row that names them."""
+        for stage in FOLLOWING:
+            shelve_stage(self._store, self.scan, self._folder, stage)
+        shelve_input(self._store, self.scan, self._folder, "edits")
+        files = take_visible(self._store, self._folder)
+        with self._database.writing() as session:
+            mark_shown(session, self.scan, self._revisions[version], files)

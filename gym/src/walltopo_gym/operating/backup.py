@@ -1,0 +1,218 @@
+"""A backup of a running gym: one tar file, from which another machine serves the same pages.
+
+First the database as it is at one moment (SQLite's online backup, or pg_dump), then the files: they
+are written before a row names them, and never changed, so all that the rows name are there. Not in
+it: photos that are half sent (their phones ask how much is here, and go on) and DBOS's tables (a
+restored scan that was at work is queued again, and goes on after its last stage).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import sqlite3
+import subprocess
+import tarfile
+import tempfile
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+from typing import IO, Final
+
+import msgspec
+from sqlalchemy import delete, make_url, update
+
+from walltopo.core import EnvironmentLacksError, InputError
+from walltopo.core.files import atomic_path
+from walltopo_gym.database.engine import Database
+from walltopo_gym.errors import NotFoundError
+from walltopo_gym.migrations.run import migrate
+from walltopo_gym.operating.upkeep import alone
+from walltopo_gym.scans.models import Scan, Worker
+from walltopo_gym.scans.states import State
+from walltopo_gym.settings import FILE, GymSettings
+from walltopo_gym.storage.files import FileStore, hash_of_file
+
+__all__ = ["back_up", "restore"]
+
+_TABLES: Final = {"sqlite": "database.sqlite", "postgresql": "database.pgdump"}
+_FILES: Final = "files/"
+_CONTENTS: Final = "contents.json"  # the last entry: a backup that was cut off has none
+
+
+class _Contents(msgspec.Struct):
+    """What is in a backup: name to SHA-256."""
+
+    hashes: dict[str, str]
+
+
+def back_up(settings: GymSettings, database: Database, store: FileStore, to: Path) -> int:
+    """Write a backup to `to`, whole or not at all; the number of files in it.
+
+    Raises
+    ------
+    EnvironmentLacksError : pg_dump is not there, or fails; ConflictError : as in `alone`.
+    """
+    contents = _Contents({})
+    with (
+        alone(settings.data),
+        tempfile.TemporaryDirectory(dir=to.parent) as name,
+        atomic_path(to) as temporary,
+        tarfile.open(temporary, "w") as tar,
+    ):
+        tables = Path(name) / _kind(database)
+        _dump(database, tables)
+        _add(tar, contents, tables.name, tables)
+        if (settings.data / FILE).is_file():
+            _add(tar, contents, FILE, settings.data / FILE)
+        piece = Path(name) / "piece"
+        for key in store.keys(""):
+            try:
+                store.fetch(key, piece)
+            except NotFoundError:
+                continue  # of a scan that was deleted meanwhile
+            _add(tar, contents, _FILES + key, piece)
+        told = msgspec.json.encode(contents)
+        entry = tarfile.TarInfo(_CONTENTS)
+        entry.size = len(told)
+        tar.addfile(entry, io.BytesIO(told))
+    return len(contents.hashes)
+
+
+def restore(settings: GymSettings, store: FileStore, source: Path) -> int:
+    """Bring a backup back into an empty data folder and database; the number of files.
+
+    The backup is read through and checked before anything of it is used.
+
+    Raises
+    ------
+    InputError : no backup, a damaged one, one of the other kind of database, or the place is not
+        empty. EnvironmentLacksError : pg_restore is not there, or fails.
+    """
+    settings.data.mkdir(parents=True, exist_ok=True)
+    database = Database(settings.database_url)
+    try:
+        _refuse_used(database, store, settings)
+        _check(source, _kind(database))
+        with tempfile.TemporaryDirectory(dir=settings.data) as name, tarfile.open(source) as tar:
+            tables = Path(name) / _kind(database)
+            number = 0
+            for entry in tar:
+                content = tar.extractfile(entry)
+                assert content is not None
+                number += 1
+                if entry.name == tables.name:
+                    _write(content.read, tables)
+                elif entry.name == FILE:
+                    _write(content.read, settings.data / FILE)
+                elif entry.name.startswith(_FILES):
+                    piece = Path(name) / "piece"
+                    _write(content.read, piece)
+                    store.put(entry.name.removeprefix(_FILES), piece)
+            # The rows last: until then there is no gym.
+            _load(database, tables)
+        migrate(database)
+        _begin_again(database)
+    finally:
+        database.close()
+    return number - 1
+
+
+def _kind(database: Database) -> str:
+    return _TABLES["sqlite" if database.is_sqlite else "postgresql"]
+
+
+def _dump(database: Database, to: Path) -> None:
+    if database.is_sqlite:
+        with (
+            closing(sqlite3.connect(str(make_url(database.url).database))) as source,
+            closing(sqlite3.connect(to)) as copy,
+        ):
+            source.backup(copy)
+    else:
+        _run("pg_dump", "--format=custom", "--no-owner", "--exclude-schema=dbos", f"--file={to}",
+             f"--dbname={_libpq(database)}")  # fmt: skip
+
+
+def _load(database: Database, source: Path) -> None:
+    if database.is_sqlite:
+        with (
+            closing(sqlite3.connect(source)) as copy,
+            closing(sqlite3.connect(str(make_url(database.url).database))) as target,
+        ):
+            copy.backup(target)
+    else:
+        _run("pg_restore", "--no-owner", "--exit-on-error", "--single-transaction",
+             f"--dbname={_libpq(database)}", str(source))  # fmt: skip
+
+
+def _libpq(database: Database) -> str:
+    url = make_url(database.url).set(drivername="postgresql")
+    return url.render_as_string(hide_password=False)
+
+
+def _run(program: str, *words: str) -> None:
+    try:
+        ended = subprocess.run([program, *words], capture_output=True, text=True, check=False)
+    except FileNotFoundError as error:
+        raise EnvironmentLacksError(
+            f"{program} is not here", "Install PostgreSQL's client programs."
+        ) from error
+    if ended.returncode:
+        raise EnvironmentLacksError(f"{program} failed: {ended.stderr.strip()[-500:]}")
+
+
+def _add(tar: tarfile.TarFile, contents: _Contents, name: str, path: Path) -> None:
+    contents.hashes[name] = hash_of_file(path)
+    tar.add(path, name, recursive=False)
+
+
+def _refuse_used(database: Database, store: FileStore, settings: GymSettings) -> None:
+    with database.engine.connect() as connection:
+        used = database.engine.dialect.has_table(connection, "people")
+    if used or store.keys(""):
+        raise InputError(f"{settings.data}: there is a gym already", "Restore into an empty place.")
+
+
+def _check(source: Path, tables: str) -> None:
+    """Read a backup through; it is whole, and for this kind of database."""
+    hashes: dict[str, str] = {}
+    told: _Contents | None = None
+    try:
+        with tarfile.open(source) as tar:
+            for entry in tar:
+                content = tar.extractfile(entry) if entry.isfile() else None
+                if content is None or entry.name.startswith(("/", "..")) or "/../" in entry.name:
+                    raise InputError(f"{source}: {entry.name!r} belongs in no backup")
+                if entry.name == _CONTENTS:
+                    told = msgspec.json.decode(content.read(), type=_Contents)
+                else:
+                    hashes[entry.name] = _hash(content)
+    except (OSError, tarfile.TarError, msgspec.MsgspecError) as error:
+        raise InputError(f"{source}: cannot be read as a backup ({error})") from error
+    if told is None or told.hashes != hashes:
+        raise InputError(f"{source}: this backup is damaged or was cut off", "Take another one.")
+    if tables not in hashes:
+        kind = "PostgreSQL" if _TABLES["postgresql"] in hashes else "SQLite"
+        raise InputError(f"{source}: a backup of {kind}", f"Restore it into {kind}.")
+
+
+def _hash(content: IO[bytes]) -> str:
+    digest = hashlib.sha256()
+    while piece := content.read(1 << 20):
+        digest.update(piece)
+    return digest.hexdigest()
+
+
+def _write(read: Callable[[int], bytes], path: Path) -> None:
+    with path.open("wb") as out:
+        while piece := read(1 << 20):
+            out.write(piece)
+
+
+def _begin_again(database: Database) -> None:
+    """Scans that were at work are queued anew; the workers of then are gone."""
+    at_work = Scan.state.in_((State.QUEUED, State.RUNNING))
+    with database.writing() as session:
+        session.execute(update(Scan).where(at_work).values(state=State.QUEUED, run=Scan.run + 1))
+        session.execute(delete(Worker))

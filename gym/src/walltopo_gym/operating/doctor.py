@@ -1,0 +1,142 @@
+"""What is well with an installation and what is not, said with what to do."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from datetime import timedelta
+from typing import Final, Literal
+from urllib.parse import urlsplit
+from uuid import uuid4
+
+from obstore.exceptions import BaseError
+from sqlalchemy import func, select
+from sqlalchemy.exc import SQLAlchemyError
+
+from walltopo.core import WalltopoError
+from walltopo.pipeline.settings import load_settings
+from walltopo_gym.clock import now
+from walltopo_gym.database.engine import Database
+from walltopo_gym.migrations.run import is_current
+from walltopo_gym.scans.models import Scan, Worker
+from walltopo_gym.scans.states import State
+from walltopo_gym.settings import GymSettings
+from walltopo_gym.storage.files import open_store
+
+__all__ = ["Finding", "examine"]
+
+_MB: Final = 1_000_000
+_HOME: Final = ("localhost", "127.0.0.1", "::1")
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing looked at; `state`: "well", "look" (works, but see to it) or "bad"."""
+
+    what: str
+    state: Literal["well", "look", "bad"]
+    said: str
+
+
+def examine(settings: GymSettings) -> Iterator[Finding]:
+    """All of it; nothing is changed but a file that is written to the store and deleted again."""
+    yield _database(settings)
+    yield _store(settings)
+    yield _room(settings)
+    yield _address(settings)
+    yield _mail(settings)
+    yield _scan_settings(settings)
+    if not settings.database and not (settings.data / "gym.sqlite").is_file():
+        return
+    yield _workers(settings)
+
+
+def _tried(what: str, try_it: Callable[[], str]) -> Finding:
+    try:
+        return Finding(what, "well", try_it())
+    except (SQLAlchemyError, BaseError, OSError, WalltopoError) as error:
+        return Finding(what, "bad", str(error).splitlines()[0])
+
+
+def _database(settings: GymSettings) -> Finding:
+    if not settings.database and not (settings.data / "gym.sqlite").is_file():
+        return Finding("database", "look", f"{settings.data}: no gym here yet; `serve` makes one")
+
+    def connect() -> str:
+        database = Database(settings.database_url)
+        try:
+            kind = "SQLite" if database.is_sqlite else "PostgreSQL"
+            return f"{kind}, of this version" if is_current(database) else ""
+        finally:
+            database.close()
+
+    found = _tried("database", connect)
+    if found.state == "well" and not found.said:
+        return Finding(
+            "database", "look", "of another version; `walltopo gym migrate` brings it up"
+        )
+    return found
+
+
+def _store(settings: GymSettings) -> Finding:
+    def write() -> str:
+        store = open_store(settings)
+        key = f"doctor/{uuid4().hex}"
+        store.put(key, b"walltopo")
+        is_same = store.read(key) == b"walltopo"
+        store.drop([key])
+        if not is_same:
+            raise OSError("what was written came back otherwise")
+        return settings.objects or "a folder"
+
+    return _tried("files", write)
+
+
+def _room(settings: GymSettings) -> Finding:
+    try:
+        free = shutil.disk_usage(settings.data).free / _MB
+    except OSError as error:
+        return Finding("room", "bad", str(error))
+    said = f"{free:,.0f} MB free, uploads are refused below {settings.keep_free_mb:,} MB"
+    state: Literal["well", "look", "bad"] = "well"
+    if free < 5 * settings.keep_free_mb:
+        state = "look" if free > settings.keep_free_mb else "bad"
+    return Finding("room", state, said)
+
+
+def _address(settings: GymSettings) -> Finding:
+    parts = urlsplit(settings.address)
+    if parts.scheme == "https" or parts.hostname in _HOME:
+        return Finding("address", "well", settings.address)
+    return Finding("address", "bad", f"{settings.address}: browsers keep no sign-in without https")
+
+
+def _mail(settings: GymSettings) -> Finding:
+    if settings.smtp:
+        return Finding("mail", "well", f"by {urlsplit(settings.smtp).hostname}")
+    return Finding("mail", "look", "mails are shown in the log alone; set `smtp`")
+
+
+def _scan_settings(settings: GymSettings) -> Finding:
+    def read() -> str:
+        load_settings(settings.scan_settings)
+        return str(settings.scan_settings or "the defaults")
+
+    return _tried("scans", read)
+
+
+def _workers(settings: GymSettings) -> Finding:
+    database = Database(settings.database_url)
+    try:
+        with database.reading() as session:
+            heard = Worker.at > now() - timedelta(seconds=settings.silent_s)
+            alive = session.scalar(select(func.count()).select_from(Worker).where(heard)) or 0
+            queued = select(func.count()).select_from(Scan).where(Scan.state == State.QUEUED)
+            waiting = session.scalar(queued) or 0
+    except SQLAlchemyError as error:
+        return Finding("workers", "bad", str(error).splitlines()[0])
+    finally:
+        database.close()
+    said = f"{alive} at work, {waiting} scans queued"
+    return Finding("workers", "look" if waiting and not alive else "well", said)

@@ -1,0 +1,145 @@
+"""Deleting what nobody needs any more: expired rows, files that no row names, old originals."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from datetime import timedelta
+from typing import Final
+from uuid import UUID
+
+from sqlalchemy import String, cast, delete, exists, select
+from sqlalchemy.orm import Session
+
+from walltopo_gym.accounts.models import (
+    ApiToken,
+    Challenge,
+    KnownBrowser,
+    MailedLink,
+    OidcAttempt,
+    SignIn,
+    Try,
+)
+from walltopo_gym.clock import now
+from walltopo_gym.database.engine import Database
+from walltopo_gym.gyms.models import Invitation
+from walltopo_gym.operating.upkeep import alone
+from walltopo_gym.scans.models import Scan
+from walltopo_gym.scans.states import State
+from walltopo_gym.settings import GymSettings
+from walltopo_gym.storage.files import FileStore
+from walltopo_gym.uploads.models import Photo
+
+__all__ = ["Purged", "purge"]
+
+# A file is written before its row names it: younger ones may be waiting for theirs.
+_YOUNG: Final = timedelta(days=1)
+_EXPIRING: Final = (SignIn, ApiToken, Challenge, KnownBrowser, MailedLink, OidcAttempt, Invitation)
+
+
+@dataclass
+class Purged:
+    """What went, or would go."""
+
+    rows: int = 0
+    files: list[str] = field(default_factory=list)
+    bytes: int = 0
+
+
+def purge(
+    settings: GymSettings, database: Database, store: FileStore, *, really: bool = True
+) -> Purged:
+    """Delete what has expired and what nothing names.
+
+    Parameters
+    ----------
+    really : False: only say what would go.
+
+    Raises
+    ------
+    ConflictError : as in `alone`.
+    """
+    purged = Purged()
+    with alone(settings.data):
+        with database.writing() if really else database.reading() as session:
+            purged.rows = sum(_expired(session))
+        for key, size, written in list(store.entries("")):
+            if written > now() - _YOUNG or _is_named(settings, database, key):
+                continue
+            purged.files.append(key)
+            purged.bytes += size
+            if really:
+                store.drop([key])
+        if really:
+            _drop_incoming(settings, database)
+    return purged
+
+
+def _expired(session: Session) -> Iterator[int]:
+    """Rows of each table that are good for nothing any more, deleted."""
+    for kind in _EXPIRING:
+        yield len(
+            session.scalars(delete(kind).where(kind.expires_at < now()).returning(kind.id)).all()
+        )
+    old = delete(Try).where(Try.at < now() - timedelta(days=1)).returning(Try.id)
+    yield len(session.scalars(old).all())
+
+
+def _is_named(settings: GymSettings, database: Database, key: str) -> bool:
+    """Whether a row names this file. Asked for each file just before it goes."""
+    kind, _, rest = key.partition("/")
+    ask = _NAMES.get(kind)
+    if ask is None:
+        return True  # not ours
+    with database.reading() as session:
+        return ask(session, rest, settings)
+
+
+def _scan_is_there(session: Session, rest: str, settings: GymSettings) -> bool:
+    try:
+        scan = UUID(rest.partition("/")[0])
+    except ValueError:
+        return True
+    return session.get(Scan, scan) is not None
+
+
+def _is_shown(session: Session, rest: str, settings: GymSettings) -> bool:
+    named = exists().where(cast(Scan.files, String).contains(f"content/{rest}"))
+    return bool(session.scalar(select(named)))
+
+
+def _is_wanted(session: Session, rest: str, settings: GymSettings) -> bool:
+    """An original is wanted while a scan may be made of it: for some time after its publication."""
+    wanted = exists().where(Photo.sha256 == rest)
+    if settings.keep_originals_days:
+        late = now() - timedelta(days=settings.keep_originals_days)
+        made = Scan.state.in_((State.PUBLISHED, State.SUPERSEDED)) & (Scan.published_at < late)
+        wanted = wanted.where(Scan.id == Photo.scan_id, ~made)
+    return bool(session.scalar(select(wanted)))
+
+
+def _has_photo(session: Session, rest: str, settings: GymSettings) -> bool:
+    named = exists().where(Photo.sha256 == rest.removesuffix(".jpg"))
+    return bool(session.scalar(select(named)))
+
+
+_NAMES: Final[dict[str, Callable[[Session, str, GymSettings], bool]]] = {
+    "scans": _scan_is_there,
+    "content": _is_shown,
+    "originals": _is_wanted,
+    "thumbnails": _has_photo,
+}
+
+
+def _drop_incoming(settings: GymSettings, database: Database) -> None:
+    """Half-sent photos and work folders whose row is gone."""
+    with database.reading() as session:
+        photos = {photo.hex for photo in session.scalars(select(Photo.id))}
+        scans = {str(scan) for scan in session.scalars(select(Scan.id))}
+    for path in (settings.data / "incoming").glob("*"):
+        if path.name not in photos:
+            path.unlink(missing_ok=True)
+    for folder in (settings.data / "work").glob("*/*"):
+        if folder.name not in scans:
+            shutil.rmtree(folder, ignore_errors=True)

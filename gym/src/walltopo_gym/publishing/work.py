@@ -1,0 +1,25 @@
+"""A worker with all that it does: scans, planned publications, webhooks."""
+
+from __future__ import annotations
+
+import threading
+from functools import partial
+
+from walltopo_gym.database.engine import Database
+from walltopo_gym.publishing.plans import publish_due
+from walltopo_gym.scans.stages import ScanSteps
+from walltopo_gym.scans.worker import run_worker
+from walltopo_gym.settings import GymSettings
+from walltopo_gym.storage.files import FileStore
+from walltopo_gym.webhooks.delivery import QUEUE, Delivery
+
+__all__ = ["work"]
+
+
+def work(
+    settings: GymSettings, database: Database, store: FileStore, stop: threading.Event
+) -> None:
+    """Work until `stop`."""
+    delivery = Delivery(settings, database)
+    chores = partial(publish_due, database), delivery.begin_due
+    run_worker(ScanSteps.of(settings, database, store), stop, chores, [QUEUE])

@@ -1,0 +1,138 @@
+"""Flat pictures of a wall from the front: drawn once when a scan is done, then only cut and faded.
+
+Beside the picture a second one of the same size says which hold each pixel shows. A route's picture
+is made of the two in some milliseconds, without the mesh.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from io import BytesIO
+from typing import TYPE_CHECKING, Final
+from uuid import UUID
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.scans.folder import ScanFolder
+from walltopo_gym.errors import NotFoundError
+from walltopo_gym.storage.files import FileStore
+
+if TYPE_CHECKING:
+    from PIL import Image
+
+__all__ = ["HEIGHT", "WIDTH", "keep_front", "route_picture", "wall_picture"]
+
+# As messengers want it: https://developers.facebook.com/docs/sharing/webmasters/images
+WIDTH: Final = 1200
+HEIGHT: Final = 630
+_DRAWN: Final = 1600  # pixels across the wall
+_ROOM: Final = 1.25  # of a route's own size
+_RIM: Final = 4  # pixels of white around a lit hold
+_UP: Final = np.array([0.0, 0.0, 1.0])
+
+
+def keep_front(store: FileStore, scan: UUID, folder: ScanFolder) -> None:
+    """Draw a finished scan from the front, and keep that."""
+    from PIL import Image
+
+    from walltopo.export.parallel import front_direction
+    from walltopo.export.report.canvas import paper_view
+    from walltopo.export.wall import read_wall
+
+    wall = read_wall(folder)
+    canvas = paper_view(wall.mesh.vertices, wall.mesh.faces, -front_direction(wall.mesh), _UP,
+                        _DRAWN)  # fmt: skip
+    colours = np.full((len(wall.mesh.faces), 3), 160, dtype=np.uint8)
+    if wall.uv is not None and wall.texture is not None:
+        with Image.open(wall.texture) as atlas:
+            pixels = np.asarray(atlas.convert("RGB"), dtype=np.uint8)
+        size = np.array(pixels.shape[1::-1])
+        at = np.clip((wall.uv.mean(axis=1) * size).astype(int), 0, size - 1)
+        colours = pixels[at[:, 1], at[:, 0]]
+    holds = np.append(wall.face_instance, 0)[canvas.face]
+    front = Image.fromarray(canvas.picture(colours))
+    _keep(store, f"{_prefix(scan)}/front.png", front)
+    _keep(store, f"{_prefix(scan)}/holds.png", Image.fromarray(holds.astype(np.uint16)))
+
+
+def wall_picture(store: FileStore, scan: UUID) -> bytes:
+    """The wall as far as it has holds, a JPEG of WIDTH × HEIGHT.
+
+    Raises
+    ------
+    NotFoundError : the scan was never drawn.
+    """
+    front = _read(store, scan, "front")
+    held = np.asarray(_read(store, scan, "holds"), dtype=np.int32) > 0
+    return _jpeg(_framed(front, _around(held) if held.any() else (0, 0, *front.size)))
+
+
+def route_picture(store: FileStore, scan: UUID, holds: Collection[int]) -> bytes:
+    """A route in colour, with a white rim around its holds, the rest of the wall faded.
+
+    Raises
+    ------
+    NotFoundError : the scan was never drawn.
+    """
+    import cv2
+    from PIL import Image
+
+    front = np.asarray(_read(store, scan, "front").convert("RGB"), dtype=np.uint8)
+    shown = np.asarray(_read(store, scan, "holds"), dtype=np.int32)
+    lit = np.isin(shown, list(holds))
+    if not lit.any():
+        return wall_picture(store, scan)
+    rim = cv2.dilate(lit.astype(np.uint8), np.ones((2 * _RIM + 1,) * 2, np.uint8)) > 0
+    grey = front.mean(axis=2, keepdims=True) * 0.45 + 120.0
+    drawn = np.where(lit[..., None], front, np.where(rim[..., None], 255, grey)).astype(np.uint8)
+    return _jpeg(_framed(Image.fromarray(drawn), _around(lit)))
+
+
+def _prefix(scan: UUID) -> str:
+    return f"pictures/{scan}"
+
+
+def _keep(store: FileStore, key: str, image: Image.Image) -> None:
+    stream = BytesIO()
+    image.save(stream, "PNG")
+    store.put(key, stream.getvalue())
+
+
+def _read(store: FileStore, scan: UUID, name: str) -> Image.Image:
+    from PIL import Image
+
+    try:
+        content = store.read(f"{_prefix(scan)}/{name}.png")
+    except NotFoundError as error:
+        raise NotFoundError("there is no picture of this version") from error
+    return Image.open(BytesIO(content))
+
+
+def _around(lit: NDArray[np.bool_]) -> tuple[int, int, int, int]:
+    """Left, top, right, bottom of what is lit, with room around it."""
+    rows, columns = (np.flatnonzero(lit.any(axis=axis)) for axis in (1, 0))
+    middle = np.array([columns[0] + columns[-1], rows[0] + rows[-1]]) / 2.0
+    half = np.array([np.ptp(columns), np.ptp(rows)]) / 2.0 * _ROOM + 20.0
+    left, top = (middle - half).round().astype(int).tolist()
+    right, bottom = (middle + half).round().astype(int).tolist()
+    return left, top, right, bottom
+
+
+def _framed(image: Image.Image, box: tuple[int, int, int, int]) -> Image.Image:
+    """The box of a picture, widened to WIDTH × HEIGHT; outside of the picture it is paper."""
+    from PIL import Image
+
+    left, top, right, bottom = box
+    width, height = right - left, bottom - top
+    wide, high = max(width, height * WIDTH // HEIGHT), max(height, width * HEIGHT // WIDTH)
+    left, top = left - (wide - width) // 2, top - (high - height) // 2
+    paper = Image.new("RGB", (wide, high), (245, 246, 248))
+    paper.paste(image.convert("RGB"), (-left, -top))
+    return paper.resize((WIDTH, HEIGHT), Image.Resampling.LANCZOS)
+
+
+def _jpeg(image: Image.Image) -> bytes:
+    stream = BytesIO()
+    image.save(stream, "JPEG", quality=82, optimize=True)
+    return stream.getvalue()

@@ -1,0 +1,1 @@
+"""Telling a gym's own programs what has changed."""

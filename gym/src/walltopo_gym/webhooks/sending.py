@@ -1,0 +1,126 @@
+"""One message to an address of somebody's choice: signed, and into no network of ours.
+
+Signed by Standard Webhooks (https://www.standardwebhooks.com, 1.0): `webhook-id`,
+`webhook-timestamp` and `webhook-signature`, an HMAC-SHA256 over all three parts. The host's name is
+looked up once, each of its addresses must be a public one, and the connection goes to the one that
+was looked at: a name that means something else a moment later does not help (OWASP, Server-Side
+Request Forgery Prevention). Redirects are not followed.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import hmac
+import json
+import secrets
+import socket
+import ssl
+from http.client import HTTPConnection, HTTPException, HTTPSConnection
+from ipaddress import ip_address
+from typing import Any, Final
+from urllib.parse import urlsplit
+from uuid import UUID
+
+from walltopo.core import InputError
+
+__all__ = ["check_url", "new_signing_secret", "send", "signature"]
+
+_PREFIX: Final = "whsec_"
+_PATIENCE_S: Final = 10
+
+
+def new_signing_secret() -> str:
+    """A secret in the standard's spelling."""
+    return _PREFIX + base64.b64encode(secrets.token_bytes(32)).decode()
+
+
+def signature(secret: str, message: UUID, at: int, body: bytes) -> str:
+    """The header `webhook-signature`."""
+    key = base64.b64decode(secret.removeprefix(_PREFIX))
+    signed = b".".join([str(message).encode(), str(at).encode(), body])
+    return "v1," + base64.b64encode(hmac.digest(key, signed, hashlib.sha256)).decode()
+
+
+def check_url(url: str, *, private: bool) -> None:
+    """Refuse an address that nothing would ever be sent to.
+
+    Parameters
+    ----------
+    private : addresses of our own networks and plain HTTP will do, too.
+
+    Raises
+    ------
+    InputError : says why not.
+    """
+    try:
+        parts = urlsplit(url)
+        host, port = parts.hostname, parts.port
+    except ValueError as error:
+        raise InputError(f"no address: {error}") from error
+    if parts.scheme not in (("https", "http") if private else ("https",)) or not host:
+        raise InputError("a webhook's address begins with https://")
+    if parts.username or parts.password or port == 0:
+        raise InputError("a webhook's address has a host, a port and a path, no more")
+    if not private:
+        try:
+            _refuse_private(str(ip_address(host)))
+        except ValueError:
+            return  # a name, looked up when something is sent
+
+
+def send(
+    url: str, secret: str, message: UUID, at: int, body: dict[str, Any], *, private: bool
+) -> None:
+    """Send one message; it is taken when the answer's status is 2xx.
+
+    Raises
+    ------
+    InputError : the address is none, or one of our own networks; OSError : it was not taken.
+    """
+    check_url(url, private=private)
+    parts = urlsplit(url)
+    assert parts.hostname is not None
+    port = parts.port or (443 if parts.scheme == "https" else 80)
+    found = socket.getaddrinfo(parts.hostname, port, type=socket.SOCK_STREAM)
+    if not private:
+        for entry in found:
+            _refuse_private(str(entry[4][0]))
+    connection = _connection(parts.scheme, parts.hostname, port, str(found[0][4][0]))
+    content = json.dumps(body).encode()
+    headers = {
+        "content-type": "application/json",
+        "user-agent": "walltopo-gym",
+        "webhook-id": str(message),
+        "webhook-timestamp": str(at),
+        "webhook-signature": signature(secret, message, at, content),
+    }
+    path = (parts.path or "/") + (f"?{parts.query}" if parts.query else "")
+    try:
+        connection.request("POST", path, content, headers)
+        status = connection.getresponse().status
+    except HTTPException as error:
+        raise OSError(f"no HTTP came back ({error})") from error
+    finally:
+        connection.close()
+    if not 200 <= status < 300:
+        raise OSError(f"answered {status}")
+
+
+def _refuse_private(address: str) -> None:
+    found = ip_address(address.partition("%")[0])
+    found = getattr(found, "ipv4_mapped", None) or found
+    if not found.is_global or found.is_multicast:
+        raise InputError(f"{found} is no public address", "The operator can allow it.")
+
+
+def _connection(scheme: str, host: str, port: int, address: str) -> HTTPConnection:
+    """To this address, whatever the name means by now; the certificate is the name's."""
+    stream = socket.create_connection((address, port), _PATIENCE_S)
+    if scheme == "https":
+        connection: HTTPConnection = HTTPSConnection(host, port, timeout=_PATIENCE_S)
+        connection.sock = ssl.create_default_context().wrap_socket(stream, server_hostname=host)
+    else:
+        connection = HTTPConnection(host, port, timeout=_PATIENCE_S)
+        connection.sock = stream
+    return connection

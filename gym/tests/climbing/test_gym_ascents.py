@@ -1,0 +1,170 @@
+"""Ascents arrive once and outlive what they were climbed on; opinions are counted."""
+
+from __future__ import annotations
+
+import threading
+from datetime import datetime, timedelta
+from typing import Any
+from uuid import UUID, uuid4
+
+import httpx
+import pytest
+from gym.tests.worlds import PASSWORD, Somebody, World, hold, make_world
+from sqlalchemy import Uuid, func, select
+
+from walltopo_gym.climbing.models import Ascent
+from walltopo_gym.clock import now
+from walltopo_gym.migrations.tables import METADATA
+
+
+@pytest.fixture
+def route(world: World) -> str:
+    """A route that hangs."""
+    scan = world.reviewed({1: [1, 2]}, [hold(1, 0.0, 1.0), hold(2, 0.3, 1.4)])
+    assert world.publish(scan, {"number": 1, "name": "Moon"}).is_success
+    found: str = world.published()["routes"][0]["id"]
+    return found
+
+
+def tick(
+    world: World, ascent: UUID, route: str, who: str = "member", **words: Any
+) -> httpx.Response:
+    body = {"route_id": route, "kind": "top", "tries": 3, "climbed_at": now().isoformat()} | words
+    path = f"{world.path}/ascents/{ascent}"
+    return world.server.ask("PUT", path, world.people[who], body)
+
+
+def own(world: World, who: Somebody | None = None, query: str = "") -> list[dict[str, Any]]:
+    path = f"/me/ascents{query}"
+    items: list[dict[str, Any]] = world.server.ask(
+        "GET", path, who or world.people["member"]
+    ).json()["items"]
+    return items
+
+
+def test_a_tick_that_is_sent_twice_arrives_once(world: World, route: str) -> None:
+    ascent = uuid4()
+    statuses: list[int] = []
+    copies = [
+        threading.Thread(target=lambda: statuses.append(tick(world, ascent, route).status_code))
+        for _ in range(4)
+    ]
+    for copy in copies:
+        copy.start()
+    for copy in copies:
+        copy.join()
+    assert sorted(statuses) == [200, 200, 200, 201]
+    assert [told["id"] for told in own(world)] == [str(ascent)]
+    assert tick(world, ascent, route, tries=5).json()["tries"] == 5
+    # Nobody else's, and not another route's.
+    assert tick(world, ascent, route, who="judge").status_code == 409
+
+
+def test_what_was_taken_back_stays_so(world: World, route: str) -> None:
+    ascent = uuid4()
+    assert tick(world, ascent, route).status_code == 201
+    path = f"/me/ascents/{ascent}"
+    member = world.people["member"]
+    assert [world.server.ask("DELETE", path, member).status_code for _ in range(2)] == [204, 204]
+    assert tick(world, ascent, route).status_code == 200  # the copy from the basement
+    assert own(world) == []
+
+
+def test_ascents_outlive_reset_and_wall(world: World, route: str) -> None:
+    ascent = uuid4()
+    assert tick(world, ascent, route).status_code == 201
+    assert own(world, query=f"?wall={world.wall.id}") != []
+    setter = world.people["setter"]
+    assert world.server.ask("POST", f"{world.path}/routes/{route}/strip", setter).is_success
+    # The basement has no reception: it arrives after the route was stripped.
+    assert tick(world, uuid4(), route).status_code == 201
+    assert world.server.ask("DELETE", world.path, world.owner).status_code == 204
+    kept = next(told for told in own(world) if told["id"] == str(ascent))
+    assert (kept["route_id"], kept["gym_id"]) == (None, None)
+    assert (kept["route_name"], kept["gym_name"]) == ("Moon", world.gym.name)
+
+
+def test_a_clock_that_is_ahead_counts_as_now(world: World, route: str) -> None:
+    ahead = (now() + timedelta(days=300)).isoformat()
+    told = tick(world, uuid4(), route, climbed_at=ahead).json()
+    assert datetime.fromisoformat(told["climbed_at"]) <= now()
+
+
+def test_another_gyms_route_is_not_there(world: World, route: str) -> None:
+    ours = make_world(world.server)
+    assert tick(ours, uuid4(), route).status_code == 404
+
+
+@pytest.mark.parametrize(
+    "words", [{"kind": "flash"}, {"kind": "won"}, {"tries": 0}, {"climbed_at": "2026-03-01T19:30"}]
+)
+def test_what_cannot_be_is_refused(world: World, route: str, words: dict[str, Any]) -> None:
+    assert tick(world, uuid4(), route, **words).status_code == 422
+    with world.server.database.reading() as session:
+        count = select(func.count()).where(Ascent.gym_id == world.gym.id)
+        assert session.scalar(count) == 0
+
+
+def test_opinions_are_counted_and_nobody_is_named(world: World, route: str) -> None:
+    said = {
+        "member": {"stars": 5, "wish": "keep", "comment": "Best of the hall"},
+        "judge": {"stars": 2, "wish": "renew"},
+        "setter": {"wish": "keep"},
+    }
+    path = f"{world.path}/routes/{route}/opinion"
+    for who, words in said.items():
+        assert world.server.ask("PUT", path, world.people[who], words).status_code == 204
+    assert world.server.ask("PUT", path, world.people["judge"], {"stars": 4}).status_code == 204
+    for who, kind in (("member", "flash"), ("judge", "try")):
+        assert tick(world, uuid4(), route, who=who, kind=kind, tries=1).status_code == 201
+    tallies = f"{world.path}/walls/{world.wall.id}/tallies"
+    assert world.server.ask("GET", tallies, world.people["member"]).json() == [
+        {
+            "route_id": route, "ascents": {"flash": 1, "try": 1}, "climbers": 1, "stars": 4.5,
+            "grades": {}, "wishes": {"keep": 2},
+        }
+    ]  # fmt: skip
+    assert world.server.ask("GET", path, world.people["member"]).json()["stars"] == 5
+    comments = world.server.ask("GET", path.replace("opinion", "comments"), world.people["judge"])
+    assert [told["comment"] for told in comments.json()] == ["Best of the hall"]
+    assert world.server.ask("DELETE", path, world.people["member"]).status_code == 204
+    assert world.server.ask("GET", path, world.people["member"]).json()["stars"] is None
+
+
+def test_a_persons_data_comes_out_whole_and_goes_when_asked(world: World, route: str) -> None:
+    server, member = world.server, world.people["member"]
+    assert tick(world, uuid4(), route).status_code == 201
+    said = {"stars": 5, "comment": "Best of the hall"}
+    path = f"{world.path}/routes/{route}/opinion"
+    assert server.ask("PUT", path, member, said).status_code == 204
+    told = server.ask("GET", "/me/data", member)
+    kept = told.json()
+    assert kept["account"]["email"] == member.email
+    assert [row["route_name"] for row in kept["ascents"]] == ["Moon"]
+    assert [row["comment"] for row in kept["opinions"]] == ["Best of the hall"]
+    assert [row["role"] for row in kept["gyms"]] == ["member"]
+    assert "argon2" not in told.text
+    wrong = server.ask("POST", "/me/delete", member, {"password": "not the password"})
+    assert wrong.status_code == 403
+    assert server.ask("POST", "/me/delete", member, {"password": PASSWORD}).status_code == 204
+    assert server.ask("GET", "/me", member).status_code == 401
+    with server.database.reading() as session:
+        for table in METADATA.sorted_tables:  # nothing but the log knows the id
+            for column in table.columns:
+                if table.name != "audit" and isinstance(column.type, Uuid):
+                    count = select(func.count()).where(column == member.id)
+                    assert session.scalar(count) == 0, column
+    # The last owner stays.
+    alone = server.ask("POST", "/me/delete", world.owner, {"password": PASSWORD})
+    assert (alone.status_code, world.gym.name in alone.text) == (409, True)
+
+
+def test_the_table_of_ascents_is_no_program(world: World) -> None:
+    scan = world.reviewed({1: [1]}, [hold(1, 0.0, 1.0)])
+    assert world.publish(scan, {"number": 1, "name": "=1+2", "setter": "x"}).is_success
+    assert tick(world, uuid4(), world.published()["routes"][0]["id"]).status_code == 201
+    answer = world.server.ask("GET", "/me/ascents.csv", world.people["member"])
+    assert answer.headers["content-type"].startswith("text/csv")
+    lines = answer.text.splitlines()
+    assert lines[0] == "climbed_at,gym_name,route_name,grade,kind,tries"
+    assert ",'=1+2,," in lines[1]

@@ -1,0 +1,97 @@
+"""A backup of a gym restores to the same pages elsewhere; what is damaged is refused whole."""
+
+from __future__ import annotations
+
+import tarfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+from gym.tests.worlds import Server, World, hold, new_database
+from sqlalchemy import select
+
+from walltopo.core import InputError
+from walltopo_gym.api.app import PREFIX
+from walltopo_gym.errors import ConflictError
+from walltopo_gym.operating.backup import back_up, restore
+from walltopo_gym.operating.upkeep import alone
+from walltopo_gym.scans.models import Scan
+from walltopo_gym.scans.states import State
+from walltopo_gym.settings import GymSettings, load_settings
+from walltopo_gym.storage.files import open_store
+
+
+def elsewhere(world: World, request: pytest.FixtureRequest, folder: Path) -> GymSettings:
+    """Settings of another machine with the same kind of database."""
+    url = ""
+    if world.server.settings.database:
+        url = new_database(request.getfixturevalue("postgres"))
+    return load_settings({"data": folder, "database": url}, {})
+
+
+def backed_up(world: World, to: Path) -> Path:
+    services = world.server.services
+    assert back_up(services.settings, services.database, services.store, to) > 3
+    return to
+
+
+def pages(server: Server, world: World) -> list[Any]:
+    """What a member sees: the wall, and the bytes of its files."""
+    member = world.people["member"]
+    path = f"{world.path}/walls/{world.wall.id}/published"
+    told = server.ask("GET", path, member).json()
+    files = [server.ask("GET", file.removeprefix(PREFIX), member) for file in
+             told["files"].values()]  # fmt: skip
+    assert all(file.status_code == 200 for file in files)
+    return [told, *(file.content for file in files)]
+
+
+def test_it_restores_to_the_same_pages(
+    world: World, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    scan = world.reviewed({1: [1]}, [hold(1, 0.0, 1.0)])
+    assert world.publish(scan, {"number": 1, "name": "Moon"}).is_success
+    running = world.scan(State.RUNNING)
+    before = pages(world.server, world)
+    file = backed_up(world, tmp_path / "gym.tar")
+    with world.server.database.writing() as session:  # one that runs here goes on here
+        session.delete(session.get_one(Scan, running))
+    there = elsewhere(world, request, tmp_path / "there")
+    restore(there, open_store(there), file)
+    other = Server(there.data, there.database)
+    assert pages(other, world) == before
+    with other.database.reading() as session:
+        state, run = session.execute(select(Scan.state, Scan.run).where(Scan.id == running)).one()
+    assert (state, run) == (State.QUEUED, 1)  # what was at work is begun again
+    with pytest.raises(InputError, match="already"):
+        restore(there, open_store(there), file)
+    other.close()
+
+
+def test_a_damaged_backup_is_refused_before_anything_is_used(
+    world: World, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    world.server.services.store.put("content/damage", b"a file of the gym")
+    whole = backed_up(world, tmp_path / "whole.tar").read_bytes()
+    there = elsewhere(world, request, tmp_path / "there")
+    damage = {
+        "flipped": whole.replace(b"a file of the gym", b"a file of the gim"),
+        "cut": whole[: len(whole) // 2],
+        "other": b"no tar at all",
+    }
+    for name, content in damage.items():
+        file = tmp_path / f"{name}.tar"
+        file.write_bytes(content)
+        with pytest.raises(InputError, match="backup"):
+            restore(there, open_store(there), file)
+    with tarfile.open(tmp_path / "out.tar", "w") as tar:
+        tar.add(tmp_path / "cut.tar", "../out")
+    with pytest.raises(InputError, match="belongs"):
+        restore(there, open_store(there), tmp_path / "out.tar")
+    assert open_store(there).keys("") == []
+
+
+def test_one_at_a_time(world: World, tmp_path: Path) -> None:
+    with alone(world.server.settings.data), pytest.raises(ConflictError):
+        backed_up(world, tmp_path / "gym.tar")
+    assert not (tmp_path / "gym.tar").exists()

@@ -1,0 +1,118 @@
+"""What is published or stripped is told: signed, again where it was not taken, to nobody inside."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import hmac
+import json
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from http.server import BaseHTTPRequestHandler, HTTPServer
+from typing import Any
+from uuid import UUID
+
+import pytest
+from gym.tests.worlds import World, hold
+from sqlalchemy import select
+
+from walltopo.core import InputError
+from walltopo_gym.webhooks.delivery import Delivery
+from walltopo_gym.webhooks.models import Webhook, WebhookEvent
+from walltopo_gym.webhooks.sending import check_url, send
+
+
+@contextmanager
+def listener(*statuses: int) -> Iterator[tuple[str, list[tuple[dict[str, str], bytes]]]]:
+    """A gym's own program: its address, and what it was told. Answers with these in turn."""
+    told: list[tuple[dict[str, str], bytes]] = []
+    answers = iter(statuses)
+
+    class Handler(BaseHTTPRequestHandler):
+        def do_POST(self) -> None:
+            body = self.rfile.read(int(self.headers["content-length"]))
+            told.append(({k.lower(): v for k, v in self.headers.items()}, body))
+            self.send_response(next(answers, 200))
+            self.send_header("location", "http://localhost/elsewhere")
+            self.end_headers()
+
+        def log_message(self, *_: Any) -> None: ...
+
+    server = HTTPServer(("127.0.0.1", 0), Handler)
+    thread = threading.Thread(target=server.serve_forever)
+    thread.start()
+    try:
+        yield f"http://127.0.0.1:{server.server_port}/hook?gym=1", told
+    finally:
+        server.shutdown()
+        thread.join()
+        server.server_close()
+
+
+def events(world: World) -> list[UUID]:
+    with world.server.database.reading() as session:
+        ours = select(WebhookEvent.id).join(Webhook).where(Webhook.gym_id == world.gym.id)
+        return list(session.scalars(ours.order_by(WebhookEvent.created_at)))
+
+
+def delivery(world: World) -> Delivery:
+    settings = world.server.settings.model_copy(update={"webhooks_to_private": True})
+    return Delivery(settings, world.server.database)
+
+
+def hooked(world: World, url: str) -> str:
+    """The webhook's secret."""
+    path = f"{world.path}/webhooks"
+    made = world.server.ask("POST", path, world.owner, {"url": "https://example.com/"}).json()
+    with world.server.database.writing() as session:
+        session.get_one(Webhook, UUID(made["id"])).url = url
+    secret: str = made["secret"]
+    return secret
+
+
+def test_what_changes_is_told_signed_and_until_it_is_taken(world: World) -> None:
+    with listener(500, 302) as (url, told):
+        secret = hooked(world, url)
+        scan = world.reviewed({1: [1]}, [hold(1, 0.0, 1.0)])
+        assert world.publish(scan, {"number": 1}, revision=7).status_code == 409
+        assert events(world) == []  # nothing happened, nothing is told
+        assert world.publish(scan, {"number": 1}).is_success
+        (event,) = events(world)
+        for status in (500, 302):
+            delivery(world).try_once(event)
+            facts = world.server.ask("GET", f"{world.path}/webhooks", world.owner).json()[0]
+            assert (facts["waiting"], facts["error"]) == (1, f"answered {status}")
+        delivery(world).try_once(event)
+        assert events(world) == []
+        assert len(told) == 3
+    headers, body = told[-1]
+    assert json.loads(body)["type"] == "wall.published"
+    assert json.loads(body)["data"] == {"wall": str(world.wall.id), "scan": str(scan)}
+    key = base64.b64decode(secret.removeprefix("whsec_"))
+    signed = f"{headers['webhook-id']}.{headers['webhook-timestamp']}.".encode() + body
+    right = base64.b64encode(hmac.new(key, signed, hashlib.sha256).digest()).decode()
+    assert headers["webhook-signature"] == f"v1,{right}"
+    assert {told[0][0]["webhook-id"], headers["webhook-id"]} == {str(event)}
+
+
+@pytest.mark.parametrize(
+    "url",
+    [
+        "http://example.com/", "https://127.0.0.1/", "https://10.0.0.7/x", "https://[::1]/",
+        "https://169.254.169.254/latest/meta-data", "https://[::ffff:192.168.0.1]/",
+        "https://user@example.com/", "ftp://example.com/", "https://[fd00::1]/", "https:///x",
+    ],
+)  # fmt: skip
+def test_nothing_is_sent_into_our_own_networks(url: str) -> None:
+    with pytest.raises(InputError):
+        check_url(url, private=False)
+
+
+def test_a_name_that_means_ourselves_is_found_out_when_it_is_used() -> None:
+    with listener() as (url, told):
+        port = int(url.rpartition(":")[2].partition("/")[0])
+        check_url(f"https://localhost:{port}/", private=False)  # a name, not looked up yet
+        with pytest.raises(InputError, match="public"):
+            send(f"https://localhost:{port}/", "whsec_", UUID(int=1), 0, {}, private=False)
+        assert told == []

@@ -1,0 +1,49 @@
+/** The server's API, as its OpenAPI document has it. `schema.d.ts` is generated: `npm run api`. */
+
+import createClient from "openapi-fetch";
+import { t } from "../i18n.svelte";
+import type { components, paths } from "./schema";
+
+export type Schemas = components["schemas"];
+
+export const PREFIX = "/api/v1";
+
+export const api = createClient<paths>({ baseUrl: location.origin });
+
+/** Why something was not done: the server's words, or ours where it could not be reached. */
+export class Problem extends Error {
+  constructor(
+    readonly status: number,
+    message: string,
+    readonly hint = "",
+  ) {
+    super(message);
+  }
+
+  static of(error: unknown): Problem {
+    if (error instanceof Problem) return error;
+    if (error instanceof TypeError) return new Problem(0, t("problem.unreachable"), t("problem.unreachableHint"));
+    throw error;
+  }
+
+  /** Of an answer's body, which is `application/problem+json` (RFC 9457) unless a proxy wrote it. */
+  static from(status: number, body: unknown): Problem {
+    if (typeof body === "object" && body !== null && "title" in body) {
+      const { title, hint } = body as { title: unknown; hint?: unknown };
+      return new Problem(status, String(title), typeof hint === "string" ? hint : "");
+    }
+    return new Problem(status, t("problem.status", { status }));
+  }
+}
+
+/** What the server answered. Throws a `Problem` where it did not do it. */
+export async function answer<T>(asked: Promise<{ data?: T; error?: unknown; response: Response }>): Promise<T> {
+  let told;
+  try {
+    told = await asked;
+  } catch (error) {
+    throw Problem.of(error);
+  }
+  if (!told.response.ok) throw Problem.from(told.response.status, told.error);
+  return told.data as T;
+}

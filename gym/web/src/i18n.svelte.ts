@@ -1,0 +1,70 @@
+/** The app's words in the reader's language, by i18next. One language is loaded at a time. */
+
+import i18next from "i18next";
+import type en from "./locales/en.json";
+
+export const LANGUAGES = { en: "English", de: "Deutsch", cs: "Čeština", fr: "Français" } as const;
+export type Language = keyof typeof LANGUAGES;
+
+type Forms<K extends string> = K extends `${infer Base}_${"one" | "few" | "many" | "other"}` ? Base : K;
+type Paths<T, Before extends string = ""> = {
+  [K in keyof T & string]: T[K] extends string ? `${Before}${Forms<K>}` : Paths<T[K], `${Before}${K}.`>;
+}[keyof T & string];
+/** Where a text stands in `locales/en.json`; plural forms without their ending. */
+export type Key = Paths<typeof en>;
+
+const KEPT = "walltopo-language";
+const LOADERS = import.meta.glob<object>("./locales/*.json", { import: "default" });
+
+let spoken = $state<Language>("en");
+
+/** A text; whoever shows it is drawn again when the language changes. */
+export function t(key: Key, values: Record<string, unknown> = {}): string {
+  return i18next.t(key as string, { lng: spoken, ...values });
+}
+
+export function language(): Language {
+  return spoken;
+}
+
+function isKnown(code: string): code is Language {
+  return code in LANGUAGES;
+}
+
+/** The language that was chosen here, else the first of the browser's that there is. */
+function wished(): Language {
+  const asked = [localStorage.getItem(KEPT) ?? "", ...navigator.languages];
+  return asked.map((code) => code.slice(0, 2)).find(isKnown) ?? "en";
+}
+
+export async function speak(code: Language, keep = true): Promise<void> {
+  const words = await LOADERS[`./locales/${code}.json`]!();
+  i18next.addResourceBundle(code, "translation", words);
+  spoken = code;
+  document.documentElement.lang = code;
+  if (keep) localStorage.setItem(KEPT, code);
+}
+
+export async function begin(): Promise<void> {
+  await i18next.init({
+    fallbackLng: false,
+    resources: {},
+    showSupportNotice: false,
+    // Svelte escapes what it shows.
+    interpolation: { escapeValue: false },
+  });
+  await speak(wished(), false);
+}
+
+const DAY = { dateStyle: "medium" } as const;
+
+/** A day as the reader writes it; `text` is a date or a moment, ISO 8601. */
+export function day(text: string): string {
+  // A date without a time is that day everywhere.
+  const zone = text.length === 10 ? { timeZone: "UTC" } : {};
+  return new Intl.DateTimeFormat(spoken, { ...DAY, ...zone }).format(new Date(text));
+}
+
+export function moment(text: string): string {
+  return new Intl.DateTimeFormat(spoken, { ...DAY, timeStyle: "short" }).format(new Date(text));
+}

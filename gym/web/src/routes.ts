@@ -1,0 +1,32 @@
+/** Which page is at which address. The first part of each is also known to `api/pages.py`. */
+
+import { createRouter } from "sv-router";
+import Home from "./pages/Home.svelte";
+import NotFound from "./pages/NotFound.svelte";
+
+const wall = () => import("./pages/WallPage.svelte");
+const embedded = () => import("./pages/Embedded.svelte");
+
+export const { p, navigate, route } = createRouter({
+  "/": Home,
+  "/sign-in": () => import("./pages/SignIn.svelte"),
+  "/sign-up": () => import("./pages/SignUp.svelte"),
+  "/new-password": () => import("./pages/NewPassword.svelte"),
+  "/invitation": () => import("./pages/Invitation.svelte"),
+  "/account": () => import("./pages/Account.svelte"),
+  "/new-gym": () => import("./pages/NewGym.svelte"),
+  "/g/:gym": () => import("./pages/GymPage.svelte"),
+  "/g/:gym/settings": () => import("./pages/GymSettings.svelte"),
+  "/g/:gym/w/:wall": wall,
+  "/g/:gym/w/:wall/r/:route": wall,
+  "/g/:gym/w/:wall/versions": () => import("./pages/Versions.svelte"),
+  "/g/:gym/s/:scan": () => import("./pages/ScanPage.svelte"),
+  "/embed/g/:gym/w/:wall": embedded,
+  "/embed/g/:gym/w/:wall/r/:route": embedded,
+  "*": NotFound,
+});
+
+/** A part of the present address; the page that asks has it. */
+export function part(name: "gym" | "wall" | "route" | "scan"): string {
+  return route.params[name] ?? "";
+}

@@ -1,0 +1,46 @@
+/** Who is signed in here. The secret is a cookie that no script can read; this is only whose it is. */
+
+import { answer, api, Problem, type Schemas } from "./api/client";
+
+const SIGNED_IN = "walltopo-signed-in";
+
+let person = $state.raw<Schemas["Me"] | null>(null);
+
+export function me(): Schemas["Me"] | null {
+  return person;
+}
+
+export function signedIn(as: Schemas["Me"]): void {
+  person = as;
+  localStorage.setItem(SIGNED_IN, "yes");
+}
+
+export function signedOut(): void {
+  person = null;
+  localStorage.removeItem(SIGNED_IN);
+}
+
+/** Ask the server, where somebody was signed in here; visitors are not asked for. */
+export async function recall(): Promise<void> {
+  if (localStorage.getItem(SIGNED_IN) === null) return;
+  try {
+    person = await answer(api.GET("/api/v1/me"));
+  } catch (error) {
+    if (error instanceof Problem && error.status === 401) signedOut();
+    else if (!(error instanceof Problem)) throw error;
+  }
+}
+
+const INVITATION = "walltopo-invitation";
+
+/** An invitation that was opened before there was an account; kept over the mail that makes one. */
+export const invitation = {
+  keep: (secret: string): void => localStorage.setItem(INVITATION, secret),
+  get: (): string | null => localStorage.getItem(INVITATION),
+  drop: (): void => localStorage.removeItem(INVITATION),
+};
+
+/** The secret of a mailed link: what stands after `#`, which no server ever sees. */
+export function secretOfLink(): string {
+  return location.hash.slice(1);
+}

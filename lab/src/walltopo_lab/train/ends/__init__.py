@@ -1,0 +1,1 @@
+"""The regressions that say how likely a route's start and top are right."""

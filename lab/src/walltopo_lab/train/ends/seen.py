@@ -1,0 +1,266 @@
+"""Generated gyms as a scan would see them: without rendering, with what scans get wrong.
+
+Of each gym the true holds are known. A scan misses some, more of some paints (white on grey); of
+what it misses some remain as instances that few photos confirm. Places are a little off. Sizes are
+measured on the hold's own shape with a scan's faults (`train.hold_types.scanned`), and the shipped
+network names it; as it does better there than on scans, types are confused as on two of those
+(`routes_downclimb.CALLED`). Every hold is faded and lit in its own way, so
+that its paint and its colour's name are off; a few things that are no hold count as some, and a
+jug to climb down by may be taken for a route's. Then the product groups the holds.
+
+How much goes wrong is as measured on scans of generated gyms: recall and precision of the holds
+shown (docs/results/shown-score.json), and how well routes are found by paint (routes-links.json).
+"""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import cv2
+import numba
+import numpy as np
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from walltopo.holds.relief import MARGIN, Relief, seen_head_on
+from walltopo.holds.types import shipped_model
+from walltopo.imaging.oklab import features
+from walltopo.imaging.srgb import linear_from_srgb8, srgb8_from_linear
+from walltopo.routes import paint as linking
+from walltopo.routes.contract import RoutesSettings
+from walltopo.routes.grouping import group_by_paint
+from walltopo.routes.stage import describe_groups
+from walltopo.scans.attributes import UNKNOWN, Doubtful, Hold
+from walltopo.scans.routes import Route
+from walltopo_lab.benchmarks.routes_downclimb import CALLED, PRESETS
+from walltopo_lab.benchmarks.routes_gyms import SetGym, set_gym
+from walltopo_lab.synth.bodies import Body
+from walltopo_lab.synth.palette import PALETTES
+from walltopo_lab.train.hold_types.scanned import GRID, scanned
+from walltopo_lab.train.paint.holds import straight
+
+__all__ = ["SCANS", "SeenGym", "TrueEnds", "see", "true_gym"]
+
+Floats = NDArray[np.float64]
+
+MISSED = 0.04  # mean share of holds that a scan misses
+HARD = (
+    0.08,
+    0.2,
+    0.6,
+)  # share of paints that are hard to see on a wall, and the share missed of them
+REMAINS = 0.5  # share of the missed that are left out for lack of photos, not unseen
+FALSE = 0.03  # things that are no hold, against holds
+SINGLE = 0.2  # of routes whose lowest hold has room for both hands, so many start on it alone
+TAKEN = 0.25  # share of the jugs to climb down by that are not recognised
+PLACE = 0.01  # metres: spread of places
+DOUBTED = (0.5, 0.9)  # how sure the namer is of a type that it confused
+SCANS = 3  # simulated scans of each gym
+TINT, SHADE = 0.06, 0.12  # spread of the logarithm of a hold's paint, by channel and in all
+
+
+@dataclass(frozen=True)
+class TrueEnds:
+    """Ids of a true route's holds, of its start and of its top."""
+
+    holds: frozenset[int]
+    start: frozenset[int]
+    top: frozenset[int]
+
+
+@dataclass(frozen=True, eq=False)
+class SeenGym:
+    """A simulated scan and the truth.
+
+    Parameters
+    ----------
+    holds : what the scan shows; left_out : what it lists as doubtful. Ids are those of the truth.
+    part : id of a true hold to what it is in its route: hold, foot, start, top.
+    routes : as the product finds them; true : by number.
+    """
+
+    holds: list[Hold]
+    left_out: list[Doubtful]
+    part: dict[int, str]
+    routes: list[Route]
+    true: dict[int, TrueEnds]
+
+    def matched(self) -> list[tuple[Route, TrueEnds | None]]:
+        """Each found route, with the true one if that has most of its holds in it, else None."""
+        route_of = {hold: number for number, ends in self.true.items() for hold in ends.holds}
+        best: dict[int, tuple[int, int]] = {}
+        for row, route in enumerate(self.routes):
+            for number, count in Counter(
+                route_of[hold] for hold in route.holds if hold in route_of
+            ).items():
+                if count > best.get(number, (0, 0))[0]:
+                    best[number] = count, row
+        owner: dict[int, list[int]] = defaultdict(list)
+        for number, (_, row) in best.items():
+            owner[row].append(number)
+        found: list[tuple[Route, TrueEnds | None]] = []
+        for row, route in enumerate(self.routes):
+            numbers = owner.get(row, [])
+            found += [(route, self.true[number]) for number in numbers] or [(route, None)]
+        return found
+
+
+@cache
+def true_gym(seed: int) -> SetGym:
+    """The gym of a seed; presets take turns."""
+    return set_gym(PRESETS[seed % len(PRESETS)], seed)
+
+
+def _with_single_starts(
+    gym: SetGym, rng: np.random.Generator
+) -> tuple[list[Hold], dict[int, TrueEnds]]:
+    """The holds without the second start hold of some routes, and what is true of the rest."""
+    parts: dict[int, dict[str, list[Hold]]] = defaultdict(lambda: defaultdict(list))
+    for hold in gym.holds:
+        if hold.id in gym.route:
+            parts[gym.route[hold.id]][gym.part[hold.id]].append(hold)
+    gone, true = set(), {}
+    usual = float(np.median([hold.size for hold in gym.holds]))
+    for number, part in parts.items():
+        start = sorted(part["start"], key=lambda hold: hold.position[2])
+        if not start or not part["top"]:
+            continue
+        if len(start) == 2 and start[0].size >= usual and rng.random() < SINGLE:
+            gone.add(start.pop().id)
+        holds = {hold.id for some in part.values() for hold in some} - gone
+        ends = (frozenset(hold.id for hold in some) for some in (start, part["top"]))
+        true[number] = TrueEnds(frozenset(holds), *ends)
+    return [hold for hold in gym.holds if hold.id not in gone], true
+
+
+def _looks(rgb: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.uint8]:
+    """(n, 3) paints as a scan has them: each faded, chalked and lit in its own way."""
+    linear = linear_from_srgb8(rgb)
+    faded = rng.beta(1.2, 6, (len(rgb), 1))
+    linear = (linear * (1 - faded) + 0.4 * faded) * np.exp(rng.normal(0, TINT, (len(rgb), 3)))
+    return srgb8_from_linear(linear * np.exp(rng.normal(0, SHADE, (len(rgb), 1))))
+
+
+def _named(rgb: NDArray[np.uint8]) -> list[str]:
+    """The nearest colour of the generator's palettes."""
+    names = [name for palette in PALETTES.values() for name in palette] + ["grey"]
+    paints = [rgb for palette in PALETTES.values() for rgb in palette.values()] + [(0.5, 0.5, 0.51)]
+    entries = features(linear_from_srgb8((255 * np.array(paints)).astype(np.uint8)), 0.5)
+    away = np.linalg.norm(features(linear_from_srgb8(rgb), 0.5)[:, None] - entries[None], axis=2)
+    return [names[k] for k in away.argmin(axis=1)]
+
+
+def _reliefs(bodies: Sequence[Body], rng: np.random.Generator) -> list[Relief | None]:
+    """The reliefs of holds as a scan has them."""
+    cv2.setNumThreads(1)  # pictures so small are done sooner than threads are started
+    numba.set_num_threads(1)
+    found = []
+    for body in bodies:
+        pixel = 2.9 * float(np.abs(body.vertices[:, :2]).max()) / GRID
+        heights, there = seen_head_on(body.vertices * [1, -1, -1], body.faces, pixel * GRID, GRID)
+        found.append(scanned(np.where(there, np.maximum(heights, 0), 0.0), pixel, rng))
+    return found
+
+
+def _as_scanned(
+    holds: list[Hold], bodies: Mapping[int, Body], rng: np.random.Generator
+) -> list[Hold]:
+    """The same holds with place, size, type, paint and name of a scan; those without relief are
+    not among them.
+    """
+    reliefs = _reliefs([bodies[hold.id] for hold in holds], rng)
+    drawn = [(hold, relief) for hold, relief in zip(holds, reliefs, strict=True) if relief]
+    looks = _looks(np.array([hold.colour_rgb for hold, _ in drawn], dtype=np.uint8), rng)
+    types = shipped_model().names_of([relief for _, relief in drawn])
+    names = _named(looks)
+    seen = []
+    for k, (hold, relief) in enumerate(drawn):
+        x, y, z = (np.array(hold.position) + rng.normal(0, PLACE, 3)).tolist()
+        red, green, blue = looks[k].tolist()
+        name, sure = types[k]
+        seen.append(
+            replace(
+                hold, position=(x, y, z), size=relief.side_m / MARGIN, colour=names[k],
+                colour_rgb=(red, green, blue), type=name, role="hold",
+                type_confidence=sure if name != UNKNOWN else 0.0,
+            )
+        )  # fmt: skip
+    return seen
+
+
+def _confused(
+    holds: Sequence[Hold], true: Mapping[int, str], rng: np.random.Generator
+) -> list[Hold]:
+    """The same holds with types as scans confuse them."""
+    found = []
+    for hold in holds:
+        if hold.id in true:
+            counts = CALLED[true[hold.id]]
+            odds = np.array(list(counts.values())) / sum(counts.values())
+            name, sure = str(rng.choice(list(counts), p=odds)), rng.uniform(*DOUBTED)
+            if name != hold.type:
+                sure = 0.0 if name == UNKNOWN else float(sure)
+                hold = replace(hold, type=name, type_confidence=sure)
+        found.append(hold)
+    return found
+
+
+def _found(holds: list[Hold], rng: np.random.Generator) -> NDArray[np.bool_]:
+    """Which of the holds a scan finds."""
+    usual = rng.beta(1.2, 1.2 / MISSED - 1.2)
+    share, low, high = HARD
+    rate = {
+        name: rng.uniform(low, high) if rng.random() < share else usual
+        for name in sorted({hold.colour for hold in holds})
+    }
+    small = {"foothold": 1.5}
+    return np.array(
+        [rng.random() >= min(0.95, small.get(h.type, 1.0) * rate[h.colour]) for h in holds]
+    )
+
+
+def _false(holds: list[Hold], count: int, rng: np.random.Generator) -> list[Hold]:
+    """Things that are no hold: near some, of any of their looks."""
+    made = []
+    for k in range(count):
+        at, like = holds[int(rng.integers(len(holds)))], holds[int(rng.integers(len(holds)))]
+        x, y, z = (np.array(at.position) + rng.normal(0, 0.4, 3) * (1, 0.1, 1)).tolist()
+        size = float(like.size * rng.uniform(0.4, 1.2))
+        made.append(
+            replace(like, id=10_000 + k, position=(x, y, abs(z)), size=size, type="unknown")
+        )
+    return made
+
+
+def see(seed: int, scan: int = 0) -> SeenGym:
+    """One of the simulated scans of the gym of a seed, its holds grouped as the product does it."""
+    rng = np.random.default_rng([29, seed, scan])
+    gym = true_gym(seed)
+    there, true = _with_single_starts(gym, rng)
+    there = [hold for hold in there if hold.role == "hold" or rng.random() < TAKEN]
+    found = _found(there, rng)
+    met = {hold.id for hold, here in zip(there, found, strict=True) if here}
+    known = _as_scanned(there, gym.body, rng)
+    shown = [hold for hold in known if hold.id in met]
+    missed = [hold for hold in known if hold.id not in met]
+    wrong = _false(known, int(rng.binomial(len(known), 2 * FALSE)), rng)
+    shown += wrong[::2]
+    spare = [hold for hold in missed if rng.random() < REMAINS] + wrong[1::2]
+    types = {hold.id: hold.type for hold in gym.holds}
+    doubt = np.random.default_rng([17, seed, scan])
+    shown, spare = _confused(shown, types, doubt), _confused(spare, types, doubt)
+    left_out = [Doubtful(hold, 0.1, "few photos confirm it") for hold in spare]
+    points = np.array([hold.position for hold in shown])
+    rgb = np.array([hold.colour_rgb for hold in shown], dtype=np.uint8)
+    grouping = group_by_paint(
+        points,
+        linking.balanced_paint(linear_from_srgb8(rgb), np.ones((len(shown), 3))),
+        lambda pairs: straight(points, pairs, linking.FLATTEN),
+        unit=1.0,
+        resolution=linking.RESOLUTION,
+    )
+    routes, _ = describe_groups(shown, shown, grouping, RoutesSettings(), left_out)
+    return SeenGym(shown, left_out, gym.part, routes, true)
