@@ -4,17 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
-from walltopo.core import Mesh
+from walltopo.core import Camera, Mesh, View
 from walltopo.export.contract import ExportSettings
-from walltopo.export.loose import loose_faces, without_loose
+from walltopo.export.loose import Hidden, outline_vertices
 from walltopo.export.tiers import TierBuilder
 from walltopo.export.wall import Wall, read_wall
+from walltopo.meshes.neighbours import face_neighbours
 from walltopo.scans.folder import ScanFolder
 
 MakeScan = Callable[..., ScanFolder]
+
+
+def loose_faces(wall: Wall) -> NDArray[np.bool_]:
+    return Hidden(wall).of(wall.face_instance)
+
+
+def without_loose(wall: Wall) -> Wall:
+    return Hidden(wall).without(wall)
 
 
 def with_scrap(wall: Wall, size: float, label: int) -> Wall:
@@ -51,3 +62,54 @@ def test_page_leaves_out_what_the_archive_keeps(make_scan: MakeScan) -> None:
     count = len(plain.mesh.faces)
     sizes = {name: len(builder.look(name).surface.triangles) for name in ("archive", "detail")}
     assert sizes == {"archive": count + 1, "detail": count}
+
+
+def slab(hold: int = 0) -> Wall:
+    """A sheet of 4 by 2 m in squares of 10 cm with a hole in it; its right quarter is before a
+    place that two of five cameras see. One square there is of `hold`."""
+    x, z = np.meshgrid(np.arange(41) / 10, np.arange(21) / 10)
+    vertices = np.stack([x, 0 * x, z], axis=-1).reshape(-1, 3)
+    a = (np.arange(20)[:, None] * 41 + np.arange(40)).ravel()
+    faces = np.vstack([np.stack([a, a + 1, a + 42], 1), np.stack([a, a + 42, a + 41], 1)])
+    middle = vertices[faces].mean(axis=1)
+    hole = (np.abs(middle[:, 0] - 2) < 0.3) & (np.abs(middle[:, 2] - 1) < 0.3)
+    mesh = Mesh(vertices, faces[~hole].astype(np.int32))
+    labels = np.zeros(len(mesh.faces), np.int32)
+    labels[np.abs(mesh.centroids - [3.6, 0, 1.0]).max(axis=1) < 0.1] = hold
+    turn = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])  # x right, y down, z forward
+    camera = Camera("SIMPLE_PINHOLE", 400, 400, (200.0, 200.0, 200.0))
+    views = []
+    for number, place in enumerate((0.8, 1.0, 1.2, 1.0, 1.4)):
+        # Each sees 2 m to both sides of its place; the last two see 3 m.
+        centre = np.array([place, -2.0 if number < 3 else -3.0, 1.0])
+        views.append(View(f"{number}.jpg", camera, np.column_stack([turn, -turn @ centre])))
+    return Wall(mesh, labels, None, None, [], [], metric=True, views=tuple(views))
+
+
+def test_a_slab_that_few_photos_see_is_left_out() -> None:
+    wall = slab()
+    left = wall.mesh.centroids[Hidden(wall).of(wall.face_instance)]
+    assert left[:, 0].min() > 2.9
+    right = wall.mesh.centroids[:, 0] > 3.3
+    assert Hidden(wall).of(wall.face_instance)[right].all()
+    held = slab(hold=7)
+    assert not Hidden(held).of(held.face_instance).any()
+    unknown = replace(wall, views=wall.views[:3])
+    assert not Hidden(unknown).of(wall.face_instance).any()
+
+
+def test_what_photos_see_is_kept_for_the_next_time(tmp_path: Path) -> None:
+    wall, cache = slab(), tmp_path / "tiers" / "thin.npz"
+    first = Hidden(wall, cache).of(wall.face_instance)
+    assert cache.exists()
+    np.testing.assert_array_equal(Hidden(wall, cache).of(wall.face_instance), first)
+    cache.write_bytes(b"broken")
+    np.testing.assert_array_equal(Hidden(wall, cache).of(wall.face_instance), first)
+
+
+def test_a_hole_is_no_outline() -> None:
+    mesh = slab().mesh
+    outline = mesh.vertices[outline_vertices(mesh, face_neighbours(mesh.faces))]
+    on_edge = (outline[:, 0] % 4 < 1e-9) | (outline[:, 2] % 2 < 1e-9)
+    assert on_edge.all()
+    assert len(outline) == 2 * (40 + 20)

@@ -26,7 +26,9 @@ from walltopo.edit.notes import REASONS
 from walltopo.edit.on_holds import REMOVED
 from walltopo.export.contract import ExportSettings
 from walltopo.export.wall import read_wall
-from walltopo.holds.doubtful import FAINT, FLAT, PLATED
+from walltopo.holds.doubtful import BUMP, FAINT, PLATED
+from walltopo.routes.ends import START_REASONS, TOP_REASONS
+from walltopo.scans.attributes import FLAT
 from walltopo.scans.edits import EditLog
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.holds import HoldRow
@@ -80,25 +82,14 @@ wall-topo::part(card){background:rgb(1 2 3)}</style>
 </wall-topo></main><script src="page/viewer.js"></script>"""
 
 
-DOUBTS = [  # of walltopo.routes.order
-    "a start hold may be of another route",
-    "a hold at the start may be for the feet, or for the hands",
-    "one start hold or two",
-    "the top hold may be of another route",
-    "a hold at the top may be for the feet, or for the hands",
-    "the wall has holds above it: one may have been missed",
-    "two holds are about as high",
-]
-
-
 def said() -> dict[str, Any]:
     """What the terminal and the report say, for the page to say too."""
     degrees = (-20.4, -6, -5.4, -3, 0, 3.4, 4.6, 5.4, 5.6, 6.9, 10, 16.7, 34.6, 60)
     counts = ((0, 0, 0), (1, 1, 0), (4, 31, 2), (2, 5, 1))
     kind = {"hold": made_row(1, "hold"), "volume": made_row(2, "volume")}
     return {
-        "reasons": [FAINT, FLAT, PLATED, REMOVED],
-        "doubts": DOUBTS,
+        "reasons": [BUMP, FAINT, FLAT, PLATED, REMOVED],
+        "doubts": sorted({*START_REASONS.values(), *TOP_REASONS.values()}),
         "notes": REASONS,
         "problems": ["busy", "changed", "lacks", "large", "token"],
         "steepness": [[value, steepness_words(value)] for value in degrees],

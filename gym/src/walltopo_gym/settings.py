@@ -72,6 +72,9 @@ class GymSettings(BaseSettings):
     most_edited: int = Field(2, ge=1, description="scans opened in the editor at a time")
     workers: int = Field(1, ge=0, le=64, description="scans at a time in this process")
     stage_minutes: int = Field(120, ge=1, description="a stage that takes longer is ended")
+    stage_memory_mb: int = Field(
+        0, ge=0, description="a scan that holds more memory is ended; 0: no limit"
+    )
     silent_s: int = Field(30, ge=2, description="a worker silent for longer is taken for dead")
     scan_settings: Path | None = Field(None, description="walltopo.toml for all scans")
 

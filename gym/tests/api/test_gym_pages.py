@@ -57,6 +57,7 @@ def test_the_policy_lets_in_our_own_files_alone(server: Server) -> None:
     policy = dict(part.split(" ", 1) for part in headers["content-security-policy"].split("; "))
     assert policy["default-src"] == "'none'"
     assert policy["script-src"] == "'self' 'wasm-unsafe-eval'"
+    assert policy["style-src"] == "'self'"
     assert policy["connect-src"] == "'self' blob:"
     assert policy["frame-ancestors"] == "'none'"
     assert "http" not in headers["content-security-policy"]
@@ -208,8 +209,8 @@ def test_the_built_app_is_the_source(node: Path, tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_the_client_is_of_the_present_api(node: Path, tmp_path: Path) -> None:
-    document.write_document(tmp_path / "openapi.json")
-    words = [str(tmp_path / "openapi.json"), "--default-non-nullable=false", "--output", str(tmp_path / "schema.d.ts")]
+    told, out = tmp_path / "openapi.json", tmp_path / "schema.d.ts"
+    document.write_document(told)
+    words = [str(told), "--default-non-nullable=false", "--output", str(out)]
     subprocess.run([str(node / "openapi-typescript"), *words], cwd=WEB, check=True, timeout=120)
-    made = (tmp_path / "schema.d.ts").read_text()
-    assert made == (WEB / "src" / "api" / "schema.d.ts").read_text(), "run `make app`"
+    assert out.read_text() == (WEB / "src" / "api" / "schema.d.ts").read_text(), "run `make app`"

@@ -85,6 +85,18 @@ def test_photos_that_show_no_wall_fail_in_words(world: World, tmp_path: Path) ->
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_scan_that_wants_too_much_memory_is_ended(world: World, tmp_path: Path) -> None:
+    scan = world.scan(State.RUNNING, usable=3)
+    world.server.services.store.put("originals/None", b"no photo")
+    worker = steps(world, tmp_path)
+    worker.settings = worker.settings.model_copy(update={"stage_memory_mb": 1})
+    why = worker.stage(scan, 0, "export")
+    worker.fail(scan, 0, why)
+    worker.release(scan, 0)
+    failed = row_of(world, scan)
+    assert (failed.state, "memory" in failed.error) == (State.FAILED, True)
+
+
 def test_a_cancelled_scan_stays_cancelled(world: World, tmp_path: Path) -> None:
     scan = world.scan(State.CANCELLED, usable=3)
     world.server.services.store.put("originals/None", b"no photo")

@@ -20,6 +20,7 @@ export const { p, navigate, route } = createRouter({
   "/g/:gym/w/:wall": wall,
   "/g/:gym/w/:wall/r/:route": wall,
   "/g/:gym/w/:wall/versions": () => import("./pages/Versions.svelte"),
+  "/g/:gym/s/:scan/edit": () => import("./pages/Editing.svelte"),
   "/g/:gym/s/:scan": () => import("./pages/ScanPage.svelte"),
   "/embed/g/:gym/w/:wall": embedded,
   "/embed/g/:gym/w/:wall/r/:route": embedded,

@@ -25,6 +25,13 @@ export const publishing = {
     const { page } = setter;
     await setter.go(`/g/${places.gym}/s/${places.scan}`);
     await wallDrawn(page);
+    // The editor of the scan is there, and leads back.
+    await page.getByRole("link", { name: "Correct the scan" }).click();
+    await wallDrawn(page);
+    await page.getByRole("button", { name: "Add a hold" }).waitFor();
+    await setter.shot("editor");
+    await page.getByRole("link", { name: "Done" }).click();
+    await wallDrawn(page);
     const rows = await typeTable(page);
     assert.ok(rows > 1);
     // A closed tab loses nothing of it.

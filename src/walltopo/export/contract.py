@@ -72,6 +72,7 @@ class WallReads:
     routes: Routes
     holds: Holds
     relabelled: Relabelled | None
+    sparse: SparseModel
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,6 @@ class Reads(WallReads):
     attributes: Attributes
     photos: PhotoSet
     photo_list: PhotoList
-    sparse: SparseModel
     cutouts: Cutouts
 
 

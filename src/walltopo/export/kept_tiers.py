@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, fields
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +17,7 @@ from numpy.typing import NDArray
 from walltopo.core import InputError
 from walltopo.core.files import atomic_path, hash_path
 from walltopo.export.contract import ExportSettings
-from walltopo.export.loose import Pieces
+from walltopo.export.loose import Hidden
 from walltopo.export.meshopt import available
 from walltopo.export.surface import Surface
 from walltopo.export.wall import Wall
@@ -26,7 +25,7 @@ from walltopo.scans.arrays import read_arrays
 
 __all__ = ["KeptTier", "TierShelf"]
 
-VERSION = 2  # raised when tiers are made otherwise
+VERSION = 3  # raised when tiers are made otherwise
 # Beyond this share of the mesh's triangles a change is no edit: another lift, say.
 MOST_CHANGED = 0.05
 _SURFACE = tuple(field.name for field in fields(Surface))
@@ -50,10 +49,10 @@ class KeptTier:
 class TierShelf:
     """Tiers of one wall by name, in a folder that may be deleted at any time."""
 
-    def __init__(self, folder: Path, wall: Wall, settings: ExportSettings) -> None:
+    def __init__(self, folder: Path, wall: Wall, settings: ExportSettings, hidden: Hidden) -> None:
         self._folder = folder
         self._key = _key_of(wall, settings)
-        self._wall = wall
+        self._hidden = hidden
         self._labels = wall.face_instance
 
     def get(self, name: str) -> KeptTier | None:
@@ -81,12 +80,8 @@ class TierShelf:
         changed = np.count_nonzero(before != self._labels)
         if changed == 0 or changed > MOST_CHANGED * len(self._labels):
             return changed == 0
-        # A piece of surface is shown or left out by the holds on it.
-        return bool((self._pieces.loose(before) == self._pieces.loose(self._labels)).all())
-
-    @cached_property
-    def _pieces(self) -> Pieces:
-        return Pieces(self._wall.mesh)
+        # Surface is shown or left out by the holds on it.
+        return bool((self._hidden.of(before) == self._hidden.of(self._labels)).all())
 
     def put(self, name: str, tier: KeptTier) -> None:
         """Keep a tier that was made for this wall."""
@@ -114,6 +109,8 @@ def _key_of(wall: Wall, settings: ExportSettings) -> bytes:
     for values in (mesh.vertices, mesh.faces, wall.uv, mesh.vertex_colours, mesh.guessed):
         if values is not None:
             digest.update(np.ascontiguousarray(values).data)
+    for view in wall.views:
+        digest.update(repr(view.camera).encode() + view.cam_from_world.tobytes())
     if wall.texture is not None:
         digest.update(hash_path(wall.texture).encode())
     return digest.digest()

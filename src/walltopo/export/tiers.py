@@ -14,7 +14,7 @@ from walltopo.export.atlas import retexture
 from walltopo.export.contract import ExportSettings
 from walltopo.export.gltf import Packing, write_glb
 from walltopo.export.kept_tiers import KeptTier, TierShelf
-from walltopo.export.loose import without_loose
+from walltopo.export.loose import Hidden
 from walltopo.export.meshopt import available
 from walltopo.export.picture import decode_picture, encode_picture
 from walltopo.export.relabel import relabelled
@@ -46,7 +46,7 @@ class TierBuilder:
     """Makes the tiers of one wall, the coarse from the fine, each at most once.
 
     A textured wall that is to be simplified gets a new atlas, see `walltopo.export.atlas`. Loose
-    pieces of surface are in the archive alone, see `walltopo.export.loose`.
+    pieces and ragged slabs of surface are in the archive alone, see `walltopo.export.loose`.
 
     Parameters
     ----------
@@ -61,11 +61,12 @@ class TierBuilder:
         self._surfaces: dict[str, Surface] = {}
         self._unlabelled: dict[str, Surface] = {}
         self._pictures: dict[str, tuple[bytes, str] | None] = {}
-        self._shelf = None if kept is None else TierShelf(kept, wall, settings)
+        self._hidden = Hidden(wall, None if kept is None else kept / "thin.npz")
+        self._shelf = None if kept is None else TierShelf(kept, wall, settings, self._hidden)
 
     @cached_property
     def _shown(self) -> Wall:
-        return without_loose(self.wall)
+        return self._hidden.without(self.wall)
 
     def _full(self, wall: Wall, guessed: NDArray[np.bool_] | None) -> Look:
         picture = None if wall.texture is None else read_rgb(wall.texture)

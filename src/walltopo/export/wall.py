@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import InputError, Mesh
+from walltopo.core import InputError, Mesh, View
 from walltopo.export.contract import WallReads
 from walltopo.scans.artifacts import load_artifact
 from walltopo.scans.folder import ScanFolder
@@ -33,6 +33,7 @@ class Wall:
     holds, routes : the rows of `holds.json` and `routes.json`.
     metric : whether lengths are metres.
     title : the name that people see.
+    views : the photos that it was made of, where they are known.
     """
 
     mesh: Mesh
@@ -43,6 +44,7 @@ class Wall:
     routes: list[Route]
     metric: bool
     title: str = "Wall"
+    views: tuple[View, ...] = ()
 
     def __post_init__(self) -> None:
         count = len(self.mesh.faces)
@@ -80,6 +82,7 @@ def wall_of(reads: WallReads, title: str) -> Wall:
         routes=list(reads.routes.routes),
         metric=reads.scale.metric,
         title=title,
+        views=tuple(reads.sparse.views),
     )
 
 

@@ -37,7 +37,7 @@ _FOR_EVER: Final = "public, max-age=31536000, immutable"
 # No script and no style but our own files. The wall's decoder is WebAssembly; its workers run the
 # viewer's own script once more, from a blob.
 _POLICY: Final = (
-    "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self' 'unsafe-inline'; "
+    "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; "
     "img-src 'self' blob: data:; connect-src 'self' blob:; worker-src 'self' blob:; "
     "manifest-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors "
 )

@@ -187,9 +187,11 @@ def read_file(
     if known is None or not (is_public or access.role.covers(Role.SETTER)):
         raise NotFoundError("no such file")
     is_open = is_public and access.gym.visibility != "private"
+    # What is in review may still be corrected, under the same address.
+    caching = f"{'public' if is_open else 'private'}, max-age=31536000, immutable"
     headers = {
         "etag": f'"{known["key"].rpartition("/")[2]}"',
-        "cache-control": f"{'public' if is_open else 'private'}, max-age=31536000, immutable",
+        "cache-control": caching if is_public else "private, no-cache",
         "content-length": str(known["size"]),
     }
     pieces = services.store.chunks(known["key"])

@@ -41,11 +41,12 @@ def _demo(args: argparse.Namespace) -> int:
 
     def tell(address: str) -> None:
         port = address.rpartition(":")[2]
-        console.print(f"http://localhost:{port}/{SLUG}", style="bold", soft_wrap=True)
-        for email, password in accounts.items():
-            console.print(f"  {email:<22} {password}", soft_wrap=True, markup=False)
-        console.print("Its climbers and ascents are made up. Ctrl-C stops.")
+        console.print(f"http://localhost:{port}/g/{SLUG}", style="bold", soft_wrap=True)
+        console.print("Ctrl-C stops.")
 
+    for email, password in accounts.items():
+        console.print(f"{email:<22} {password}", soft_wrap=True, markup=False, highlight=False)
+    console.print("Its climbers and ascents are made up.")
     if not args.no_serve:
         serve(settings, tell)
     return 0

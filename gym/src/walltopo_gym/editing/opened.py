@@ -16,6 +16,7 @@ from walltopo.scans.edits import EditLog, Place
 from walltopo.scans.folder import ScanFolder
 from walltopo_gym.database.engine import Database
 from walltopo_gym.editing.log import mark_shown, read_log
+from walltopo_gym.scans.pictures import keep_front
 from walltopo_gym.scans.shelf import shelve_input, shelve_stage, take_scan, take_visible
 from walltopo_gym.storage.files import FileStore
 
@@ -94,5 +95,6 @@ class Opened:
             shelve_stage(self._store, self.scan, self._folder, stage)
         shelve_input(self._store, self.scan, self._folder, "edits")
         files = take_visible(self._store, self._folder)
+        keep_front(self._store, self.scan, self._folder)
         with self._database.writing() as session:
             mark_shown(session, self.scan, self._revisions[version], files)

@@ -11,6 +11,7 @@ from collections import deque
 from contextlib import suppress
 
 import msgspec
+import psutil
 
 from walltopo_gym.scans.job import Advanced, Ended, Failed, Job, Noted, Said, Step
 
@@ -47,6 +48,16 @@ class RunningScan:
             self._child.stdin.flush()
         self._listener = threading.Thread(target=self._listen, daemon=True)
         self._listener.start()
+
+    def memory_mb(self) -> float:
+        """What it and its own children hold at this moment, in MB; what they share counts twice."""
+        held = 0.0
+        with suppress(psutil.Error):
+            child = psutil.Process(self._child.pid)
+            for process in (child, *child.children(recursive=True)):
+                with suppress(psutil.Error):  # it has just ended
+                    held += process.memory_info().rss / 1e6
+        return held
 
     def stop(self) -> None:
         """End it, if it has not ended, with all that it started."""

@@ -96,13 +96,23 @@ class ScanSteps:
                 return _told(failure)
             if code is not None:
                 return _told(Failed(f"the scan ended in {stage} (exit code {code})", "", True))
-            if time.monotonic() > limit:
-                minutes = self.settings.stage_minutes
-                text = f"{stage} took longer than {minutes} minutes"
-                return _told(Failed(text, "Fewer photos make a scan faster.", defect=False))
+            too_much = self._too_much(stage, child, limit)
+            if too_much is not None:
+                return _told(too_much)
             if not self._tell(scan, run, state if state != seen else None):
                 return _told(Failed("cancelled", "", defect=False))
             seen = state
+
+    def _too_much(self, stage: str, child: RunningScan, limit: float) -> Failed | None:
+        """Whether a stage takes more than it may, of time or of memory."""
+        hint = "Fewer photos make a scan faster and smaller."
+        if time.monotonic() > limit:
+            minutes = self.settings.stage_minutes
+            return Failed(f"{stage} took longer than {minutes} minutes", hint, defect=False)
+        most = self.settings.stage_memory_mb
+        if most and child.memory_mb() > most:
+            return Failed(f"{stage} wanted more than {most} MB of memory", hint, defect=False)
+        return None
 
     def finish(self, scan: UUID, run: int) -> None:
         """Hand the wall over to the setter."""

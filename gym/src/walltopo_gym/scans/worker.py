@@ -15,6 +15,7 @@ import fcntl
 import logging
 import socket
 import threading
+from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from datetime import timedelta
@@ -121,13 +122,7 @@ def run_worker(
         held.callback(DBOS.destroy, workflow_completion_timeout_sec=_LAST_WORDS_S)
         held.callback(steps.stop)
         workers = max(1, steps.settings.workers)
-        # A queue a gym, of which each worker takes at random: one gym's ten scans delay no other.
-        DBOS.register_queue(
-            _QUEUE,
-            worker_concurrency=workers,
-            partition_worker_concurrency=workers,
-            polling_interval_sec=_POLL_S,
-        )
+        DBOS.register_queue(_QUEUE, worker_concurrency=workers, polling_interval_sec=_POLL_S)
         for queue in queues:
             DBOS.register_queue(queue, worker_concurrency=_AT_ONCE, polling_interval_sec=_POLL_S)
         _work(steps, name, stop, chores)
@@ -165,19 +160,25 @@ def _work(
 
 
 def _begin_queued(steps: ScanSteps, begun: set[str]) -> None:
-    """Hand what is queued to DBOS, once."""
-    queued = (
-        select(Scan.id, Scan.run, Wall.gym_id)
+    """Hand what is queued to DBOS, once.
+
+    A gym's first scan goes before every other gym's second one, and so on: one that queues ten
+    delays nobody but itself. What counts is how many of its scans are before it, at work or queued.
+    """
+    waiting = (
+        select(Scan.id, Scan.run, Scan.state, Wall.gym_id)
         .join(Wall, Wall.id == Scan.wall_id)
-        .where(Scan.state == State.QUEUED)
-        .order_by(Scan.created_at)
+        .where(Scan.state.in_((State.QUEUED, State.RUNNING)))
+        .order_by(Scan.state.desc(), Scan.created_at)  # those at work first
     )
     with steps.database.reading() as session:
-        rows = list(session.execute(queued))
-    for scan, run, gym in rows:
+        rows = list(session.execute(waiting))
+    before: Counter[UUID] = Counter()
+    for scan, run, state, gym in rows:
+        before[gym] += 1
         name = f"{scan}-{run}"
-        if name not in begun:
-            with SetWorkflowID(name), SetEnqueueOptions(queue_partition_key=str(gym)):
+        if state == State.QUEUED and name not in begun:
+            with SetWorkflowID(name), SetEnqueueOptions(priority=before[gym]):
                 DBOS.enqueue_workflow(_QUEUE, scan_workflow, str(scan), run)
             begun.add(name)
 

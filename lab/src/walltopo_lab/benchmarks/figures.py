@@ -66,7 +66,7 @@ CONSTANTS: dict[str, tuple[str, ...]] = {
         *("420 mm", "297 mm", "210 mm", "4 mm", "150 mm", "115 mm", "80 mm"),  # the plates
         *("100 %", "1 %"),
     ),
-    "routes.md": ("55 %", "20 s"),
+    "routes.md": ("20 s",),
     "security.md": ("8 MB", "20 s", "30 s", "5 s"),
     "synth.md": ("35 mm", "3 mm"),
     "viewer.md": ("170 ms", "200 ms"),
