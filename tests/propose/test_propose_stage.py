@@ -81,7 +81,7 @@ def reads(folder: Path, hold: tuple[int, int, int]) -> Reads:
 
 def test_a_hold_without_masks_is_found_by_relief_and_colour(tmp_path: Path) -> None:
     given = reads(tmp_path, RED)
-    made = run(given, ProposeSettings(), Context(tmp_path, tmp_path))
+    made = run(given, ProposeSettings(relief=True), Context(tmp_path, tmp_path))
     rows = {row.id: row for row in made.instance_records.instances}
     assert sorted(rows) == [1, 2, 3]
     assert rows[3].kind == "hold"
@@ -98,14 +98,14 @@ def test_a_hold_without_masks_is_found_by_relief_and_colour(tmp_path: Path) -> N
 
 
 def test_a_bump_of_the_walls_own_colour_is_doubtful(tmp_path: Path) -> None:
-    made = run(reads(tmp_path, GREY), ProposeSettings(), Context(tmp_path, tmp_path))
+    made = run(reads(tmp_path, GREY), ProposeSettings(relief=True), Context(tmp_path, tmp_path))
     (row,) = [row for row in made.instance_records.instances if row.id == 3]
     assert ProposeSettings().listed <= row.surety < ClassifySettings().least_evidence
 
 
 def test_switched_off_nothing_changes(tmp_path: Path) -> None:
     given = reads(tmp_path, RED)
-    made = run(given, ProposeSettings(relief=False), Context(tmp_path, tmp_path))
+    made = run(given, ProposeSettings(), Context(tmp_path, tmp_path))
     made.instance_records.save(tmp_path / "a.json")
     given.lifted_records.save(tmp_path / "b.json")
     assert (tmp_path / "a.json").read_bytes() == (tmp_path / "b.json").read_bytes()

@@ -24,9 +24,9 @@ class ProposeSettings:
         bool,
         about(
             "What stands out of the wall, and differs from it in colour, counts beside the masks; "
-            "false: masks alone decide"
+            "false: masks alone decide (docs/propose.md says when)"
         ),
-    ] = True
+    ] = False
     sure: Annotated[
         float,
         about(
