@@ -69,7 +69,7 @@ CONSTANTS: dict[str, tuple[str, ...]] = {
     "routes.md": ("20 s",),
     "security.md": ("8 MB", "20 s", "30 s", "5 s"),
     "synth.md": ("35 mm", "3 mm"),
-    "viewer.md": ("170 ms", "200 ms"),
+    "viewer.md": ("170 ms", "200 ms", "64 MB"),
 }
 
 console = Console()
