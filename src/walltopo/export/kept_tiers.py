@@ -23,7 +23,9 @@ from walltopo.export.surface import Surface
 from walltopo.export.wall import Wall
 from walltopo.scans.arrays import read_arrays
 
-__all__ = ["KeptTier", "TierShelf"]
+__all__ = ["TIERS", "KeptTier", "TierShelf"]
+
+TIERS = "tiers"  # the folder's name, in `work/`
 
 VERSION = 3  # raised when tiers are made otherwise
 # Beyond this share of the mesh's triangles a change is no edit: another lift, say.

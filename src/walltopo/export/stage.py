@@ -7,6 +7,7 @@ from pathlib import Path
 
 from walltopo.core import Progress
 from walltopo.export.contract import ExportSettings, Reads, Writes
+from walltopo.export.kept_tiers import TIERS
 from walltopo.export.meshopt import available
 from walltopo.export.report import Facts, report_html
 from walltopo.export.surface import Look
@@ -87,7 +88,7 @@ def run(reads: Reads, settings: ExportSettings, context: Context) -> Writes:
     """
     progress = context.progress
     wall = wall_of(reads, settings.title or context.title)
-    made = export_wall(wall, settings, context.scratch, progress, context.cache / "tiers")
+    made = export_wall(wall, settings, context.scratch, progress, context.cache / TIERS)
     progress.step("report", 1)
     report = context.scratch / "report.html"
     size = made.glb.path.stat().st_size

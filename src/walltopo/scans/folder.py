@@ -137,11 +137,6 @@ class ScanFolder:
         return self.root / "index.html"
 
     @property
-    def tiers(self) -> Path:
-        """`work/tiers/`: finished tiers of the wall, kept for the next export."""
-        return self.work / "tiers"
-
-    @property
     def page_assets(self) -> Path:
         """`page/`: the viewer's script and the tiers of the wall that `index.html` loads."""
         return self.root / "page"

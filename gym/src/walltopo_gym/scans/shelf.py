@@ -13,16 +13,15 @@ from typing import Any
 from uuid import UUID
 
 from walltopo.core.files import files_below
+from walltopo.export.kept_tiers import TIERS
 from walltopo.pipeline.stages import STAGES, stage_index
 from walltopo.scans.folder import ScanFolder
 from walltopo_gym.storage.files import FileStore, hash_of_file
 
-__all__ = ["shelve_input", "shelve_stage", "take_files", "take_scan", "take_visible"]
+__all__ = ["shelve", "shelve_stage", "take_files", "take_scan", "take_visible"]
 
 # What is shown of a published wall.
 _VISIBLE = ("page", "page_assets", "glb", "holds", "routes")
-# What a stage need not find, and is much slower without: an edit makes no tier anew.
-_HANDY = {"export": ("tiers",)}
 
 
 def _prefix(scan: UUID) -> str:
@@ -31,14 +30,15 @@ def _prefix(scan: UUID) -> str:
 
 def shelve_stage(store: FileStore, scan: UUID, folder: ScanFolder, stage: str) -> None:
     """Put on the shelf what a stage made."""
-    for name in (*STAGES[stage_index(stage)].writes, *_HANDY.get(stage, ())):
-        shelve_input(store, scan, folder, name)
+    for name in STAGES[stage_index(stage)].writes:
+        shelve(store, scan, folder, getattr(folder, name))
+    if stage == "export":  # can be made again, but an edit would take as long as an export
+        shelve(store, scan, folder, folder.work / TIERS)
     store.put(f"{_prefix(scan)}/{folder.manifest.name}", folder.manifest)
 
 
-def shelve_input(store: FileStore, scan: UUID, folder: ScanFolder, name: str) -> None:
-    """Put on the shelf what has a name in the scan folder, where it is there."""
-    path: Path = getattr(folder, name)
+def shelve(store: FileStore, scan: UUID, folder: ScanFolder, path: Path) -> None:
+    """Put a file or a folder of the scan folder on the shelf, where it is there."""
     files = files_below(path) if path.is_dir() else [path] if path.is_file() else []
     for file in files:
         store.put(f"{_prefix(scan)}/{file.relative_to(folder.root).as_posix()}", file)
