@@ -17,7 +17,7 @@ from walltopo.scans.folder import ScanFolder
 from walltopo_gym.database.engine import Database
 from walltopo_gym.editing.log import mark_shown, read_log
 from walltopo_gym.scans.pictures import keep_front
-from walltopo_gym.scans.shelf import shelve_input, shelve_stage, take_scan, take_visible
+from walltopo_gym.scans.shelf import shelve, shelve_stage, take_scan, take_visible
 from walltopo_gym.storage.files import FileStore
 
 __all__ = ["Opened"]
@@ -93,7 +93,7 @@ class Opened:
         """What the folder shows now, for everybody: files first, then the row that names them."""
         for stage in FOLLOWING:
             shelve_stage(self._store, self.scan, self._folder, stage)
-        shelve_input(self._store, self.scan, self._folder, "edits")
+        shelve(self._store, self.scan, self._folder, self._folder.edits)
         files = take_visible(self._store, self._folder)
         keep_front(self._store, self.scan, self._folder)
         with self._database.writing() as session:
