@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import socket
-import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import nullcontext
 
 import uvicorn
 
@@ -14,7 +13,7 @@ from walltopo_gym.api.app import build_app
 from walltopo_gym.api.logs import log_config
 from walltopo_gym.api.services import Services
 from walltopo_gym.migrations.run import migrate
-from walltopo_gym.publishing.work import work
+from walltopo_gym.publishing.work import at_work
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.uploads.receiving import finish_all
 
@@ -50,27 +49,12 @@ def serve(settings: GymSettings, tell: Callable[[str], None]) -> None:
         )
         host, port = listener.getsockname()[:2]
         tell(f"http://{host}:{port}")
-        with _worker_within(services):
+        place = services.settings, services.database, services.store
+        # Without workers here the scans are left to `walltopo gym worker`.
+        with at_work(*place) if settings.workers else nullcontext():
             uvicorn.Server(config).run(sockets=[listener])
     finally:
         services.close()
-
-
-@contextmanager
-def _worker_within(services: Services) -> Iterator[None]:
-    """A worker in this process, unless the settings leave the scans to others."""
-    if services.settings.workers == 0:
-        yield
-        return
-    stop = threading.Event()
-    place = services.settings, services.database, services.store
-    worker = threading.Thread(target=work, args=(*place, stop), name="worker")
-    worker.start()
-    try:
-        yield
-    finally:
-        stop.set()
-        worker.join()
 
 
 def _listener(settings: GymSettings) -> socket.socket:

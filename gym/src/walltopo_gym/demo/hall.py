@@ -7,10 +7,8 @@ from __future__ import annotations
 
 import json
 import secrets
-import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import timedelta
 from pathlib import Path
@@ -37,7 +35,7 @@ from walltopo_gym.gyms.roles import Role
 from walltopo_gym.publishing.change import Entry, publish
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.publishing.review import found_routes
-from walltopo_gym.publishing.work import work
+from walltopo_gym.publishing.work import at_work
 from walltopo_gym.scans.asking import begin, start
 from walltopo_gym.scans.models import Scan, ScanProgress
 from walltopo_gym.scans.states import State
@@ -83,7 +81,7 @@ class Hall:
         setter = self._person(f"setter@{SLUG}.example")
         wall, scan = self._begun(setter)
         if wall.published_scan_id is None:
-            with self._worker():
+            with at_work(self.settings, self.database, self.store):
                 self._send(scan, photos)
                 self._see_through(scan)
             self._publish(scan, wall.id)
@@ -137,18 +135,6 @@ class Hall:
                 session.flush()
             scan = session.scalar(select(Scan).where(Scan.wall_id == wall.id))
             return wall, (scan or begin(session, wall, setter)).id
-
-    @contextmanager
-    def _worker(self) -> Iterator[None]:
-        stop = threading.Event()
-        place = self.settings, self.database, self.store
-        worker = threading.Thread(target=work, args=(*place, stop), name="worker")
-        worker.start()
-        try:
-            yield
-        finally:
-            stop.set()
-            worker.join()
 
     def _send(self, scan: UUID, photos: Path) -> None:
         """Hand the photos in, as an upload would."""

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import partial
 
 from walltopo_gym.database.engine import Database
@@ -13,7 +15,7 @@ from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import FileStore
 from walltopo_gym.webhooks.delivery import QUEUE, Delivery
 
-__all__ = ["work"]
+__all__ = ["at_work", "work"]
 
 
 def work(
@@ -23,3 +25,16 @@ def work(
     delivery = Delivery(settings, database)
     chores = partial(publish_due, database), delivery.begin_due
     run_worker(ScanSteps.of(settings, database, store), stop, chores, [QUEUE])
+
+
+@contextmanager
+def at_work(settings: GymSettings, database: Database, store: FileStore) -> Iterator[None]:
+    """A worker in a thread of this process, for as long as the block lasts."""
+    stop = threading.Event()
+    worker = threading.Thread(target=work, args=(settings, database, store, stop), name="worker")
+    worker.start()
+    try:
+        yield
+    finally:
+        stop.set()
+        worker.join()
