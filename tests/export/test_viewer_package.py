@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import subprocess
-import tarfile
 from pathlib import Path
 
 import pytest
@@ -63,8 +62,8 @@ def consumer(tmp_path_factory: pytest.TempPathFactory) -> Path:
     project = room / "consumer"
     modules = project / "node_modules"
     modules.mkdir(parents=True)
-    with tarfile.open(next(room.glob("*.tgz"))) as archive:
-        archive.extractall(room, filter="data")
+    # Python 3.11.2, which Debian 12 has, knows no filter yet.
+    assert run(room, "tar", "-xzf", str(next(room.glob("*.tgz")))).returncode == 0
     (room / "package").rename(modules / "wall-topo")
     package = json.loads((modules / "wall-topo" / "package.json").read_text())
     for name in package["dependencies"]:

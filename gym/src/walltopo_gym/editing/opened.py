@@ -72,7 +72,7 @@ class Opened:
             now = self._desk.state()
         return State(
             stale=saved.is_pending, running=now.running, done_version=str(saved.shown),
-            problem=now.problem,
+            problem=now.problem, key=now.key,
         )  # fmt: skip
 
     def crops(self, at: Place) -> list[Crop]:
