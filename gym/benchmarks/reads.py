@@ -25,7 +25,7 @@ import httpx
 import numpy as np
 from gym.tests.running import Process
 from gym.tests.worlds import Server, World, hold, make_world
-from sqlalchemy import insert, select
+from sqlalchemy import insert, select, text
 
 from walltopo_gym.accounts.actor import sign_in
 from walltopo_gym.accounts.models import Person
@@ -143,6 +143,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         data = Path(name)
         server = Server(data, args.database)
         path, walls, cookies = fill(server)
+        with server.database.writing() as session:
+            session.execute(text("ANALYZE"))  # as the database does by itself in time
         server.close()
         settings = {"workers": "0", "requests_per_minute": "0"}
         settings |= {"database": args.database} if args.database else {}

@@ -19,6 +19,7 @@ from walltopo_gym.uploads.receiving import finish_all
 
 __all__ = ["serve"]
 
+_KEPT_S = 60  # an idle connection; longer than clients keep theirs: none meets a closed one
 _LAST_WORDS_S = 10  # what is being answered when the server is asked to stop
 
 
@@ -46,6 +47,7 @@ def serve(settings: GymSettings, tell: Callable[[str], None]) -> None:
             proxy_headers=bool(settings.proxies),
             forwarded_allow_ips=list(settings.proxies),
             timeout_graceful_shutdown=_LAST_WORDS_S,
+            timeout_keep_alive=_KEPT_S,
         )
         host, port = listener.getsockname()[:2]
         tell(f"http://{host}:{port}")
@@ -62,6 +64,9 @@ def _listener(settings: GymSettings) -> socket.socket:
     family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
     listener = socket.socket(family, socket.SOCK_STREAM)
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    # Head and body of an answer are two writes: the second would wait 40 ms for the first one's
+    # acknowledgement. Accepted sockets inherit it; asyncio sets it on sockets of its own only.
+    listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     try:
         listener.bind((settings.host, settings.port))
         listener.listen()  # who comes before uvicorn is ready waits

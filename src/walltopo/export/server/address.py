@@ -72,6 +72,8 @@ def listen(host: str, port: int) -> tuple[socket.socket, Address]:
     try:
         family, _, _, _, place = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
         found = socket.create_server((str(place[0]), port), family=family)
+        # Inherited by what is accepted: else a body waits 40 ms for its head's acknowledgement.
+        found.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     except OSError as error:
         raise _refused(host, port, error) from error
     return found, Address(host, int(found.getsockname()[1]))
