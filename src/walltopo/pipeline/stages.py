@@ -85,9 +85,9 @@ STAGES = (
     Stage("lift", "walltopo.lifting"),
     Stage("propose", "walltopo.propose"),
     Stage("classify", "walltopo.holds", version=9),
-    Stage("routes", "walltopo.routes", version=5),
-    Stage("edit", "walltopo.edit"),
-    Stage("export", "walltopo.export", version=5),
+    Stage("routes", "walltopo.routes", version=6),
+    Stage("edit", "walltopo.edit", version=2),
+    Stage("export", "walltopo.export", version=6),
 )
 
 
