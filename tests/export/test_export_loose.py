@@ -64,18 +64,19 @@ def test_page_leaves_out_what_the_archive_keeps(make_scan: MakeScan) -> None:
     assert sizes == {"archive": count + 1, "detail": count}
 
 
-def slab(hold: int = 0) -> Wall:
+def slab(hold: int = 0, lean: float = 1.5) -> Wall:
     """A sheet of 4 by 2 m in squares of 10 cm with a hole in it; its right quarter is before a
-    place that two of five cameras see. One square there is of `hold`."""
+    place that two of five cameras see, and leans forward by `lean` metres a metre. One square there
+    is of `hold`."""
     x, z = np.meshgrid(np.arange(41) / 10, np.arange(21) / 10)
-    vertices = np.stack([x, 0 * x, z], axis=-1).reshape(-1, 3)
+    vertices = np.stack([x, -lean * np.maximum(0, x - 2.9), z], axis=-1).reshape(-1, 3)
     a = (np.arange(20)[:, None] * 41 + np.arange(40)).ravel()
     faces = np.vstack([np.stack([a, a + 1, a + 42], 1), np.stack([a, a + 42, a + 41], 1)])
     middle = vertices[faces].mean(axis=1)
     hole = (np.abs(middle[:, 0] - 2) < 0.3) & (np.abs(middle[:, 2] - 1) < 0.3)
     mesh = Mesh(vertices, faces[~hole].astype(np.int32))
     labels = np.zeros(len(mesh.faces), np.int32)
-    labels[np.abs(mesh.centroids - [3.6, 0, 1.0]).max(axis=1) < 0.1] = hold
+    labels[np.abs(mesh.centroids[:, ::2] - [3.6, 1.0]).max(axis=1) < 0.1] = hold
     turn = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])  # x right, y down, z forward
     camera = Camera("SIMPLE_PINHOLE", 400, 400, (200.0, 200.0, 200.0))
     views = []
@@ -94,6 +95,8 @@ def test_a_slab_that_few_photos_see_is_left_out() -> None:
     assert Hidden(wall).of(wall.face_instance)[right].all()
     held = slab(hold=7)
     assert not Hidden(held).of(held.face_instance).any()
+    edge = slab(lean=0.0)  # few photos see it, but it is the wall's own
+    assert not Hidden(edge).of(edge.face_instance).any()
     unknown = replace(wall, views=wall.views[:3])
     assert not Hidden(unknown).of(wall.face_instance).any()
 

@@ -1,9 +1,9 @@
 """What of the surface is no wall: kept in `wall.glb`, left out of the page.
 
 Pieces that hang in the air, and ragged slabs beside the wall: surface at the outline that fewer
-than three photos see, as the report counts them (`report/coverage.py`). What is as near to a hold
-on such a slab as holds of this wall lie apart stays, and so does all inside the wall: a hole there
-stays as small as it is.
+than three photos see, as the report counts them (`report/coverage.py`), and that does not lie in
+the plane of the wall next to it. What is as near to a hold on such a slab as holds of this wall lie
+apart stays, and so does all inside the wall: a hole there stays as small as it is.
 """
 
 from __future__ import annotations
@@ -36,6 +36,10 @@ LEAST_SHARE = 0.01
 MOST_THIN = 0.5
 # Triangles on which views are counted: as fine as the report's, whatever the mesh has.
 COUNTED = 60_000
+# So many of those, next to a triangle, say where the wall's plane is; what leans and rises from it
+# by no more than this goes on with it. Set by eye, on `spraywall`.
+NEAREST = 64
+LEVEL = np.radians(25.0)
 
 Bools = NDArray[np.bool_]
 Labels = NDArray[np.int32]
@@ -74,6 +78,7 @@ class Hidden:
         if not thin.any() or areas[thin].sum() > MOST_THIN * areas.sum():
             return np.zeros(len(areas), dtype=bool)
         thin = thin & (labels == 0) & ~self._around(self._holds_on_it(labels), labels)
+        thin &= ~self._goes_on(thin, labels)
         patch, _ = patches(self._beside, thin.astype(np.int32))
         reaching = np.bincount(patch, thin & self._at_outline) > 0
         return np.asarray(thin & reaching[patch])
@@ -103,6 +108,28 @@ class Hidden:
         away, _ = tree.query(self._mesh.centroids[thin])
         near[thin] = away <= np.median(apart[:, 1])
         return near
+
+    def _goes_on(self, thin: Bools, labels: Labels) -> Bools:
+        """(F,) bool: of thinly seen triangles those that lie in the plane of the well-seen wall
+        nearest to them: its own edge, and no slab beside it.
+        """
+        from scipy.spatial import cKDTree
+
+        found = np.zeros(len(thin), dtype=bool)
+        wall = np.flatnonzero(~self._thin & (labels == 0))
+        rows = np.flatnonzero(thin)
+        if len(wall) < NEAREST or len(rows) == 0:
+            return found
+        wall = wall[:: max(1, len(wall) // COUNTED)]
+        centres, normals = self._mesh.centroids, self._mesh.normals
+        _, near = cKDTree(centres[wall]).query(centres[rows], k=NEAREST)
+        plane = normals[wall][near].mean(axis=1)
+        plane /= np.maximum(np.linalg.norm(plane, axis=1, keepdims=True), 1e-9)
+        away = centres[rows] - centres[wall][near].mean(axis=1)
+        rise = np.abs((away * plane).sum(axis=1))
+        level = rise <= np.sin(LEVEL) * np.linalg.norm(away, axis=1)
+        found[rows] = level & ((normals[rows] * plane).sum(axis=1) >= np.cos(LEVEL))
+        return found
 
     @cached_property
     def _beside(self) -> NDArray[np.int32]:
