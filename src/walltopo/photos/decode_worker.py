@@ -64,7 +64,9 @@ def _run(number: int, file: Path, job: Job, room: Room, answer: Callable[[Answer
 
 
 def _end_with_parent() -> None:
-    sys.stdin.buffer.read()
+    # Of the file itself: a thread that waits in a buffered reader has its lock when Python ends.
+    while os.read(0, 4096):
+        pass
     os._exit(1)
 
 
