@@ -5,10 +5,12 @@ from __future__ import annotations
 import json
 import threading
 import time
+from io import BytesIO
 from pathlib import Path
 
 import pytest
 from gym.tests.worlds import World
+from PIL import Image
 
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.scans.models import Scan
@@ -86,8 +88,12 @@ def test_photos_that_show_no_wall_fail_in_words(world: World, tmp_path: Path) ->
 
 
 def test_a_scan_that_wants_too_much_memory_is_ended(world: World, tmp_path: Path) -> None:
-    scan = world.scan(State.RUNNING, usable=3)
-    world.server.services.store.put("originals/None", b"no photo")
+    scan = world.scan(State.RUNNING)
+    for number in range(3):  # photos that keep it busy: one that fails at once is not looked at
+        content = BytesIO()
+        Image.effect_noise((2400, 1800), 70 + number).convert("RGB").save(content, "JPEG")
+        world.server.services.store.put(f"originals/large{number}", content.getvalue())
+        world.photo(scan, state="usable", sha256=f"large{number}")
     worker = steps(world, tmp_path)
     worker.settings = worker.settings.model_copy(update={"stage_memory_mb": 1})
     why = worker.stage(scan, 0, "export")
