@@ -19,6 +19,7 @@ from typing import Final
 import msgspec
 
 from walltopo.core import EnvironmentLacksError
+from walltopo.core.parent import end_with_parent
 from walltopo.photos.job import Answer, Begun, Broken, Done, Job
 from walltopo.photos.room import BUDGET, Room
 from walltopo.photos.store import store_file
@@ -32,7 +33,7 @@ def main() -> None:
     answers = os.fdopen(os.dup(1), "wb", buffering=0)
     os.dup2(2, 1)  # libraries that print do not get between the answers
     job = msgspec.json.decode(sys.stdin.buffer.readline(), type=Job)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    end_with_parent()
     lock = threading.Lock()
 
     def answer(value: Answer) -> None:
@@ -61,13 +62,6 @@ def _run(number: int, file: Path, job: Job, room: Room, answer: Callable[[Answer
         traceback.print_exc()
         done = Done(number, reasons=(f"cannot be decoded ({error or type(error).__name__})",))
     answer(done)
-
-
-def _end_with_parent() -> None:
-    # Of the file itself: a thread that waits in a buffered reader has its lock when Python ends.
-    while os.read(0, 4096):
-        pass
-    os._exit(1)
 
 
 def _load_libraries() -> None:

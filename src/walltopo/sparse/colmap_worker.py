@@ -9,11 +9,9 @@ lines.
 from __future__ import annotations
 
 import json
-import os
 import shutil
 import statistics
 import sys
-import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -22,6 +20,7 @@ from typing import Any
 import msgspec
 
 from walltopo.core import WalltopoError
+from walltopo.core.parent import end_with_parent
 from walltopo.sparse.job import CameraEntry, ImageEntry, Job, KnownFeatures, MapTask, Pairing
 from walltopo.sparse.join import join_models
 from walltopo.sparse.pairs import choose_pairs, in_tiles
@@ -37,21 +36,13 @@ _BLOCK = 100  # pairs matched between two progress lines, and lost at most by a 
 def main() -> int:
     """Run the job that stands on stdin; 0, or 1 after an `error` event."""
     job = msgspec.json.decode(sys.stdin.readline(), type=Job)
-    # stdin closes when the parent dies: nobody would read the result, so do not compute on.
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    end_with_parent()
     try:
         _run(job)
     except (WalltopoError, RuntimeError, ValueError, OSError) as error:
         _event(error=str(error), kind=type(error).__name__)
         return 1
     return 0
-
-
-def _end_with_parent() -> None:
-    # Of the file itself: a thread that waits in a buffered reader has its lock when Python ends.
-    while os.read(0, 4096):
-        pass
-    os._exit(1)
 
 
 def _event(**fields: Any) -> None:

@@ -22,10 +22,11 @@ from walltopo_gym.api.routes import PublisherMay
 from walltopo_gym.api.rules import Access
 from walltopo_gym.api.scans import scan_of
 from walltopo_gym.api.services import Services, ServicesOf
-from walltopo_gym.editing.log import check_in_review, read_log, save_log
+from walltopo_gym.editing.log import read_log, save_log
 from walltopo_gym.editing.opened import Opened
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.publishing.models import Plan
+from walltopo_gym.scans.states import check_in_review
 
 __all__ = ["router"]
 

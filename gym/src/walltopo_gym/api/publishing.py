@@ -21,12 +21,12 @@ from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.api.walls import wall_of
 from walltopo_gym.clock import now
 from walltopo_gym.editing.log import check_carried_out
-from walltopo_gym.errors import ConflictError, NotFoundError
+from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.publishing.change import Entry, check_grade, publish, put_back
 from walltopo_gym.publishing.review import found_routes, review
 from walltopo_gym.scans.models import Scan
-from walltopo_gym.scans.states import State
+from walltopo_gym.scans.states import State, check_in_review
 from walltopo_gym.storage.files import FileStore
 
 __all__ = ["Publication", "confirmed", "router"]
@@ -87,8 +87,7 @@ class Version(BaseModel):
 def read_draft(scan: UUID, session: Db, services: ServicesOf, access: PublisherMay) -> Draft:
     """What publishing the scan would change: which route is which."""
     row = scan_of(session, access.gym.id, scan)
-    if row.state != State.REVIEW:
-        raise ConflictError(f"the scan is {row.state}, not in review")
+    check_in_review(row.state)
     found = review(session, services.store, row)
     lines = [
         DraftLine(
@@ -125,8 +124,7 @@ def confirmed(
     ConflictError : the scan is not in review, or its last edits are not carried out yet.
     InputError : a grade is none of the gym's.
     """
-    if scan.state != State.REVIEW:
-        raise ConflictError(f"the scan is {scan.state}, not in review")
+    check_in_review(scan.state)
     check_carried_out(session, scan.id)
     routes = found_routes(store, scan.id)
     entries = []

@@ -16,9 +16,9 @@ from walltopo.scans.edits import EditLog
 from walltopo_gym.editing.models import ScanEdits
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.scans.models import Scan
-from walltopo_gym.scans.states import State
+from walltopo_gym.scans.states import check_in_review
 
-__all__ = ["SavedLog", "check_carried_out", "check_in_review", "mark_shown", "read_log", "save_log"]
+__all__ = ["SavedLog", "check_carried_out", "mark_shown", "read_log", "save_log"]
 
 
 @dataclass(frozen=True)
@@ -85,17 +85,6 @@ def check_carried_out(session: Session, scan: UUID) -> None:
     _taken(session, scan)
     if read_log(session, scan).is_pending:
         raise ConflictError("the last edits are still being carried out", "It takes some seconds.")
-
-
-def check_in_review(state: str) -> None:
-    """Refuse to edit what is published, or not there yet.
-
-    Raises
-    ------
-    ConflictError : so it is.
-    """
-    if state != State.REVIEW:
-        raise ConflictError(f"the scan is {state}, not in review")
 
 
 def _taken(session: Session, scan: UUID) -> Scan:

@@ -20,7 +20,7 @@ from walltopo_gym.errors import ConflictError
 from walltopo_gym.gyms.models import GradeSystem, Wall
 from walltopo_gym.publishing.models import Placement, Route
 from walltopo_gym.scans.models import Scan
-from walltopo_gym.scans.states import State, move
+from walltopo_gym.scans.states import State, check_in_review, move
 from walltopo_gym.webhooks.events import note
 
 __all__ = ["Entry", "check_grade", "publish", "put_back", "strip"]
@@ -61,8 +61,7 @@ def publish(
     ConflictError : the wall was changed meanwhile, or the scan is not in review.
     InputError : an entry names a number or a route that is not there, or one twice.
     """
-    if scan.state != State.REVIEW:
-        raise ConflictError(f"the scan is {scan.state}, not in review")
+    check_in_review(scan.state)
     _take_wall(session, scan, expected)
     hanging = {route.id: route for route in _hanging(session, scan.wall_id)}
     _check(entries, hanging, holds)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 import sys
-import threading
 import time
 import traceback
 from pathlib import Path
@@ -16,6 +15,7 @@ from pathlib import Path
 import msgspec
 
 from walltopo.core import WalltopoError
+from walltopo.core.parent import end_with_parent
 from walltopo.pipeline.forecast import Forecast
 from walltopo.pipeline.runner import scan
 from walltopo.pipeline.settings import load_settings
@@ -71,7 +71,7 @@ def main() -> None:
     teller = _Teller(os.dup(1))
     os.dup2(2, 1)  # what libraries print goes to the operator's log
     job = msgspec.json.decode(sys.stdin.buffer.readline(), type=Job)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    end_with_parent()
     try:
         config = Path(job.config) if job.config else None
         scan(job.photos, job.out, load_settings(config, job.settings), listener=teller)
@@ -80,13 +80,6 @@ def main() -> None:
     except Exception as error:
         traceback.print_exc()
         teller.say(Failed(f"{type(error).__name__}: {error}", "", defect=True))
-
-
-def _end_with_parent() -> None:
-    # Of the file itself: a thread that waits in a buffered reader has its lock when Python ends.
-    while os.read(0, 4096):
-        pass
-    os._exit(1)
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.scans.models import Scan
 
-__all__ = ["State", "move"]
+__all__ = ["State", "check_in_review", "move"]
 
 
 class State(StrEnum):
@@ -37,6 +37,17 @@ _NEXT: Final = {
     State.PUBLISHED: {State.REVIEW, State.SUPERSEDED},
     State.SUPERSEDED: {State.PUBLISHED},
 }
+
+
+def check_in_review(state: str) -> None:
+    """Refuse to edit or publish what is published, or not there yet.
+
+    Raises
+    ------
+    ConflictError : so it is.
+    """
+    if state != State.REVIEW:
+        raise ConflictError(f"the scan is {state}, not in review")
 
 
 def move(session: Session, scan: UUID, to: State, *, run: int | None = None) -> None:
