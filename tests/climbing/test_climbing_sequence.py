@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
 from ladders import ladder  # type: ignore[import-not-found]
+
 from walltopo.climbing.body import ADULT, CHILD, Body
 from walltopo.climbing.grips import Grips, best_pull, hand_quality
 from walltopo.climbing.sequence import LIMBS, Climb, find_sequence
