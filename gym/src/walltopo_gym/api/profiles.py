@@ -91,7 +91,8 @@ def put_profile(body: ProfileWords, session: Db, actor: SignedInMay) -> ProfileW
 def read_person(person: UUID, session: Db, actor: SignedInMay) -> PersonFacts:
     """Somebody who belongs to a gym that one belongs to; to others they are not there."""
     seen = see(session, actor.known, person)
-    body = seen.body and BodyFacts.model_validate(seen.body, from_attributes=True)
+    shown = seen.body
+    body = None if shown is None else BodyFacts.model_validate(shown, from_attributes=True)
     return PersonFacts(
         id=seen.person.id, name=seen.person.name, since=seen.person.created_at,
         gyms=[GymName.model_validate(gym, from_attributes=True) for gym in seen.gyms],
