@@ -22,9 +22,9 @@ from walltopo_gym.accounts.models import (
     Profile,
     SignIn,
 )
-from walltopo_gym.climbing.models import Ascent, Opinion
+from walltopo_gym.climbing.models import Ascent, HiddenComment, Opinion, Report
 from walltopo_gym.errors import ConflictError
-from walltopo_gym.gyms.models import Gym, Membership
+from walltopo_gym.gyms.models import Ban, Gym, Membership
 from walltopo_gym.gyms.roles import Role
 
 __all__ = ["all_of", "ascents_csv", "forget"]
@@ -35,6 +35,9 @@ _KINDS: Final[dict[str, Any]] = {
     "gyms": Membership,
     "ascents": Ascent,
     "opinions": Opinion,
+    "hidden_comments": HiddenComment,
+    "reports": Report,
+    "bans": Ban,
     "sign_ins": SignIn,
     "browsers": KnownBrowser,
     "tokens": ApiToken,

@@ -38,7 +38,11 @@ class Route(Keyed, Base):
 
 
 class Placement(Base):
-    """A route in one scan: its number there, and the ids of its holds."""
+    """A route in one scan: its number there, and the ids of its holds.
+
+    `as_was`: what was said of the route on the day on which this version gave way to another one
+    (publishing/past.py); empty while it is the wall.
+    """
 
     __tablename__ = "placements"
 
@@ -48,6 +52,7 @@ class Placement(Base):
     number: Mapped[int] = mapped_column(primary_key=True)
     route_id: Mapped[UUID] = mapped_column(ForeignKey("routes.id", ondelete="CASCADE"), index=True)
     holds: Mapped[list[int]] = mapped_column(JSON)
+    as_was: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
 
 
 class Plan(Base):
