@@ -20,6 +20,7 @@ class Ascent(Keyed, Base):
     `kind`: "flash", "top", "zone", "try" or "project"; `tries` of that day. It outlives the route
     and the gym: `gym_name`, `route_name` and `grade` are those of the day on which it arrived.
     `taken_back_at`: it counts no more; the row stays, so that a late copy does not bring it back.
+    `pinned_at`: one that its climber wants to be remembered by.
     """
 
     __tablename__ = "ascents"
@@ -41,6 +42,7 @@ class Ascent(Keyed, Base):
     tries: Mapped[int]
     climbed_at: Mapped[datetime]
     taken_back_at: Mapped[datetime | None]
+    pinned_at: Mapped[datetime | None]
 
 
 class Opinion(Base):
