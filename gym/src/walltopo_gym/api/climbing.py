@@ -31,6 +31,7 @@ router = APIRouter(tags=["climbing"])
 
 ClimberMay = Annotated[Access, gym_rule(Role.MEMBER, None)]
 Wish = Literal["", "keep", "renew"]
+Words = Annotated[str, Field(max_length=500, pattern=r"^[^\x00-\x08\x0b-\x1f\x7f]*$")]
 
 
 class NewAscent(Body):
@@ -40,6 +41,7 @@ class NewAscent(Body):
     kind: Kind
     tries: int = Field(1, ge=1, le=999)
     climbed_at: AwareDatetime
+    note: Words = ""
 
 
 class AscentFacts(BaseModel):
@@ -57,13 +59,19 @@ class AscentFacts(BaseModel):
     created_at: datetime
 
 
+class OwnAscent(AscentFacts):
+    """An ascent as its climber alone sees it."""
+
+    note: str
+
+
 class OpinionWords(Body):
     """What one thinks of a route; all of it, each time."""
 
     grade: Text = ""
     stars: int | None = Field(None, ge=1, le=5)
     wish: Wish = ""
-    comment: str = Field("", max_length=500, pattern=r"^[^\x00-\x08\x0b-\x1f\x7f]*$")
+    comment: Words = ""
 
 
 class TallyFacts(BaseModel):
@@ -80,27 +88,27 @@ class TallyFacts(BaseModel):
 @router.put("/gyms/{gym}/ascents/{ascent}")
 def put_ascent(
     ascent: UUID, body: NewAscent, response: Response, session: Db, access: ClimberMay
-) -> AscentFacts:
+) -> OwnAscent:
     """Tell what one did; under an id that one's phone has made, so that it arrives once however
     often it is sent. Sent again with other words it is corrected; taken back it stays."""
     route = route_of(session, access, body.route_id)
-    climb = Climb(body.kind, body.tries, body.climbed_at)
+    climb = Climb(body.kind, body.tries, body.climbed_at, body.note)
     row, is_new = keep_ascent(session, ascent, access.actor.known, access.gym, route, climb)
     response.status_code = 201 if is_new else 200
-    return AscentFacts.model_validate(row, from_attributes=True)
+    return OwnAscent.model_validate(row, from_attributes=True)
 
 
 @router.get("/me/ascents")
 def list_ascents(
     session: Db, actor: SignedInMay, cursor: Cursor = None, size: Size = 50,
     wall: Annotated[UUID | None, Query(description="only of routes of this wall")] = None,
-) -> Page[AscentFacts]:  # fmt: skip
+) -> Page[OwnAscent]:  # fmt: skip
     """One's own ascents, the last that arrived first."""
     rows = select(Ascent).where(Ascent.person_id == actor.known, Ascent.taken_back_at.is_(None))
     if wall is not None:
         rows = rows.where(Ascent.route_id.in_(select(Route.id).where(Route.wall_id == wall)))
     found, following = page_of(session, rows, Ascent, cursor, size)
-    items = [AscentFacts.model_validate(row, from_attributes=True) for row in found]
+    items = [OwnAscent.model_validate(row, from_attributes=True) for row in found]
     return Page(items=items, next=following)
 
 

@@ -19,6 +19,7 @@ class Ascent(Keyed, Base):
 
     `kind`: "flash", "top", "zone", "try" or "project"; `tries` of that day. It outlives the route
     and the gym: `gym_name`, `route_name` and `grade` are those of the day on which it arrived.
+    `note`: for the climber alone.
     `taken_back_at`: it counts no more; the row stays, so that a late copy does not bring it back.
     `pinned_at`: one that its climber wants to be remembered by.
     """
@@ -40,6 +41,7 @@ class Ascent(Keyed, Base):
     grade: Mapped[str] = mapped_column(String(80))
     kind: Mapped[str] = mapped_column(String(10))
     tries: Mapped[int]
+    note: Mapped[str] = mapped_column(String(500), default="")
     climbed_at: Mapped[datetime]
     taken_back_at: Mapped[datetime | None]
     pinned_at: Mapped[datetime | None]

@@ -1909,6 +1909,11 @@ export interface components {
              * Format: date-time
              */
             climbed_at: string;
+            /**
+             * Note
+             * @default
+             */
+            note?: string;
         };
         /**
          * NewGradeSystem
@@ -2079,12 +2084,41 @@ export interface components {
              */
             comment?: string;
         };
-        /** Page[AscentFacts] */
-        Page_AscentFacts_: {
-            /** Items */
-            items: components["schemas"]["AscentFacts"][];
-            /** Next */
-            next: string | null;
+        /**
+         * OwnAscent
+         * @description An ascent as its climber alone sees it.
+         */
+        OwnAscent: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Gym Id */
+            gym_id: string | null;
+            /** Route Id */
+            route_id: string | null;
+            /** Gym Name */
+            gym_name: string;
+            /** Route Name */
+            route_name: string;
+            /** Grade */
+            grade: string;
+            kind: components["schemas"]["Kind"];
+            /** Tries */
+            tries: number;
+            /**
+             * Climbed At
+             * Format: date-time
+             */
+            climbed_at: string;
+            /**
+             * Created At
+             * Format: date-time
+             */
+            created_at: string;
+            /** Note */
+            note: string;
         };
         /** Page[AuditLine] */
         Page_AuditLine_: {
@@ -2097,6 +2131,13 @@ export interface components {
         Page_GymFacts_: {
             /** Items */
             items: components["schemas"]["GymFacts"][];
+            /** Next */
+            next: string | null;
+        };
+        /** Page[OwnAscent] */
+        Page_OwnAscent_: {
+            /** Items */
+            items: components["schemas"]["OwnAscent"][];
             /** Next */
             next: string | null;
         };
@@ -2326,7 +2367,7 @@ export interface components {
         };
         /**
          * RouteFacts
-         * @description A route; `number` and `holds` are those of the version that is published.
+         * @description A route; `number`, `holds` and its style are those of the version that is published.
          */
         RouteFacts: {
             /**
@@ -2367,6 +2408,15 @@ export interface components {
              * @default []
              */
             holds?: number[];
+            /** Steepness Deg */
+            steepness_deg?: number | null;
+            /**
+             * Hold Types
+             * @default {}
+             */
+            hold_types?: {
+                [key: string]: number;
+            };
         };
         /**
          * RouteWords
@@ -5146,7 +5196,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["AscentFacts"];
+                    "application/json": components["schemas"]["OwnAscent"];
                 };
             };
             /** @description Why not, in words */
@@ -5186,7 +5236,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Page_AscentFacts_"];
+                    "application/json": components["schemas"]["Page_OwnAscent_"];
                 };
             };
             /** @description Why not, in words */
