@@ -269,6 +269,7 @@ CASES = {
     "start_scan": Case("setter", Scope.UPLOAD, a_scan),
     "cancel_scan": Case("setter", Scope.UPLOAD, a_queued_scan),
     "list_photos": Case("setter", Scope.UPLOAD, a_scan),
+    "read_overlap": Case("setter", Scope.UPLOAD, a_scan),
     "announce_photo": Case("setter", Scope.UPLOAD, a_scan, headers=TUS | {
         "upload-length": "5", "upload-metadata": "filename YS5qcGc="}),
     "ask_offset": Case("setter", Scope.UPLOAD, a_photo, headers=TUS),
