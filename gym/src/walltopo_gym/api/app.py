@@ -9,9 +9,11 @@ from fastapi import APIRouter, FastAPI
 from walltopo_gym.api import (
     about,
     climbing,
+    comments,
     editing,
     grades,
     gyms,
+    handovers,
     health,
     me,
     members,
@@ -21,6 +23,7 @@ from walltopo_gym.api import (
     pages,
     passkeys,
     passwords,
+    past,
     pictures,
     plans,
     profiles,
@@ -46,8 +49,8 @@ __all__ = ["PREFIX", "build_app"]
 
 PREFIX = "/api/v1"
 _ROOMS = (sign_up, sessions, me, passwords, tokens, gyms, members, grades, walls, scans, uploads,
-          publishing, plans, editing, routes, pictures, climbing, profiles, passkeys, own_data,
-          webhooks, about)  # fmt: skip
+          publishing, plans, editing, routes, pictures, climbing, comments,
+          profiles, passkeys, handovers, own_data, past, webhooks, about)  # fmt: skip
 
 
 def build_app(services: Services) -> FastAPI:

@@ -37,12 +37,14 @@ class Climb:
 
     Parameters
     ----------
-    tries : of that day, the successful one among them; climbed_at : by the climber's clock.
+    tries : of that day, the successful one among them; climbed_at : by the climber's clock;
+    note : for nobody but the climber.
     """
 
     kind: Kind
     tries: int
     climbed_at: datetime
+    note: str = ""
 
 
 def keep_ascent(
@@ -74,7 +76,8 @@ def keep_ascent(
         return row, False
     elif row.route_id != route.id:
         raise ConflictError("this ascent is of another route", "Take it back, and make a new one.")
-    row.kind, row.tries, row.climbed_at = climb.kind, climb.tries, min(climb.climbed_at, now())
+    row.kind, row.tries, row.note = climb.kind, climb.tries, climb.note
+    row.climbed_at = min(climb.climbed_at, now())
     session.flush()
     return row, is_new
 

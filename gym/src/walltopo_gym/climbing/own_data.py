@@ -22,9 +22,9 @@ from walltopo_gym.accounts.models import (
     Profile,
     SignIn,
 )
-from walltopo_gym.climbing.models import Ascent, Opinion
+from walltopo_gym.climbing.models import Ascent, HiddenComment, Opinion, Report
 from walltopo_gym.errors import ConflictError
-from walltopo_gym.gyms.models import Gym, Membership
+from walltopo_gym.gyms.models import Ban, Gym, Membership
 from walltopo_gym.gyms.roles import Role
 
 __all__ = ["all_of", "ascents_csv", "forget"]
@@ -35,6 +35,9 @@ _KINDS: Final[dict[str, Any]] = {
     "gyms": Membership,
     "ascents": Ascent,
     "opinions": Opinion,
+    "hidden_comments": HiddenComment,
+    "reports": Report,
+    "bans": Ban,
     "sign_ins": SignIn,
     "browsers": KnownBrowser,
     "tokens": ApiToken,
@@ -43,7 +46,7 @@ _KINDS: Final[dict[str, Any]] = {
     "changes": AuditEntry,
 }
 _LEFT_OUT: Final = {"password_hash", "token_hash", "public_key", "credential_id", "person_id"}
-_COLUMNS: Final = ("climbed_at", "gym_name", "route_name", "grade", "kind", "tries")
+_COLUMNS: Final = ("climbed_at", "gym_name", "route_name", "grade", "kind", "tries", "note")
 
 
 def all_of(session: Session, person: UUID) -> dict[str, Any]:
@@ -69,7 +72,7 @@ def ascents_csv(session: Session, person: UUID) -> str:
     for row in session.scalars(mine.order_by(Ascent.climbed_at, Ascent.id)):
         moment = row.climbed_at.isoformat()
         words = (row.gym_name, row.route_name, row.grade, row.kind)
-        writer.writerow([moment, *map(_harmless, words), row.tries])
+        writer.writerow([moment, *map(_harmless, words), row.tries, _harmless(row.note)])
     return out.getvalue()
 
 

@@ -11,11 +11,12 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.models import Person, Profile
 from walltopo_gym.accounts.profiles import Audience, profile_of
-from walltopo_gym.climbing.models import Ascent
+from walltopo_gym.climbing.models import Ascent, Opinion
 from walltopo_gym.errors import NotFoundError
-from walltopo_gym.gyms.models import Gym, Membership
+from walltopo_gym.gyms.models import Gym, Membership, Wall
+from walltopo_gym.publishing.models import Route
 
-__all__ = ["MOST_PINS", "Seen", "gyms_in_common", "may_see", "see"]
+__all__ = ["MOST_PINS", "Seen", "gyms_in_common", "may_see", "see", "took_part"]
 
 MOST_PINS = 12
 _LATEST = 20
@@ -73,6 +74,17 @@ def may_see(session: Session, viewer: UUID, person: UUID, audience: str) -> bool
     if viewer == person:
         return True
     return audience == Audience.GYM and bool(gyms_in_common(session, viewer, person))
+
+
+def took_part(session: Session, gym: UUID, person: UUID) -> bool:
+    """Whether somebody belongs to a gym, climbed there, or said what they think of its routes."""
+    here = select(Route.id).join(Wall, Wall.id == Route.wall_id).where(Wall.gym_id == gym)
+    traces = (
+        select(Membership.gym_id).where(Membership.gym_id == gym, Membership.person_id == person),
+        select(Ascent.id).where(Ascent.gym_id == gym, Ascent.person_id == person),
+        select(Opinion.route_id).where(Opinion.person_id == person, Opinion.route_id.in_(here)),
+    )
+    return any(session.scalar(trace.limit(1)) is not None for trace in traces)
 
 
 def gyms_in_common(session: Session, one: UUID, other: UUID) -> Sequence[Gym]:
