@@ -20,11 +20,14 @@ class Ascent(Keyed, Base):
     `kind`: "flash", "top", "zone", "try" or "project"; `tries` of that day. It outlives the route
     and the gym: `gym_name`, `route_name` and `grade` are those of the day on which it arrived.
     `taken_back_at`: it counts no more; the row stays, so that a late copy does not bring it back.
+    `worth`: points of a top by that grade, and `circuit` its label where it is one (`points.py`);
+    None until it was valued. `climbed_route`: the route's id, kept when the route is gone.
     """
 
     __tablename__ = "ascents"
     __table_args__ = (
         Index("ix_ascents_person_id_climbed_at", "person_id", "climbed_at"),
+        Index("ix_ascents_person_id_gym_id_climbed_at", "person_id", "gym_id", "climbed_at"),
         # Tallies are read from it alone.
         Index("ix_ascents_counts", "route_id", "kind", "person_id", "taken_back_at"),
     )
@@ -41,6 +44,9 @@ class Ascent(Keyed, Base):
     tries: Mapped[int]
     climbed_at: Mapped[datetime]
     taken_back_at: Mapped[datetime | None]
+    worth: Mapped[int | None]
+    circuit: Mapped[str] = mapped_column(String(80), default="", server_default="")
+    climbed_route: Mapped[UUID | None]
 
 
 class Opinion(Base):
