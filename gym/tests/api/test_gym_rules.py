@@ -304,6 +304,11 @@ CASES = {
     "drop_opinion": Case("member", values=a_route),
     "list_comments": Case("member", Scope.READ, a_route),
     "list_tallies": Case("guest", Scope.READ, a_published_wall),
+    "read_profile": Case("signed-in"),
+    "put_profile": Case("signed-in", body=lambda w: {"on_boards": True, "show_pins": "gym"}),
+    "read_person": Case("signed-in", values=member),
+    "pin_ascent": Case("signed-in", values=an_own_ascent),
+    "unpin_ascent": Case("signed-in", values=an_own_ascent),
     "begin_passkey": Case("signed-in"),
     "make_passkey": Case("signed-in", body=lambda w: {"name": "phone", "credential": {}}),
     "list_passkeys": Case("signed-in"),
@@ -340,10 +345,12 @@ EXCEPT = (
     {(name, "owner"): 409 for name in ("leave_gym", "delete_me")}
     | {
         (name, kind): 404
-        for name in ("drop_token", "drop_ascent", "drop_passkey")
+        for name in ("drop_token", "drop_ascent", "drop_passkey", "pin_ascent", "unpin_ascent")
         for kind in PEOPLE
         if kind != "owner"
     }
+    # Who has no gym in common with somebody does not see them.
+    | {("read_person", kind): 404 for kind in ("stranger", "operator")}
     # No answer of a device: test_gym_passkeys.py has real ones.
     | {("make_passkey", kind): 422 for kind in PEOPLE}
     # There is no wall in the scans of this table.

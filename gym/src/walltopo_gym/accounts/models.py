@@ -9,6 +9,7 @@ from uuid import UUID
 from sqlalchemy import JSON, ForeignKey, Index, LargeBinary, String, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column
 
+from walltopo_gym.clock import now
 from walltopo_gym.database.base import Base, Keyed
 
 __all__ = [
@@ -19,6 +20,7 @@ __all__ = [
     "MailedLink",
     "Passkey",
     "Person",
+    "Profile",
     "SignIn",
     "Try",
 ]
@@ -151,3 +153,27 @@ class AuditEntry(Keyed, Base):
     action: Mapped[str] = mapped_column(String(40))
     subject: Mapped[str] = mapped_column(String(200), default="")
     details: Mapped[dict[str, Any]] = mapped_column(JSON, default=dict)
+
+
+class Profile(Base):
+    """What somebody lets others know of them; who has no row has said nothing: nobody sees more
+    than their name, and they are on no board.
+
+    `show_*` is one of `profiles.Audience`; `category` is "" or what boards of a gym may be
+    divided by; `birth_year` and `category` are shown to nobody, lengths are centimetres.
+    """
+
+    __tablename__ = "profiles"
+
+    person_id: Mapped[UUID] = mapped_column(
+        ForeignKey(_PERSON, ondelete="CASCADE"), primary_key=True
+    )
+    on_boards: Mapped[bool] = mapped_column(default=False)
+    category: Mapped[str] = mapped_column(String(10), default="")
+    birth_year: Mapped[int | None]
+    show_ascents: Mapped[str] = mapped_column(String(10), default="nobody")
+    show_pins: Mapped[str] = mapped_column(String(10), default="nobody")
+    show_body: Mapped[str] = mapped_column(String(10), default="nobody")
+    height_cm: Mapped[int | None]
+    reach_cm: Mapped[int | None]
+    changed_at: Mapped[datetime] = mapped_column(default=now)

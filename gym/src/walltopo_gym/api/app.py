@@ -23,6 +23,7 @@ from walltopo_gym.api import (
     passwords,
     pictures,
     plans,
+    profiles,
     publishing,
     routes,
     scans,
@@ -45,8 +46,8 @@ __all__ = ["PREFIX", "build_app"]
 
 PREFIX = "/api/v1"
 _ROOMS = (sign_up, sessions, me, passwords, tokens, gyms, members, grades, walls, scans, uploads,
-          publishing, plans, editing, routes, pictures, climbing, passkeys, own_data, webhooks,
-          about)  # fmt: skip
+          publishing, plans, editing, routes, pictures, climbing, profiles, passkeys, own_data,
+          webhooks, about)  # fmt: skip
 
 
 def build_app(services: Services) -> FastAPI:

@@ -22,6 +22,7 @@ class Ascent(Keyed, Base):
     `taken_back_at`: it counts no more; the row stays, so that a late copy does not bring it back.
     `worth`: points of a top by that grade, and `circuit` its label where it is one (`points.py`);
     None until it was valued. `climbed_route`: the route's id, kept when the route is gone.
+    `pinned_at`: one that its climber wants to be remembered by.
     """
 
     __tablename__ = "ascents"
@@ -47,6 +48,7 @@ class Ascent(Keyed, Base):
     worth: Mapped[int | None]
     circuit: Mapped[str] = mapped_column(String(80), default="", server_default="")
     climbed_route: Mapped[UUID | None]
+    pinned_at: Mapped[datetime | None]
 
 
 class Opinion(Base):

@@ -19,6 +19,7 @@ from walltopo_gym.accounts.models import (
     KnownBrowser,
     Passkey,
     Person,
+    Profile,
     SignIn,
 )
 from walltopo_gym.climbing.models import Ascent, Opinion
@@ -30,6 +31,7 @@ __all__ = ["all_of", "ascents_csv", "forget"]
 
 # Every table that names a person, and what of it is secret or of no meaning to them.
 _KINDS: Final[dict[str, Any]] = {
+    "profile": Profile,
     "gyms": Membership,
     "ascents": Ascent,
     "opinions": Opinion,

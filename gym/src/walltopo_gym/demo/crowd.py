@@ -11,8 +11,9 @@ import numpy as np
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from walltopo_gym.accounts.models import Person
+from walltopo_gym.accounts.models import Person, Profile
 from walltopo_gym.accounts.people import NO_PASSWORD
+from walltopo_gym.accounts.profiles import Audience, Category
 from walltopo_gym.climbing.models import Ascent, Opinion
 from walltopo_gym.gyms.grades import FONT
 from walltopo_gym.gyms.models import Gym, Membership
@@ -43,6 +44,7 @@ def fill(session: Session, gym: Gym, routes: Sequence[Route], until: datetime) -
     rng = np.random.default_rng(_SEED)
     people = [_person(session, gym, number) for number in range(CLIMBERS)]
     session.flush()
+    session.add_all(_profile(person, number) for number, person in enumerate(people))
     hardness = np.array([FONT.index(route.grade) for route in routes], float)
     skill = rng.normal(hardness.mean() + 1.0, 2.5, CLIMBERS)
     keen = rng.dirichlet(np.full(CLIMBERS, 1.5))  # some come often, some once
@@ -72,6 +74,17 @@ def _person(session: Session, gym: Gym, number: int) -> Person:
     session.flush()
     session.add(Membership(gym_id=gym.id, person_id=person.id, role=Role.MEMBER))
     return person
+
+
+def _profile(person: Person, number: int) -> Profile:
+    """Three of four want to be ranked, and then let the gym see what they climb."""
+    is_open = number % 4 != 3
+    shown = Audience.GYM if is_open else Audience.NOBODY
+    said = (Category.WOMEN, Category.MEN, Category.UNSAID, Category.OTHER)
+    return Profile(
+        person_id=person.id, on_boards=is_open, show_ascents=shown, show_pins=shown,
+        category=said[number % 3 if number % 10 else 3], birth_year=1965 + number,
+    )  # fmt: skip
 
 
 def _outcome(rng: np.random.Generator, ease: float, again: bool) -> tuple[str, int]:

@@ -1182,6 +1182,74 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/me/profile": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Profile
+         * @description What one lets others know.
+         */
+        get: operations["read_profile"];
+        /**
+         * Put Profile
+         * @description Say what others may know.
+         */
+        put: operations["put_profile"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/people/{person}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Person
+         * @description Somebody who belongs to a gym that one belongs to; to others they are not there.
+         */
+        get: operations["read_person"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/pins/{ascent}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Pin Ascent
+         * @description Let an ascent of one's own stand on one's profile; again, too.
+         */
+        put: operations["pin_ascent"];
+        post?: never;
+        /**
+         * Unpin Ascent
+         * @description Take an ascent off one's profile; again, too.
+         */
+        delete: operations["unpin_ascent"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/me/passkeys/options": {
         parameters: {
             query?: never;
@@ -1462,6 +1530,12 @@ export interface components {
             created_at: string;
         };
         /**
+         * Audience
+         * @description Who sees an item, in rising order; `GYM`: who belongs to a gym that one belongs to.
+         * @enum {string}
+         */
+        Audience: "nobody" | "followers" | "gym";
+        /**
          * AuditLine
          * @description Who changed what, and when.
          */
@@ -1483,6 +1557,16 @@ export interface components {
             };
         };
         /**
+         * BodyFacts
+         * @description How tall somebody is and how far they reach, fingertip to fingertip, in centimetres.
+         */
+        BodyFacts: {
+            /** Height Cm */
+            height_cm: number | null;
+            /** Reach Cm */
+            reach_cm: number | null;
+        };
+        /**
          * Browser
          * @description One browser in which one is signed in.
          */
@@ -1502,6 +1586,12 @@ export interface components {
             /** This */
             this: boolean;
         };
+        /**
+         * Category
+         * @description What boards may be divided by, beside the year of birth.
+         * @enum {string}
+         */
+        Category: "" | "women" | "men" | "other";
         /**
          * Comment
          * @description A comment, under its author's name.
@@ -1676,6 +1766,16 @@ export interface components {
             created_at: string;
             /** @default guest */
             role?: components["schemas"]["Role"];
+        };
+        /**
+         * GymName
+         * @description A gym that both belong to.
+         */
+        GymName: {
+            /** Slug */
+            slug: string;
+            /** Name */
+            name: string;
         };
         /**
          * InvitationFacts
@@ -2041,6 +2141,31 @@ export interface components {
             new: string;
         };
         /**
+         * PersonFacts
+         * @description Somebody as the asker may see them; what is not shown is null, not empty.
+         */
+        PersonFacts: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Name */
+            name: string;
+            /**
+             * Since
+             * Format: date-time
+             */
+            since: string;
+            /** Gyms */
+            gyms: components["schemas"]["GymName"][];
+            /** Ascents */
+            ascents: components["schemas"]["AscentFacts"][] | null;
+            /** Pins */
+            pins: components["schemas"]["AscentFacts"][] | null;
+            body: components["schemas"]["BodyFacts"] | null;
+        };
+        /**
          * PhotoFacts
          * @description A photo of a scan; `reason` says why it is of no use.
          */
@@ -2087,6 +2212,33 @@ export interface components {
             created_at: string;
             /** Error */
             error: string;
+        };
+        /**
+         * ProfileWords
+         * @description What one lets others know; all of it, each time. `on_boards`: whether one is ranked at all.
+         *
+         *     Body data is shown to whom `show_body` names, and used for nothing else.
+         */
+        ProfileWords: {
+            /**
+             * On Boards
+             * @default false
+             */
+            on_boards?: boolean;
+            /** @default  */
+            category?: components["schemas"]["Category"];
+            /** Birth Year */
+            birth_year?: number | null;
+            /** @default nobody */
+            show_ascents?: components["schemas"]["Audience"];
+            /** @default nobody */
+            show_pins?: components["schemas"]["Audience"];
+            /** @default nobody */
+            show_body?: components["schemas"]["Audience"];
+            /** Height Cm */
+            height_cm?: number | null;
+            /** Reach Cm */
+            reach_cm?: number | null;
         };
         /**
          * Progress
@@ -5249,6 +5401,177 @@ export interface operations {
                 content: {
                     "application/json": components["schemas"]["TallyFacts"][];
                 };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_profile: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ProfileWords"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    put_profile: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ProfileWords"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ProfileWords"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_person: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                person: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PersonFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    pin_ascent: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                ascent: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    unpin_ascent: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                ascent: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
             };
             /** @description Why not, in words */
             "4XX": {
