@@ -17,6 +17,7 @@ from zoneinfo import ZoneInfo
 from sqlalchemy import delete, insert, select, update
 from sqlalchemy.orm import Session
 
+from walltopo_gym.accounts.models import Person
 from walltopo_gym.climbing.counted_models import ClimbingSession, SessionMark, Standing
 from walltopo_gym.climbing.models import Ascent
 from walltopo_gym.climbing.points import FLASH, best_of, worth_of
@@ -64,9 +65,7 @@ def zone_of(gym: Gym) -> ZoneInfo:
 def value(session: Session, ascent: Ascent, route: Route) -> None:
     """Write into a new ascent what a top of the route is worth on this day."""
     system = (
-        None
-        if route.grade_system_id is None
-        else session.get(GradeSystem, route.grade_system_id)
+        None if route.grade_system_id is None else session.get(GradeSystem, route.grade_system_id)
     )
     ascent.climbed_route = route.id
     ascent.worth, ascent.circuit = _valued(system, route.grade)
@@ -82,6 +81,8 @@ def count_again(
     moments : of changed ascents and marks, before and after; None: all of the person's.
     """
     session.flush()
+    # One person's are counted one after the other, by whichever server.
+    session.execute(select(Person.id).where(Person.id == person).with_for_update())
     _value_bare(session, gym, person)
     days = None if moments is None else {gym_day(at, zone_of(gym)) for at in moments}
     _stand(session, gym, person, days)

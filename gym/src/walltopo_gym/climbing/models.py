@@ -11,7 +11,7 @@ from sqlalchemy.orm import Mapped, mapped_column
 from walltopo_gym.clock import now
 from walltopo_gym.database.base import Base, Keyed
 
-__all__ = ["Ascent", "Opinion"]
+__all__ = ["Ascent", "Follow", "Opinion"]
 
 
 class Ascent(Keyed, Base):
@@ -71,3 +71,18 @@ class Opinion(Base):
     wish: Mapped[str] = mapped_column(String(10), default="")
     comment: Mapped[str] = mapped_column(String(500), default="")
     changed_at: Mapped[datetime] = mapped_column(default=now)
+
+
+class Follow(Base):
+    """`follower_id` would like to see what `followed_id` climbs; does so once it is `accepted`."""
+
+    __tablename__ = "follows"
+
+    follower_id: Mapped[UUID] = mapped_column(
+        ForeignKey("people.id", ondelete="CASCADE"), primary_key=True
+    )
+    followed_id: Mapped[UUID] = mapped_column(
+        ForeignKey("people.id", ondelete="CASCADE"), primary_key=True, index=True
+    )
+    accepted: Mapped[bool]
+    created_at: Mapped[datetime] = mapped_column(default=now)
