@@ -11,7 +11,7 @@ from zoneinfo import ZoneInfo
 
 import pytest
 from gym.tests.worlds import Server, Somebody, World, hold, make_world
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from sqlalchemy import select, update
 
@@ -66,9 +66,7 @@ CHANGES = st.one_of(
 )  # fmt: skip
 
 
-@settings(
-    max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(max_examples=12, deadline=None)
 @given(changes=st.lists(CHANGES, min_size=4, max_size=14))
 def test_whatever_happens_the_count_is_a_plain_recount(
     server: Server, hall: World, changes: list[tuple[Any, ...]]

@@ -16,6 +16,7 @@ __all__ = [
     "ApiToken",
     "AuditEntry",
     "Challenge",
+    "Handover",
     "KnownBrowser",
     "MailedLink",
     "Passkey",
@@ -115,6 +116,25 @@ class OidcAttempt(Keyed, Base):
     state_hash: Mapped[str] = mapped_column(String(64), unique=True)
     nonce: Mapped[str] = mapped_column(String(64))
     verifier: Mapped[str] = mapped_column(String(64))
+    expires_at: Mapped[datetime]
+
+
+class Handover(Keyed, Base):
+    """A sign-in on its way from one browser to another (accounts/handovers.py); good once.
+
+    `offer_hash`: of what the QR code shows; `claim_hash`: of what the browser that scanned it was
+    given for it, which calls itself `browser` and shows `code`; `allowed`: both showed the same.
+    """
+
+    __tablename__ = "handovers"
+
+    person_id: Mapped[UUID] = mapped_column(ForeignKey(_PERSON, ondelete="CASCADE"), index=True)
+    sign_in_id: Mapped[UUID] = mapped_column(ForeignKey("sign_ins.id", ondelete="CASCADE"))
+    offer_hash: Mapped[str] = mapped_column(String(64), unique=True)
+    claim_hash: Mapped[str | None] = mapped_column(String(64), unique=True)
+    browser: Mapped[str] = mapped_column(String(200), default="")
+    code: Mapped[str] = mapped_column(String(6), default="")
+    allowed: Mapped[bool] = mapped_column(default=False)
     expires_at: Mapped[datetime]
 
 

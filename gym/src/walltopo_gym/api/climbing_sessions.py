@@ -113,10 +113,9 @@ def end_climbing_session(visit: UUID, session: Db, access: ClimberMay) -> Sessio
 
 def session_facts(row: ClimbingSession, gym: Gym) -> SessionFacts:
     """A session as it is told."""
-    row_facts = {
-        name: getattr(row, name) for name in SessionFacts.model_fields if name != "running"
-    }
-    return SessionFacts(**row_facts, running=goes_on(row, gym, now()))
+    names = SessionFacts.model_fields.keys() - {"running"}
+    facts = {name: getattr(row, name) for name in names}
+    return SessionFacts(**facts, running=goes_on(row, gym, now()))
 
 
 def _of(session: Session, access: Access, visit: UUID) -> ClimbingSession:

@@ -95,8 +95,12 @@ def read_progress_table(part: Part, session: Db, access: ReaderMay) -> PlainText
     """A part of it as a table."""
     told = asdict(progress(session, access.gym, access.actor.known, now()))
     headers = {"content-disposition": f'attachment; filename="{part}.csv"'}
-    kinds = {"grades": OfGradeFacts, "months": MonthFacts, "weeks": WeekFacts,
-             "hanging": HangingFacts}  # fmt: skip
+    kinds: dict[Part, type[BaseModel]] = {
+        "grades": OfGradeFacts,
+        "months": MonthFacts,
+        "weeks": WeekFacts,
+        "hanging": HangingFacts,
+    }
     table = _table(list(kinds[part].model_fields), told[part])
     return PlainTextResponse(table, headers=headers, media_type="text/csv")
 

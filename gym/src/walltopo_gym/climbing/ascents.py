@@ -38,12 +38,14 @@ class Climb:
 
     Parameters
     ----------
-    tries : of that day, the successful one among them; climbed_at : by the climber's clock.
+    tries : of that day, the successful one among them; climbed_at : by the climber's clock;
+    note : for nobody but the climber.
     """
 
     kind: Kind
     tries: int
     climbed_at: datetime
+    note: str = ""
 
 
 def keep_ascent(
@@ -77,7 +79,8 @@ def keep_ascent(
     elif row.route_id != route.id:
         raise ConflictError("this ascent is of another route", "Take it back, and make a new one.")
     before = set() if is_new else {row.climbed_at}
-    row.kind, row.tries, row.climbed_at = climb.kind, climb.tries, min(climb.climbed_at, now())
+    row.kind, row.tries, row.note = climb.kind, climb.tries, climb.note
+    row.climbed_at = min(climb.climbed_at, now())
     count_again(session, gym, person, before | {row.climbed_at})
     return row, is_new
 

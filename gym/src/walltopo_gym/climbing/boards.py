@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from datetime import datetime
-from typing import Final, Literal
+from typing import Any, Final, Literal, TypeVar
 from uuid import UUID
 
 from sqlalchemy import ColumnElement, Select, func, or_, select
@@ -20,6 +20,8 @@ from walltopo_gym.gyms.models import GradeSystem, Gym, Membership
 __all__ = ["Age", "Asked", "Board", "Line", "board", "circuits", "month_of"]
 
 Age = Literal["", "u18", "40"]
+Rows = TypeVar("Rows", bound="Select[*tuple[Any, ...]]")
+
 _UNDER: Final = 18
 _OVER: Final = 40
 
@@ -113,9 +115,7 @@ def month_of(gym: Gym, at: datetime) -> str:
     return f"{gym_day(at, zone_of(gym)):%Y-%m}"
 
 
-def _joined(
-    rows: Select[tuple[*tuple[object, ...]]], gym: Gym
-) -> Select[tuple[*tuple[object, ...]]]:
+def _joined(rows: Rows, gym: Gym) -> Rows:
     """With profiles, of members only: who has left the gym is on its boards no more."""
     return rows.outerjoin(Profile, Profile.person_id == Standing.person_id).join(
         Membership,

@@ -107,7 +107,7 @@ def _valued(system: GradeSystem | None, label: str) -> tuple[int, str]:
 
 
 def _value_bare(session: Session, gym: Gym, person: UUID) -> None:
-    """Value the ascents that came in past `keep_ascent`: of before there were points, or in bulk."""
+    """Value ascents that came in past `keep_ascent`: of before there were points, or in bulk."""
     bare = Ascent.person_id == person, Ascent.gym_id == gym.id, Ascent.worth.is_(None)
     pairs = session.execute(
         select(Ascent.route_id, Ascent.grade, Route.grade_system_id)
@@ -143,7 +143,11 @@ def _climbed(
         wanted = wanted.where(Ascent.climbed_at >= since, Ascent.climbed_at < until)
     if kinds:
         wanted = wanted.where(Ascent.kind.in_(kinds))
-    return [_Climbed(*row) for row in session.execute(wanted)]
+    return [
+        _Climbed(key, route, kind, tries, grade, worth, circuit, at)
+        for key, route, kind, tries, grade, worth, circuit, at in session.execute(wanted)
+        if route is not None and worth is not None  # all have been valued
+    ]
 
 
 def _sum(climbed: Iterable[_Climbed]) -> _Sum:

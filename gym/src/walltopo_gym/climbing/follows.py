@@ -112,7 +112,7 @@ def is_let(session: Session, follower: UUID, followed: UUID) -> bool:
     return row is not None and row.accepted
 
 
-def followed_by(person: UUID) -> Select[tuple[UUID]]:
+def followed_by(person: UUID) -> Select[UUID]:
     """Ids of those whom a person was let follow."""
     return select(Follow.followed_id).where(Follow.follower_id == person, Follow.accepted.is_(True))
 
@@ -164,7 +164,7 @@ def gyms_in_common(session: Session, one: UUID, other: UUID) -> Sequence[Gym]:
     return session.scalars(both.order_by(Gym.name)).all()
 
 
-def _shown_to(person: UUID, gym: Gym) -> Select[tuple[UUID]]:
+def _shown_to(person: UUID, gym: Gym) -> Select[UUID]:
     """Members of a gym whom one was let follow, and who show their ascents."""
     return (
         followed_by(person)

@@ -178,12 +178,9 @@ def _months(tops: Sequence[tuple[str, _Done]], today: date) -> list[Month]:
     if not tops:
         return []
     found = {name: Month(name) for name in _names(min(name for name, _ in tops), today)}
-    routes: Counter[str] = Counter(dict.fromkeys(found, 0))
-    for name, _ in {(name, one.route) for name, one in tops}:
-        routes[name] += 1
-    flashes = Counter(
-        name for name, _ in {(n, one.route) for n, one in tops if one.kind == "flash"}
-    )
+    routes = Counter(name for name, _ in {(name, one.route) for name, one in tops})
+    flashed = {(name, one.route) for name, one in tops if one.kind == "flash"}
+    flashes = Counter(name for name, _ in flashed)
     for name, one in tops:
         month = found[name]
         if (one.worth or 0) > month.hardest_worth:

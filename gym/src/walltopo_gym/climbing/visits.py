@@ -82,7 +82,9 @@ def visits(events: Iterable[Event], zone: ZoneInfo) -> list[Visit]:
             if last is not None and goes_on:
                 last.ended_at, last.closed = event.at, True
             continue
-        if last is None or not goes_on or event.sort == Sort.START:
+        # A start after a start is the same one.
+        is_start = event.sort == Sort.START and last is not None and bool(last.ascents)
+        if last is None or not goes_on or is_start:
             last = Visit(day, event.at, event.at)
             found.append(last)
         last.ended_at = event.at

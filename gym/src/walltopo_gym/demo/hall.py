@@ -32,7 +32,7 @@ from walltopo_gym.gyms.members import add_member
 from walltopo_gym.gyms.models import GradeSystem, Gym, Wall
 from walltopo_gym.gyms.opening import open_gym
 from walltopo_gym.gyms.roles import Role
-from walltopo_gym.publishing.change import Entry, publish
+from walltopo_gym.publishing.change import Entry, Placed, publish
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.publishing.review import found_routes
 from walltopo_gym.publishing.work import at_work
@@ -193,8 +193,8 @@ class Hall:
                 Entry(number, None, facts | {"grade_system_id": system.id})
                 for number, facts in name_routes(found).items()
             ]
-            holds = {number: route.holds for number, route in found.items()}
-            publish(session, row, gym.revision, entries, holds, began)
+            known = {number: Placed.of(route) for number, route in found.items()}
+            publish(session, row, gym.revision, entries, known, began)
 
 
 def name_routes(found: dict[int, FoundRoute]) -> dict[int, dict[str, object]]:

@@ -12,7 +12,7 @@ from sqlalchemy.orm import Mapped, mapped_column
 from walltopo_gym.clock import now
 from walltopo_gym.database.base import Base, Keyed
 
-__all__ = ["GradeSystem", "Gym", "Invitation", "Membership", "Wall"]
+__all__ = ["Ban", "GradeSystem", "Gym", "Invitation", "Membership", "Wall"]
 
 _GYM = "gyms.id"
 
@@ -46,6 +46,22 @@ class Membership(Base):
         ForeignKey("people.id", ondelete="CASCADE"), primary_key=True, index=True
     )
     role: Mapped[str] = mapped_column(String(10))
+    created_at: Mapped[datetime] = mapped_column(default=now)
+
+
+class Ban(Base):
+    """Somebody who may do no more in a gym than a stranger, until the gym lets them again.
+
+    It outlives their membership, so that neither a link nor an open door brings them back.
+    """
+
+    __tablename__ = "bans"
+
+    gym_id: Mapped[UUID] = mapped_column(ForeignKey(_GYM, ondelete="CASCADE"), primary_key=True)
+    person_id: Mapped[UUID] = mapped_column(
+        ForeignKey("people.id", ondelete="CASCADE"), primary_key=True, index=True
+    )
+    reason: Mapped[str] = mapped_column(String(200), default="")
     created_at: Mapped[datetime] = mapped_column(default=now)
 
 

@@ -92,6 +92,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/me/sessions/{sign_in}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * End Other Session
+         * @description Sign out in another browser.
+         */
+        delete: operations["end_other_session"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/me": {
         parameters: {
             query?: never;
@@ -396,6 +416,50 @@ export interface paths {
          * @description Give a member another role.
          */
         patch: operations["change_member"];
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/bans": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Bans
+         * @description Whom the gym has excluded, the last one first.
+         */
+        get: operations["list_bans"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/bans/{person}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Ban Person
+         * @description Let somebody take part in the gym no more: no member, no new ascents, no comments.
+         */
+        put: operations["ban_person"];
+        post?: never;
+        /**
+         * Drop Ban
+         * @description Let somebody join again.
+         */
+        delete: operations["drop_ban"];
+        options?: never;
+        head?: never;
+        patch?: never;
         trace?: never;
     };
     "/api/v1/gyms/{gym}/invitations": {
@@ -1142,6 +1206,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/gyms/{gym}/walls/{wall}/tallies": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Tallies
+         * @description How often each route that hangs was climbed, and what climbers think of it.
+         */
+        get: operations["list_tallies"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/gyms/{gym}/routes/{route}/comments": {
         parameters: {
             query?: never;
@@ -1162,7 +1246,27 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/v1/gyms/{gym}/walls/{wall}/tallies": {
+    "/api/v1/gyms/{gym}/routes/{route}/comments/{person}/report": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Report Comment
+         * @description Tell the gym that a comment should not be there; said again it counts once.
+         */
+        put: operations["report_comment"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/reports": {
         parameters: {
             query?: never;
             header?: never;
@@ -1170,13 +1274,57 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Tallies
-         * @description How often each route that hangs was climbed, and what climbers think of it.
+         * List Reports
+         * @description Comments of the gym that were reported and not decided on, the newest first.
          */
-        get: operations["list_tallies"];
+        get: operations["list_reports"];
         put?: never;
         post?: never;
         delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/reports/{report}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Dismiss Report
+         * @description Leave a reported comment where it is.
+         */
+        delete: operations["dismiss_report"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/routes/{route}/comments/{person}/hidden": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Hide Comment
+         * @description Show a comment to nobody but its author, and settle what was reported of it.
+         */
+        put: operations["hide_comment"];
+        post?: never;
+        /**
+         * Show Comment
+         * @description Show a hidden comment again; again, too.
+         */
+        delete: operations["show_comment"];
         options?: never;
         head?: never;
         patch?: never;
@@ -1354,6 +1502,106 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/me/handovers": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Make Handover
+         * @description Offer to sign in on another device; what was offered before is good no more.
+         */
+        post: operations["make_handover"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/handovers/{handover}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Handover
+         * @description Whether somebody has taken the offer up, and with which code.
+         */
+        get: operations["read_handover"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/handovers/{handover}/allow": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Allow Handover
+         * @description Let in who shows this code.
+         */
+        post: operations["allow_handover"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/session/handover/claim": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Claim Handover
+         * @description Take up what a QR code offers.
+         */
+        post: operations["claim_handover"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/session/handover": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Begin Session By Handover
+         * @description Sign in by a claim, once the other device has said yes.
+         */
+        post: operations["begin_session_by_handover"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/me/data": {
         parameters: {
             query?: never;
@@ -1408,6 +1656,46 @@ export interface paths {
          * @description Delete one's account with all that one did.
          */
         post: operations["delete_me"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/walls/{wall}/past": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Past
+         * @description The versions of a wall that everybody may see, the first one first.
+         */
+        get: operations["list_past"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/walls/{wall}/past/{scan}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Past
+         * @description One of them: its files, and its routes as they were on its last day.
+         */
+        get: operations["read_past"];
+        put?: never;
+        post?: never;
         delete?: never;
         options?: never;
         head?: never;
@@ -1557,6 +1845,26 @@ export interface components {
             };
         };
         /**
+         * BanFacts
+         * @description Somebody whom the gym has excluded.
+         */
+        BanFacts: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Name */
+            name: string;
+            /** Reason */
+            reason: string;
+            /**
+             * Created At
+             * Format: date-time
+             */
+            created_at: string;
+        };
+        /**
          * BodyFacts
          * @description How tall somebody is and how far they reach, fingertip to fingertip, in centimetres.
          */
@@ -1594,9 +1902,14 @@ export interface components {
         Category: "" | "women" | "men" | "other";
         /**
          * Comment
-         * @description A comment, under its author's name.
+         * @description A comment, under its author's name; `hidden`: shown to its author and the gym alone.
          */
         Comment: {
+            /**
+             * Person Id
+             * Format: uuid
+             */
+            person_id: string;
             /** Name */
             name: string;
             /** Comment */
@@ -1606,6 +1919,19 @@ export interface components {
              * Format: date-time
              */
             changed_at: string;
+            /** Hidden */
+            hidden: boolean;
+        };
+        /**
+         * Complaint
+         * @description Why a comment should not be there; may be empty.
+         */
+        Complaint: {
+            /**
+             * Reason
+             * @default
+             */
+            reason?: string;
         };
         /**
          * Confirmation
@@ -1778,6 +2104,18 @@ export interface components {
             name: string;
         };
         /**
+         * HandoverFacts
+         * @description How far an offer is; `code` and `browser` of who took it up, empty until somebody has.
+         */
+        HandoverFacts: {
+            /** Browser */
+            browser: string;
+            /** Code */
+            code: string;
+            /** Allowed */
+            allowed: boolean;
+        };
+        /**
          * InvitationFacts
          * @description An invitation without its secret.
          */
@@ -1802,6 +2140,34 @@ export interface components {
          * @enum {string}
          */
         Kind: "flash" | "top" | "zone" | "try" | "project";
+        /**
+         * MadeClaim
+         * @description What signs in once the other device has said yes, and the code by which it knows this one.
+         */
+        MadeClaim: {
+            /** Claim */
+            claim: string;
+            /** Code */
+            code: string;
+        };
+        /**
+         * MadeHandover
+         * @description An offer: `link` is what the QR code shows, told this once.
+         */
+        MadeHandover: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Link */
+            link: string;
+            /**
+             * Expires At
+             * Format: date-time
+             */
+            expires_at: string;
+        };
         /**
          * MadeInvitation
          * @description An invitation just made: its link is told this once.
@@ -1909,6 +2275,22 @@ export interface components {
              * Format: date-time
              */
             climbed_at: string;
+            /**
+             * Note
+             * @default
+             */
+            note?: string;
+        };
+        /**
+         * NewBan
+         * @description Why; for the gym's own memory.
+         */
+        NewBan: {
+            /**
+             * Reason
+             * @default
+             */
+            reason?: string;
         };
         /**
          * NewGradeSystem
@@ -2079,12 +2461,41 @@ export interface components {
              */
             comment?: string;
         };
-        /** Page[AscentFacts] */
-        Page_AscentFacts_: {
-            /** Items */
-            items: components["schemas"]["AscentFacts"][];
-            /** Next */
-            next: string | null;
+        /**
+         * OwnAscent
+         * @description An ascent as its climber alone sees it.
+         */
+        OwnAscent: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Gym Id */
+            gym_id: string | null;
+            /** Route Id */
+            route_id: string | null;
+            /** Gym Name */
+            gym_name: string;
+            /** Route Name */
+            route_name: string;
+            /** Grade */
+            grade: string;
+            kind: components["schemas"]["Kind"];
+            /** Tries */
+            tries: number;
+            /**
+             * Climbed At
+             * Format: date-time
+             */
+            climbed_at: string;
+            /**
+             * Created At
+             * Format: date-time
+             */
+            created_at: string;
+            /** Note */
+            note: string;
         };
         /** Page[AuditLine] */
         Page_AuditLine_: {
@@ -2093,10 +2504,31 @@ export interface components {
             /** Next */
             next: string | null;
         };
+        /** Page[Comment] */
+        Page_Comment_: {
+            /** Items */
+            items: components["schemas"]["Comment"][];
+            /** Next */
+            next: string | null;
+        };
         /** Page[GymFacts] */
         Page_GymFacts_: {
             /** Items */
             items: components["schemas"]["GymFacts"][];
+            /** Next */
+            next: string | null;
+        };
+        /** Page[OwnAscent] */
+        Page_OwnAscent_: {
+            /** Items */
+            items: components["schemas"]["OwnAscent"][];
+            /** Next */
+            next: string | null;
+        };
+        /** Page[ReportFacts] */
+        Page_ReportFacts_: {
+            /** Items */
+            items: components["schemas"]["ReportFacts"][];
             /** Next */
             next: string | null;
         };
@@ -2139,6 +2571,32 @@ export interface components {
              * Format: password
              */
             new: string;
+        };
+        /**
+         * PastVersion
+         * @description A version that was the wall once, or is; `published_at`: since when.
+         */
+        PastVersion: {
+            /**
+             * Scan Id
+             * Format: uuid
+             */
+            scan_id: string;
+            /**
+             * Published At
+             * Format: date-time
+             */
+            published_at: string;
+            /** Present */
+            present: boolean;
+        };
+        /**
+         * Permission
+         * @description The code that the other device shows.
+         */
+        Permission: {
+            /** Code */
+            code: string;
         };
         /**
          * PersonFacts
@@ -2287,6 +2745,45 @@ export interface components {
             name: string;
         };
         /**
+         * ReportFacts
+         * @description A comment that somebody reported, as it read then; who reported it stays with the server.
+         */
+        ReportFacts: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Route Id
+             * Format: uuid
+             */
+            route_id: string;
+            /**
+             * Wall Id
+             * Format: uuid
+             */
+            wall_id: string;
+            /** Route Name */
+            route_name: string;
+            /**
+             * Person Id
+             * Format: uuid
+             */
+            person_id: string;
+            /** Name */
+            name: string;
+            /** Comment */
+            comment: string;
+            /** Reason */
+            reason: string;
+            /**
+             * Created At
+             * Format: date-time
+             */
+            created_at: string;
+        };
+        /**
          * Role
          * @description In rising order; `GUEST` is whoever does not belong to the gym.
          * @enum {string}
@@ -2326,7 +2823,7 @@ export interface components {
         };
         /**
          * RouteFacts
-         * @description A route; `number` and `holds` are those of the version that is published.
+         * @description A route; `number`, `holds` and its style are those of the version that is published.
          */
         RouteFacts: {
             /**
@@ -2367,6 +2864,15 @@ export interface components {
              * @default []
              */
             holds?: number[];
+            /** Steepness Deg */
+            steepness_deg?: number | null;
+            /**
+             * Hold Types
+             * @default {}
+             */
+            hold_types?: {
+                [key: string]: number;
+            };
         };
         /**
          * RouteWords
@@ -2425,6 +2931,11 @@ export interface components {
          * @enum {string}
          */
         Scope: "read" | "upload" | "publish" | "manage";
+        /** SecretOnly */
+        SecretOnly: {
+            /** Secret */
+            secret: string;
+        };
         /**
          * ServerFacts
          * @description How one gets in; `oidc`: what to call the other server, with its way in `/oidc/sign-in`.
@@ -2459,6 +2970,13 @@ export interface components {
             credential: {
                 [key: string]: unknown;
             };
+        };
+        /**
+         * SignedIn
+         * @description Who is signed in now; null while the other device has not said yes.
+         */
+        SignedIn: {
+            me: components["schemas"]["Me"] | null;
         };
         /**
          * State
@@ -2791,6 +3309,39 @@ export interface operations {
             query?: never;
             header?: never;
             path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    end_other_session: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                sign_in: string;
+            };
             cookie?: never;
         };
         requestBody?: never;
@@ -3504,6 +4055,113 @@ export interface operations {
                 "application/json": components["schemas"]["RoleChange"];
             };
         };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    list_bans: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BanFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    ban_person: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                person: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewBan"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    drop_ban: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                person: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
         responses: {
             /** @description Successful Response */
             204: {
@@ -5146,7 +5804,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["AscentFacts"];
+                    "application/json": components["schemas"]["OwnAscent"];
                 };
             };
             /** @description Why not, in words */
@@ -5186,7 +5844,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Page_AscentFacts_"];
+                    "application/json": components["schemas"]["Page_OwnAscent_"];
                 };
             };
             /** @description Why not, in words */
@@ -5345,42 +6003,6 @@ export interface operations {
             };
         };
     };
-    list_comments: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                route: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Comment"][];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                    };
-                };
-            };
-        };
-    };
     list_tallies: {
         parameters: {
             query?: never;
@@ -5401,6 +6023,230 @@ export interface operations {
                 content: {
                     "application/json": components["schemas"]["TallyFacts"][];
                 };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    list_comments: {
+        parameters: {
+            query?: {
+                /** @description `next` of the page before */
+                cursor?: string | null;
+                /** @description rows of a page */
+                size?: number;
+            };
+            header?: never;
+            path: {
+                route: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Page_Comment_"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    report_comment: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                route: string;
+                person: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Complaint"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    list_reports: {
+        parameters: {
+            query?: {
+                /** @description `next` of the page before */
+                cursor?: string | null;
+                /** @description rows of a page */
+                size?: number;
+            };
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Page_ReportFacts_"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    dismiss_report: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                report: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    hide_comment: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                route: string;
+                person: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    show_comment: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                route: string;
+                person: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
             };
             /** @description Why not, in words */
             "4XX": {
@@ -5798,6 +6644,185 @@ export interface operations {
             };
         };
     };
+    make_handover: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MadeHandover"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_handover: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                handover: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HandoverFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    allow_handover: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                handover: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Permission"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    claim_handover: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SecretOnly"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MadeClaim"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    begin_session_by_handover: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SecretOnly"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SignedIn"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
     read_data: {
         parameters: {
             query?: never;
@@ -5885,6 +6910,82 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    list_past: {
+        parameters: {
+            query?: {
+                /** @description only versions in which it hangs */
+                route?: string | null;
+            };
+            header?: never;
+            path: {
+                wall: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PastVersion"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_past: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                wall: string;
+                scan: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Version"];
+                };
             };
             /** @description Why not, in words */
             "4XX": {
