@@ -26,7 +26,7 @@ __all__ = ["router"]
 router = APIRouter(tags=["progress"])
 
 ReaderMay = Annotated[Access, gym_rule(Role.MEMBER, Scope.READ)]
-Part = Literal["grades", "months", "weeks", "hanging"]
+Part = Literal["grades", "months", "weeks", "hanging", "steepness", "holds"]
 
 
 class OfGradeFacts(BaseModel):
@@ -68,6 +68,15 @@ class HangingFacts(BaseModel):
     of: int
 
 
+class StyleFacts(BaseModel):
+    """Routes of one steepness, or with most holds of one type; each once."""
+
+    kind: str
+    tried: int
+    topped: int
+    flashed: int
+
+
 class ProgressFacts(BaseModel):
     """All of it; `streak` and `longest` are weeks in a row with a session."""
 
@@ -82,6 +91,8 @@ class ProgressFacts(BaseModel):
     months: list[MonthFacts]
     weeks: list[WeekFacts]
     hanging: list[HangingFacts]
+    steepness: list[StyleFacts]
+    holds: list[StyleFacts]
 
 
 @router.get("/gyms/{gym}/progress")
@@ -100,6 +111,8 @@ def read_progress_table(part: Part, session: Db, access: ReaderMay) -> PlainText
         "months": MonthFacts,
         "weeks": WeekFacts,
         "hanging": HangingFacts,
+        "steepness": StyleFacts,
+        "holds": StyleFacts,
     }
     table = _table(list(kinds[part].model_fields), told[part])
     return PlainTextResponse(table, headers=headers, media_type="text/csv")

@@ -17,13 +17,18 @@ from walltopo_gym.climbing.counting import zone_of
 from walltopo_gym.climbing.models import Ascent
 from walltopo_gym.climbing.visits import gym_day
 from walltopo_gym.gyms.models import GradeSystem, Gym, Wall
-from walltopo_gym.publishing.models import Route
+from walltopo_gym.publishing.models import Placement, Route
+from walltopo_gym.scans.models import Scan
 
-__all__ = ["Hanging", "Month", "OfGrade", "Progress", "Week", "progress"]
+__all__ = ["Hanging", "Month", "OfGrade", "Progress", "STEEPNESS", "Style", "Week",
+           "progress"]  # fmt: skip
 
 _TOPS: Final = ("flash", "top")
 _WEEK: Final = timedelta(days=7)
 _WEEKS: Final = 53
+_AT_ONCE: Final = 500  # a statement has a limited number of parameters
+# Kinds of walls, and below how many degrees of overhang one still is of that kind.
+STEEPNESS: Final = {"slab": -5.0, "vertical": 5.0, "slight": 20.0, "steep": 45.0, "roof": 181.0}
 
 
 class _Done(NamedTuple):
@@ -81,6 +86,19 @@ class Hanging:
 
 
 @dataclass
+class Style:
+    """Routes of one kind that were tried, each once, and those topped and flashed among them.
+
+    `kind` is of `STEEPNESS`, or a type of hold: the one that a route has most of.
+    """
+
+    kind: str
+    tried: int = 0
+    topped: int = 0
+    flashed: int = 0
+
+
+@dataclass
 class Progress:
     """All of it.
 
@@ -101,6 +119,8 @@ class Progress:
     months: list[Month] = field(default_factory=list)
     weeks: list[Week] = field(default_factory=list)
     hanging: list[Hanging] = field(default_factory=list)
+    steepness: list[Style] = field(default_factory=list)
+    holds: list[Style] = field(default_factory=list)
 
 
 def progress(session: Session, gym: Gym, person: UUID, at: datetime) -> Progress:
@@ -128,6 +148,7 @@ def progress(session: Session, gym: Gym, person: UUID, at: datetime) -> Progress
     monday = _monday(today)
     came = {_monday(visit.day) for visit in visits}
     streak, longest = _streaks(came, monday)
+    steepness, holds = _styles(session, done)
     return Progress(
         sessions=len(visits),
         ascents=len(done),
@@ -140,6 +161,8 @@ def progress(session: Session, gym: Gym, person: UUID, at: datetime) -> Progress
         months=_months([(f"{gym_day(one.at, zone):%Y-%m}", one) for one in tops], today),
         weeks=_weeks(visits, monday),
         hanging=_hanging(session, gym, {one.route for one in tops}),
+        steepness=steepness,
+        holds=holds,
     )
 
 
@@ -239,6 +262,48 @@ def _hanging(session: Session, gym: Gym, topped: set[UUID | None]) -> list[Hangi
             key = (system.id, str(grade["label"]))
             if of[key]:
                 found.append(_line(system.name, grade, done[key], of[key]))
+    return found
+
+
+def _styles(session: Session, done: Sequence[_Done]) -> tuple[list[Style], list[Style]]:
+    """By the steepness of the wall and by the type of hold, as the scans know them."""
+    best: dict[UUID, int] = {}  # 0: tried, 1: topped, 2: flashed
+    for one in done:
+        if one.route is not None and one.kind != "project":
+            came_to = _TOPS[::-1].index(one.kind) + 1 if one.kind in _TOPS else 0
+            best[one.route] = max(best.get(one.route, 0), came_to)
+    steep = {kind: Style(kind) for kind in STEEPNESS}
+    of_type: dict[str, Style] = {}
+    for route, (degrees, types) in _placed(session, list(best)).items():
+        styles = []
+        if degrees is not None:
+            styles.append(steep[next(k for k, below in STEEPNESS.items() if degrees < below)])
+        if types:
+            most = max(sorted(types), key=lambda name: types[name])
+            styles.append(of_type.setdefault(most, Style(most)))
+        for style in styles:
+            style.tried += 1
+            style.topped += best[route] > 0
+            style.flashed += best[route] > 1
+    return (
+        [style for style in steep.values() if style.tried],
+        sorted(of_type.values(), key=lambda style: (-style.tried, style.kind)),
+    )
+
+
+def _placed(
+    session: Session, routes: Sequence[UUID]
+) -> dict[UUID, tuple[float | None, dict[str, int]]]:
+    """Steepness and holds of routes, in the last scan that they were in."""
+    found: dict[UUID, tuple[float | None, dict[str, int]]] = {}
+    for begin in range(0, len(routes), _AT_ONCE):
+        rows = session.execute(
+            select(Placement.route_id, Placement.steepness_deg, Placement.hold_types)
+            .join(Scan, Scan.id == Placement.scan_id)
+            .where(Placement.route_id.in_(routes[begin : begin + _AT_ONCE]))
+            .order_by(Scan.created_at)
+        )
+        found |= {route: (degrees, types) for route, degrees, types in rows}
     return found
 
 
