@@ -1784,40 +1784,6 @@ export interface components {
             email: string;
         };
         /**
-         * AscentFacts
-         * @description An ascent; names and grade are those of the day on which it arrived.
-         */
-        AscentFacts: {
-            /**
-             * Id
-             * Format: uuid
-             */
-            id: string;
-            /** Gym Id */
-            gym_id: string | null;
-            /** Route Id */
-            route_id: string | null;
-            /** Gym Name */
-            gym_name: string;
-            /** Route Name */
-            route_name: string;
-            /** Grade */
-            grade: string;
-            kind: components["schemas"]["Kind"];
-            /** Tries */
-            tries: number;
-            /**
-             * Climbed At
-             * Format: date-time
-             */
-            climbed_at: string;
-            /**
-             * Created At
-             * Format: date-time
-             */
-            created_at: string;
-        };
-        /**
          * Audience
          * @description Who sees an item, in rising order; `GYM`: who belongs to a gym that one belongs to.
          * @enum {string}
@@ -2618,9 +2584,9 @@ export interface components {
             /** Gyms */
             gyms: components["schemas"]["GymName"][];
             /** Ascents */
-            ascents: components["schemas"]["AscentFacts"][] | null;
+            ascents: components["schemas"]["SeenAscent"][] | null;
             /** Pins */
-            pins: components["schemas"]["AscentFacts"][] | null;
+            pins: components["schemas"]["SeenAscent"][] | null;
             body: components["schemas"]["BodyFacts"] | null;
         };
         /**
@@ -2935,6 +2901,37 @@ export interface components {
         SecretOnly: {
             /** Secret */
             secret: string;
+        };
+        /**
+         * SeenAscent
+         * @description An ascent without its private note, and the address of the wall that it was climbed on.
+         */
+        SeenAscent: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Route Id */
+            route_id: string | null;
+            /** Gym Name */
+            gym_name: string;
+            /** Route Name */
+            route_name: string;
+            /** Grade */
+            grade: string;
+            kind: components["schemas"]["Kind"];
+            /** Tries */
+            tries: number;
+            /**
+             * Climbed At
+             * Format: date-time
+             */
+            climbed_at: string;
+            /** Gym Slug */
+            gym_slug?: string | null;
+            /** Wall Id */
+            wall_id?: string | null;
         };
         /**
          * ServerFacts
