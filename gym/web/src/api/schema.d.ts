@@ -757,6 +757,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/gyms/{gym}/scans/{scan}/overlap": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Overlap
+         * @description Which usable photos overlap: what hangs together becomes one wall, the rest is left out.
+         */
+        get: operations["read_overlap"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/gyms/{gym}/photos/{photo}": {
         parameters: {
             query?: never;
@@ -2945,6 +2965,18 @@ export interface components {
             comment?: string;
         };
         /**
+         * OverlapFacts
+         * @description Which photos hang together by what they show; `groups` of their ids, the largest first.
+         *
+         *     `pending`: photos came or went since, and it is being found out anew.
+         */
+        OverlapFacts: {
+            /** Pending */
+            pending: boolean;
+            /** Groups */
+            groups: string[][];
+        };
+        /**
          * OwnAscent
          * @description An ascent as its climber alone sees it.
          */
@@ -3108,7 +3140,8 @@ export interface components {
         };
         /**
          * PhotoFacts
-         * @description A photo of a scan; `reason` says why it is of no use.
+         * @description A photo of a scan, or a video of so many `frames`; `reason` says why it is of no
+         *     use, or why a video was not seen to its end.
          */
         PhotoFacts: {
             /**
@@ -3128,6 +3161,8 @@ export interface components {
             width: number | null;
             /** Height */
             height: number | null;
+            /** Frames */
+            frames: number;
         };
         /**
          * PlanFacts
@@ -5619,6 +5654,42 @@ export interface operations {
                 };
                 content: {
                     "application/json": unknown;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_overlap: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                scan: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["OverlapFacts"];
                 };
             };
             /** @description Why not, in words */
