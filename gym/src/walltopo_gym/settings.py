@@ -59,7 +59,10 @@ class GymSettings(BaseSettings):
     log: Literal["plain", "json"] = Field("plain", description="how the log is written")
 
     most_photo_mb: int = Field(100, ge=1, le=2000, description="largest photo")
-    most_photos: int = Field(400, ge=3, le=5000, description="most photos of one scan")
+    most_video_mb: int = Field(1000, ge=1, le=2000, description="largest video")
+    most_photos: int = Field(
+        400, ge=3, le=5000, description="most photos of one scan; a video is one"
+    )
     keep_free_mb: int = Field(1000, ge=0, description="uploads are refused below this free space")
 
     webhooks_to_private: bool = Field(

@@ -3,6 +3,10 @@ import App from "./App.svelte";
 import "./app.css";
 import { begin } from "./i18n.svelte";
 import { recall } from "./session.svelte";
+import { lastGym } from "./shell/lastGym.svelte";
+
+// Opened without a wish, it is where one was last; "Other gyms" leads from there.
+if (location.pathname === "/" && lastGym()) history.replaceState(history.state, "", `/g/${lastGym()}`);
 
 await Promise.all([begin(), recall()]);
 mount(App, { target: document.getElementById("app")! });

@@ -52,7 +52,7 @@ class RouteWords(Body):
 
 
 class RouteFacts(BaseModel):
-    """A route; `number` and `holds` are those of the version that is published."""
+    """A route; `number`, `holds` and its style are those of the version that is published."""
 
     id: UUID
     wall_id: UUID
@@ -67,6 +67,8 @@ class RouteFacts(BaseModel):
     stripped_at: datetime | None
     number: int | None = None
     holds: list[int] = []
+    steepness_deg: float | None = None
+    hold_types: dict[str, int] = {}
 
 
 @router.get("/gyms/{gym}/routes/{route}")
@@ -135,6 +137,7 @@ def _told(row: Route, placement: Placement | None) -> RouteFacts:
     facts = RouteFacts.model_validate(row, from_attributes=True)
     if placement is not None:
         facts.number, facts.holds = placement.number, placement.holds
+        facts.steepness_deg, facts.hold_types = placement.steepness_deg, placement.hold_types
     return facts
 
 
