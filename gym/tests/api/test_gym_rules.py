@@ -22,8 +22,9 @@ from sqlalchemy import func, select
 from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.accounts.mailed_links import new_link
 from walltopo_gym.accounts.models import AuditEntry, SignIn
+from walltopo_gym.climbing.models import Follow
 from walltopo_gym.clock import now
-from walltopo_gym.gyms.members import invite
+from walltopo_gym.gyms.members import add_member, invite
 from walltopo_gym.gyms.models import Ban, GradeSystem, Invitation
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.scans.states import State
@@ -234,6 +235,30 @@ def a_past_version(world: World) -> dict[str, Any]:
     return {"scan": _former(world)} | wall(world)
 
 
+def an_own_session(world: World) -> dict[str, Any]:
+    """The owner's."""
+    begun = world.server.ask("POST", f"{world.path}/sessions", world.owner)
+    return {"visit": begun.json()["id"]}
+
+
+def a_member_for_all(world: World) -> dict[str, Any]:
+    """Somebody of the gym whom nobody of the table is."""
+    person = world.server.person().id
+    assert person is not None
+    with world.server.database.writing() as session:
+        add_member(session, world.gym.id, person, Role.MEMBER, person)
+    return {"person": person}
+
+
+def a_follower(world: World) -> dict[str, Any]:
+    """Who asked the owner."""
+    values = a_member_for_all(world)
+    with world.server.database.writing() as session:
+        row = Follow(follower_id=values["person"], followed_id=world.owner.id, accepted=False)
+        session.add(row)
+    return values
+
+
 def a_webhook(world: World) -> dict[str, Any]:
     url = {"url": "https://example.com/hook"}
     made = world.server.ask("POST", f"{world.path}/webhooks", world.owner, url)
@@ -333,6 +358,7 @@ CASES = {
     "start_scan": Case("setter", Scope.UPLOAD, a_scan),
     "cancel_scan": Case("setter", Scope.UPLOAD, a_queued_scan),
     "list_photos": Case("setter", Scope.UPLOAD, a_scan),
+    "read_overlap": Case("setter", Scope.UPLOAD, a_scan),
     "announce_photo": Case("setter", Scope.UPLOAD, a_scan, headers=TUS | {
         "upload-length": "5", "upload-metadata": "filename YS5qcGc="}),
     "ask_offset": Case("setter", Scope.UPLOAD, a_photo, headers=TUS),
@@ -380,6 +406,21 @@ CASES = {
     "read_person": Case("signed-in", values=member),
     "pin_ascent": Case("signed-in", values=an_own_ascent),
     "unpin_ascent": Case("signed-in", values=an_own_ascent),
+    "list_climbing_sessions": Case("member", Scope.READ),
+    "start_climbing_session": Case("member"),
+    "read_climbing_session": Case("member", Scope.READ, an_own_session),
+    "end_climbing_session": Case("member", values=an_own_session),
+    "read_progress": Case("member", Scope.READ),
+    "read_progress_table": Case("member", Scope.READ, lambda w: {"part": "weeks"}),
+    "read_board": Case("member", Scope.READ),
+    "list_follows": Case("signed-in"),
+    "follow_person": Case("signed-in", values=a_member_for_all),
+    "unfollow_person": Case("signed-in", values=a_member_for_all),
+    "accept_follower": Case("signed-in", values=a_follower),
+    "drop_follower": Case("signed-in", values=a_member_for_all),
+    "set_feed": Case("signed-in", body=lambda w: {"on": False}),
+    "read_feed": Case("member", Scope.READ),
+    "list_friends_here": Case("member", Scope.READ, a_route),
     "begin_passkey": Case("signed-in"),
     "make_passkey": Case("signed-in", body=lambda w: {"name": "phone", "credential": {}}),
     "list_passkeys": Case("signed-in"),
@@ -422,14 +463,25 @@ EXCEPT = (
     }
     | {
         (name, kind): 404
-        for name in ("end_other_session", "read_handover", "allow_handover")
+        for name in (
+            "end_other_session",
+            "read_handover",
+            "allow_handover",
+            "accept_follower",
+            "read_climbing_session",
+            "end_climbing_session",
+        )
         for kind in PEOPLE
         if kind != "owner"
     }
     # Nobody has taken the offer up: test_gym_handovers.py does.
     | {("allow_handover", "owner"): 422}
     # Who has no gym in common with somebody does not see them.
-    | {("read_person", kind): 404 for kind in ("stranger", "operator")}
+    | {
+        (name, kind): 404
+        for name in ("read_person", "follow_person")
+        for kind in ("stranger", "operator")
+    }
     # No answer of a device: test_gym_passkeys.py has real ones.
     | {("make_passkey", kind): 422 for kind in PEOPLE}
     # There is no wall in the scans of this table.
@@ -534,7 +586,8 @@ BELOW_A_GYM = [
     for name, case in CASES.items()
     if case.who in ROLES
     and case.values is not no_values
-    and name != "put_ascent"  # which names a route in its body: test_gym_ascents.py
+    # The one names a route in its body (test_gym_ascents.py), the other nothing of a gym.
+    and name not in ("put_ascent", "read_progress_table")
 ]
 
 

@@ -6,7 +6,7 @@ from datetime import datetime
 from typing import Any
 from uuid import UUID
 
-from sqlalchemy import JSON, ForeignKey, Index, LargeBinary, String, UniqueConstraint
+from sqlalchemy import JSON, ForeignKey, Index, LargeBinary, String, UniqueConstraint, true
 from sqlalchemy.orm import Mapped, mapped_column
 
 from walltopo_gym.clock import now
@@ -180,7 +180,8 @@ class Profile(Base):
     than their name, and they are on no board.
 
     `show_*` is one of `profiles.Audience`; `category` is "" or what boards of a gym may be
-    divided by; `birth_year` and `category` are shown to nobody, lengths are centimetres.
+    divided by; `birth_year` and `category` are shown to nobody, lengths are centimetres. `feed`:
+    they like to see what those climb whom they follow.
     """
 
     __tablename__ = "profiles"
@@ -197,3 +198,4 @@ class Profile(Base):
     height_cm: Mapped[int | None]
     reach_cm: Mapped[int | None]
     changed_at: Mapped[datetime] = mapped_column(default=now)
+    feed: Mapped[bool] = mapped_column(default=True, server_default=true())

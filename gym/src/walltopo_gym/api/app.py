@@ -8,9 +8,12 @@ from fastapi import APIRouter, FastAPI
 
 from walltopo_gym.api import (
     about,
+    boards,
     climbing,
+    climbing_sessions,
     comments,
     editing,
+    follows,
     grades,
     gyms,
     handovers,
@@ -27,6 +30,7 @@ from walltopo_gym.api import (
     pictures,
     plans,
     profiles,
+    progress,
     publishing,
     routes,
     scans,
@@ -50,7 +54,8 @@ __all__ = ["PREFIX", "build_app"]
 PREFIX = "/api/v1"
 _ROOMS = (sign_up, sessions, me, passwords, tokens, gyms, members, grades, walls, scans, uploads,
           publishing, plans, editing, routes, pictures, climbing, comments,
-          profiles, passkeys, handovers, own_data, past, webhooks, about)  # fmt: skip
+          profiles, passkeys, handovers, own_data, past, webhooks,
+          climbing_sessions, progress, boards, follows, about)  # fmt: skip
 
 
 def build_app(services: Services) -> FastAPI:

@@ -11,7 +11,7 @@ from sqlalchemy.orm import Mapped, mapped_column
 from walltopo_gym.clock import now
 from walltopo_gym.database.base import Base, Keyed
 
-__all__ = ["Ascent", "HiddenComment", "Opinion", "Report"]
+__all__ = ["Ascent", "Follow", "HiddenComment", "Opinion", "Report"]
 
 
 class Ascent(Keyed, Base):
@@ -21,12 +21,15 @@ class Ascent(Keyed, Base):
     and the gym: `gym_name`, `route_name` and `grade` are those of the day on which it arrived.
     `note`: for the climber alone.
     `taken_back_at`: it counts no more; the row stays, so that a late copy does not bring it back.
+    `worth`: points of a top by that grade, and `circuit` its label where it is one (`points.py`);
+    None until it was valued. `climbed_route`: the route's id, kept when the route is gone.
     `pinned_at`: one that its climber wants to be remembered by.
     """
 
     __tablename__ = "ascents"
     __table_args__ = (
         Index("ix_ascents_person_id_climbed_at", "person_id", "climbed_at"),
+        Index("ix_ascents_person_id_gym_id_climbed_at", "person_id", "gym_id", "climbed_at"),
         # Tallies are read from it alone.
         Index("ix_ascents_counts", "route_id", "kind", "person_id", "taken_back_at"),
     )
@@ -44,6 +47,9 @@ class Ascent(Keyed, Base):
     note: Mapped[str] = mapped_column(String(500), default="")
     climbed_at: Mapped[datetime]
     taken_back_at: Mapped[datetime | None]
+    worth: Mapped[int | None]
+    circuit: Mapped[str] = mapped_column(String(80), default="", server_default="")
+    climbed_route: Mapped[UUID | None]
     pinned_at: Mapped[datetime | None]
 
 
@@ -68,6 +74,21 @@ class Opinion(Base):
     wish: Mapped[str] = mapped_column(String(10), default="")
     comment: Mapped[str] = mapped_column(String(500), default="")
     changed_at: Mapped[datetime] = mapped_column(default=now)
+
+
+class Follow(Base):
+    """`follower_id` would like to see what `followed_id` climbs; does so once it is `accepted`."""
+
+    __tablename__ = "follows"
+
+    follower_id: Mapped[UUID] = mapped_column(
+        ForeignKey("people.id", ondelete="CASCADE"), primary_key=True
+    )
+    followed_id: Mapped[UUID] = mapped_column(
+        ForeignKey("people.id", ondelete="CASCADE"), primary_key=True, index=True
+    )
+    accepted: Mapped[bool]
+    created_at: Mapped[datetime] = mapped_column(default=now)
 
 
 class HiddenComment(Base):

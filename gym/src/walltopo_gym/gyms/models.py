@@ -21,7 +21,8 @@ class Gym(Keyed, Base):
     """A climbing gym.
 
     `visibility`: "public" is listed, "unlisted" is seen by whoever has its address, "private" by
-    its members. `joining`: "open" or "invitation".
+    its members. `joining`: "open" or "invitation". `boards`: "off", "one" for everybody, or
+    "categories" too.
     """
 
     __tablename__ = "gyms"
@@ -32,6 +33,7 @@ class Gym(Keyed, Base):
     time_zone: Mapped[str] = mapped_column(String(60), default="UTC")
     visibility: Mapped[str] = mapped_column(String(10), default="private")
     joining: Mapped[str] = mapped_column(String(10), default="invitation")
+    boards: Mapped[str] = mapped_column(String(10), default="one", server_default="one")
 
 
 class Membership(Base):

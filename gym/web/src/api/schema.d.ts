@@ -757,6 +757,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/gyms/{gym}/scans/{scan}/overlap": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Overlap
+         * @description Which usable photos overlap: what hangs together becomes one wall, the rest is left out.
+         */
+        get: operations["read_overlap"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/gyms/{gym}/photos/{photo}": {
         parameters: {
             query?: never;
@@ -1746,6 +1766,259 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/gyms/{gym}/sessions": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Climbing Sessions
+         * @description One's own sessions in this gym, the last first.
+         */
+        get: operations["list_climbing_sessions"];
+        put?: never;
+        /**
+         * Start Climbing Session
+         * @description Begin a session now; without this one begins with the first ascent.
+         */
+        post: operations["start_climbing_session"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/sessions/{visit}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Climbing Session
+         * @description A session with its ascents.
+         */
+        get: operations["read_climbing_session"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/sessions/{visit}/end": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * End Climbing Session
+         * @description End a session now; without this it ends by itself.
+         */
+        post: operations["end_climbing_session"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/progress": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Progress
+         * @description How one gets on in this gym.
+         */
+        get: operations["read_progress"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/progress/{part}.csv": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Progress Table
+         * @description A part of it as a table.
+         */
+        get: operations["read_progress_table"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/board": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Board
+         * @description Who has most points: the sum of the best ten routes of a period, of those who want to be
+         *     seen there.
+         */
+        get: operations["read_board"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/follows": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Follows
+         * @description Whom one follows, and who follows one.
+         */
+        get: operations["list_follows"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/following/{person}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Follow Person
+         * @description Follow somebody of a gym of one's own; where they have not opened it they are asked.
+         */
+        put: operations["follow_person"];
+        post?: never;
+        /**
+         * Unfollow Person
+         * @description Follow somebody no more; again, too.
+         */
+        delete: operations["unfollow_person"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/followers/{person}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Accept Follower
+         * @description Let somebody follow who asked.
+         */
+        put: operations["accept_follower"];
+        post?: never;
+        /**
+         * Drop Follower
+         * @description Let somebody follow no more, or not at all; they are not told.
+         */
+        delete: operations["drop_follower"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/feed": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Set Feed
+         * @description Turn the feed on or off.
+         */
+        put: operations["set_feed"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/feed": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Feed
+         * @description What those climbed in this gym whom one follows.
+         */
+        get: operations["read_feed"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/routes/{route}/friends": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Friends Here
+         * @description Who of those whom one follows topped a route.
+         */
+        get: operations["list_friends_here"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/server": {
         parameters: {
             query?: never;
@@ -1782,6 +2055,40 @@ export interface components {
              * Format: email
              */
             email: string;
+        };
+        /**
+         * AscentFacts
+         * @description An ascent; names and grade are those of the day on which it arrived.
+         */
+        AscentFacts: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Gym Id */
+            gym_id: string | null;
+            /** Route Id */
+            route_id: string | null;
+            /** Gym Name */
+            gym_name: string;
+            /** Route Name */
+            route_name: string;
+            /** Grade */
+            grade: string;
+            kind: components["schemas"]["Kind"];
+            /** Tries */
+            tries: number;
+            /**
+             * Climbed At
+             * Format: date-time
+             */
+            climbed_at: string;
+            /**
+             * Created At
+             * Format: date-time
+             */
+            created_at: string;
         };
         /**
          * Audience
@@ -1831,6 +2138,30 @@ export interface components {
             created_at: string;
         };
         /**
+         * BoardFacts
+         * @description Some lines of a board, `of` how many. `own` is one's own place, or the place that one would
+         *     have; `shown`: others see one on boards. `best`, `flash`: of the rule of points.
+         */
+        BoardFacts: {
+            /** Period */
+            period: string;
+            /** Lines */
+            lines: components["schemas"]["LineFacts"][];
+            /** Of */
+            of: number;
+            own: components["schemas"]["LineFacts"] | null;
+            /** Shown */
+            shown: boolean;
+            /** Categories */
+            categories: boolean;
+            /** Circuits */
+            circuits: components["schemas"]["CircuitFacts"][];
+            /** Best */
+            best: number;
+            /** Flash */
+            flash: number;
+        };
+        /**
          * BodyFacts
          * @description How tall somebody is and how far they reach, fingertip to fingertip, in centimetres.
          */
@@ -1866,6 +2197,16 @@ export interface components {
          * @enum {string}
          */
         Category: "" | "women" | "men" | "other";
+        /**
+         * CircuitFacts
+         * @description A circuit that has a board of its own.
+         */
+        CircuitFacts: {
+            /** Label */
+            label: string;
+            /** Colour */
+            colour: string;
+        };
         /**
          * Comment
          * @description A comment, under its author's name; `hidden`: shown to its author and the gym alone.
@@ -1977,6 +2318,113 @@ export interface components {
             password: string;
         };
         /**
+         * Feed
+         * @description The last first; nothing where one has turned it off.
+         */
+        Feed: {
+            /** On */
+            on: boolean;
+            /** Items */
+            items: components["schemas"]["FeedItem"][];
+        };
+        /**
+         * FeedItem
+         * @description A session of somebody whom one follows.
+         */
+        FeedItem: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Person Id
+             * Format: uuid
+             */
+            person_id: string;
+            /**
+             * Day
+             * Format: date
+             */
+            day: string;
+            /**
+             * Began At
+             * Format: date-time
+             */
+            began_at: string;
+            /**
+             * Ended At
+             * Format: date-time
+             */
+            ended_at: string;
+            /** Running */
+            running: boolean;
+            /** Ascents */
+            ascents: number;
+            /** Tries */
+            tries: number;
+            /** Tops */
+            tops: number;
+            /** Flashes */
+            flashes: number;
+            /** Points */
+            points: number;
+            /** Hardest */
+            hardest: string;
+            /** Name */
+            name: string;
+        };
+        /**
+         * FeedWish
+         * @description Whether one likes to see a feed.
+         */
+        FeedWish: {
+            /** On */
+            on: boolean;
+        };
+        /**
+         * FollowState
+         * @description Whether one was let follow already.
+         */
+        FollowState: {
+            /** Accepted */
+            accepted: boolean;
+        };
+        /**
+         * Follows
+         * @description Both ways; `feed`: one likes to see what those climb whom one follows.
+         */
+        Follows: {
+            /** Following */
+            following: components["schemas"]["KnownFacts"][];
+            /** Followers */
+            followers: components["schemas"]["KnownFacts"][];
+            /** Feed */
+            feed: boolean;
+        };
+        /**
+         * FriendFacts
+         * @description Somebody's best ascent of a route.
+         */
+        FriendFacts: {
+            /**
+             * Person Id
+             * Format: uuid
+             */
+            person_id: string;
+            /** Name */
+            name: string;
+            /** Kind */
+            kind: string;
+            /** Tries */
+            tries: number;
+            /**
+             * Climbed At
+             * Format: date-time
+             */
+            climbed_at: string;
+        };
+        /**
          * Grade
          * @description One grade; a circuit has a colour and a range in Font or V.
          */
@@ -2022,6 +2470,8 @@ export interface components {
             visibility?: ("public" | "unlisted" | "private") | null;
             /** Joining */
             joining?: ("open" | "invitation") | null;
+            /** Boards */
+            boards?: ("off" | "one" | "categories") | null;
         };
         /**
          * GymFacts
@@ -2051,6 +2501,11 @@ export interface components {
              * @enum {string}
              */
             joining: "open" | "invitation";
+            /**
+             * Boards
+             * @enum {string}
+             */
+            boards: "off" | "one" | "categories";
             /**
              * Created At
              * Format: date-time
@@ -2082,6 +2537,22 @@ export interface components {
             allowed: boolean;
         };
         /**
+         * HangingFacts
+         * @description Of the routes of one grade that hang now: how many one has topped.
+         */
+        HangingFacts: {
+            /** System */
+            system: string;
+            /** Grade */
+            grade: string;
+            /** Colour */
+            colour: string;
+            /** Done */
+            done: number;
+            /** Of */
+            of: number;
+        };
+        /**
          * InvitationFacts
          * @description An invitation without its secret.
          */
@@ -2106,6 +2577,42 @@ export interface components {
          * @enum {string}
          */
         Kind: "flash" | "top" | "zone" | "try" | "project";
+        /**
+         * KnownFacts
+         * @description Somebody whom one follows or who follows one; not `accepted`: it is only asked for.
+         */
+        KnownFacts: {
+            /**
+             * Person Id
+             * Format: uuid
+             */
+            person_id: string;
+            /** Name */
+            name: string;
+            /** Accepted */
+            accepted: boolean;
+        };
+        /**
+         * LineFacts
+         * @description A place on a board; equal points are an equal rank (1, 2, 2, 4).
+         */
+        LineFacts: {
+            /** Rank */
+            rank: number;
+            /**
+             * Person Id
+             * Format: uuid
+             */
+            person_id: string;
+            /** Name */
+            name: string;
+            /** Points */
+            points: number;
+            /** Tops */
+            tops: number;
+            /** Flashes */
+            flashes: number;
+        };
         /**
          * MadeClaim
          * @description What signs in once the other device has said yes, and the code by which it knows this one.
@@ -2219,6 +2726,22 @@ export interface components {
              * Format: date-time
              */
             created_at: string;
+        };
+        /**
+         * MonthFacts
+         * @description A month, such as "2026-03"; each route once in it.
+         */
+        MonthFacts: {
+            /** Month */
+            month: string;
+            /** Hardest */
+            hardest: string;
+            /** Hardest Worth */
+            hardest_worth: number;
+            /** Routes */
+            routes: number;
+            /** Flashes */
+            flashes: number;
         };
         /**
          * NewAscent
@@ -2404,6 +2927,20 @@ export interface components {
             url: string;
         };
         /**
+         * OfGradeFacts
+         * @description Routes of one grade that were topped, each once; `worth`: points of a top.
+         */
+        OfGradeFacts: {
+            /** Grade */
+            grade: string;
+            /** Worth */
+            worth: number;
+            /** Routes */
+            routes: number;
+            /** Flashes */
+            flashes: number;
+        };
+        /**
          * OpinionWords
          * @description What one thinks of a route; all of it, each time.
          */
@@ -2426,6 +2963,18 @@ export interface components {
              * @default
              */
             comment?: string;
+        };
+        /**
+         * OverlapFacts
+         * @description Which photos hang together by what they show; `groups` of their ids, the largest first.
+         *
+         *     `pending`: photos came or went since, and it is being found out anew.
+         */
+        OverlapFacts: {
+            /** Pending */
+            pending: boolean;
+            /** Groups */
+            groups: string[][];
         };
         /**
          * OwnAscent
@@ -2591,7 +3140,8 @@ export interface components {
         };
         /**
          * PhotoFacts
-         * @description A photo of a scan; `reason` says why it is of no use.
+         * @description A photo of a scan, or a video of so many `frames`; `reason` says why it is of no
+         *     use, or why a video was not seen to its end.
          */
         PhotoFacts: {
             /**
@@ -2611,6 +3161,8 @@ export interface components {
             width: number | null;
             /** Height */
             height: number | null;
+            /** Frames */
+            frames: number;
         };
         /**
          * PlanFacts
@@ -2684,6 +3236,38 @@ export interface components {
              * Format: date-time
              */
             at: string;
+        };
+        /**
+         * ProgressFacts
+         * @description All of it; `streak` and `longest` are weeks in a row with a session.
+         */
+        ProgressFacts: {
+            /** Sessions */
+            sessions: number;
+            /** Ascents */
+            ascents: number;
+            /** Tries */
+            tries: number;
+            /** Routes */
+            routes: number;
+            /** Flashes */
+            flashes: number;
+            /** Streak */
+            streak: number;
+            /** Longest */
+            longest: number;
+            /** Grades */
+            grades: components["schemas"]["OfGradeFacts"][];
+            /** Months */
+            months: components["schemas"]["MonthFacts"][];
+            /** Weeks */
+            weeks: components["schemas"]["WeekFacts"][];
+            /** Hanging */
+            hanging: components["schemas"]["HangingFacts"][];
+            /** Steepness */
+            steepness: components["schemas"]["StyleFacts"][];
+            /** Holds */
+            holds: components["schemas"]["StyleFacts"][];
         };
         /**
          * Publication
@@ -2946,6 +3530,104 @@ export interface components {
             oidc: string | null;
         };
         /**
+         * SessionFacts
+         * @description Ascents of one visit, counted; `tops`, `flashes` and `points` have each route once.
+         *
+         *     `day` is the gym's; `running`: an ascent made now would be one of it.
+         */
+        SessionFacts: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Person Id
+             * Format: uuid
+             */
+            person_id: string;
+            /**
+             * Day
+             * Format: date
+             */
+            day: string;
+            /**
+             * Began At
+             * Format: date-time
+             */
+            began_at: string;
+            /**
+             * Ended At
+             * Format: date-time
+             */
+            ended_at: string;
+            /** Running */
+            running: boolean;
+            /** Ascents */
+            ascents: number;
+            /** Tries */
+            tries: number;
+            /** Tops */
+            tops: number;
+            /** Flashes */
+            flashes: number;
+            /** Points */
+            points: number;
+            /** Hardest */
+            hardest: string;
+        };
+        /**
+         * SessionPage
+         * @description A session, whose it is, and what was climbed in it.
+         */
+        SessionPage: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Person Id
+             * Format: uuid
+             */
+            person_id: string;
+            /**
+             * Day
+             * Format: date
+             */
+            day: string;
+            /**
+             * Began At
+             * Format: date-time
+             */
+            began_at: string;
+            /**
+             * Ended At
+             * Format: date-time
+             */
+            ended_at: string;
+            /** Running */
+            running: boolean;
+            /** Ascents */
+            ascents: number;
+            /** Tries */
+            tries: number;
+            /** Tops */
+            tops: number;
+            /** Flashes */
+            flashes: number;
+            /** Points */
+            points: number;
+            /** Hardest */
+            hardest: string;
+            /** Name */
+            name: string;
+            /** Own */
+            own: boolean;
+            /** Done */
+            done: components["schemas"]["AscentFacts"][];
+        };
+        /**
          * SignUp
          * @description Who wants an account; `invitation` where the server wants one.
          */
@@ -2981,6 +3663,20 @@ export interface components {
          * @enum {string}
          */
         State: "uploading" | "queued" | "running" | "review" | "published" | "superseded" | "failed" | "cancelled";
+        /**
+         * StyleFacts
+         * @description Routes of one steepness, or with most holds of one type; each once.
+         */
+        StyleFacts: {
+            /** Kind */
+            kind: string;
+            /** Tried */
+            tried: number;
+            /** Topped */
+            topped: number;
+            /** Flashed */
+            flashed: number;
+        };
         /**
          * TallyFacts
          * @description What climbers did on a route and think of it; nobody is named.
@@ -3116,6 +3812,25 @@ export interface components {
             waiting: number;
             /** Error */
             error: string;
+        };
+        /**
+         * WeekFacts
+         * @description A week from its Monday on.
+         */
+        WeekFacts: {
+            /**
+             * Begins
+             * Format: date
+             */
+            begins: string;
+            /** Sessions */
+            sessions: number;
+            /** Ascents */
+            ascents: number;
+            /** Tops */
+            tops: number;
+            /** Points */
+            points: number;
         };
     };
     responses: never;
@@ -4939,6 +5654,42 @@ export interface operations {
                 };
                 content: {
                     "application/json": unknown;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_overlap: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                scan: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["OverlapFacts"];
                 };
             };
             /** @description Why not, in words */
@@ -7091,6 +7842,544 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    list_climbing_sessions: {
+        parameters: {
+            query?: {
+                /** @description begun before */
+                before?: string | null;
+                size?: number;
+            };
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    start_climbing_session: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_climbing_session: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                visit: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionPage"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    end_climbing_session: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                visit: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_progress: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ProgressFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_progress_table: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                part: "grades" | "months" | "weeks" | "hanging" | "steepness" | "holds";
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/plain": string;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_board: {
+        parameters: {
+            query?: {
+                /** @description "2026-03", "2026" or "all"; empty: this month */
+                period?: string;
+                circuit?: string;
+                category?: "" | "women" | "men" | "other";
+                age?: "" | "u18" | "40";
+                friends?: boolean;
+                size?: number;
+                skip?: number;
+            };
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BoardFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    list_follows: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Follows"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    follow_person: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                person: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FollowState"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    unfollow_person: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                person: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    accept_follower: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                person: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    drop_follower: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                person: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    set_feed: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["FeedWish"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_feed: {
+        parameters: {
+            query?: {
+                /** @description begun before */
+                before?: string | null;
+                size?: number;
+            };
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Feed"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    list_friends_here: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                route: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FriendFacts"][];
+                };
             };
             /** @description Why not, in words */
             "4XX": {
