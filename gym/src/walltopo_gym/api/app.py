@@ -13,6 +13,7 @@ from walltopo_gym.api import (
     grades,
     gyms,
     health,
+    logbook,
     me,
     members,
     metrics,
@@ -29,6 +30,7 @@ from walltopo_gym.api import (
     scans,
     sessions,
     sign_up,
+    tallies,
     tokens,
     uploads,
     walls,
@@ -46,8 +48,8 @@ __all__ = ["PREFIX", "build_app"]
 
 PREFIX = "/api/v1"
 _ROOMS = (sign_up, sessions, me, passwords, tokens, gyms, members, grades, walls, scans, uploads,
-          publishing, plans, editing, routes, pictures, climbing, profiles, passkeys, own_data,
-          webhooks, about)  # fmt: skip
+          publishing, plans, editing, routes, pictures, climbing, logbook, tallies, profiles,
+          passkeys, own_data, webhooks, about)  # fmt: skip
 
 
 def build_app(services: Services) -> FastAPI:

@@ -16,12 +16,10 @@ from walltopo_gym.accounts.models import Person
 from walltopo_gym.api.fields import Body, Text
 from walltopo_gym.api.paging import Cursor, Page, Size, page_of
 from walltopo_gym.api.routes import route_of
-from walltopo_gym.api.rules import Access, GuestMay, SignedInMay, gym_rule
+from walltopo_gym.api.rules import Access, SignedInMay, gym_rule
 from walltopo_gym.api.services import Db
-from walltopo_gym.api.walls import wall_of
 from walltopo_gym.climbing.ascents import Climb, Kind, keep_ascent, take_back
 from walltopo_gym.climbing.models import Ascent, Opinion
-from walltopo_gym.climbing.tallies import tallies
 from walltopo_gym.clock import now
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.publishing.change import check_grade
@@ -83,17 +81,6 @@ class Comment(BaseModel):
     name: str
     comment: str
     changed_at: datetime
-
-
-class TallyFacts(BaseModel):
-    """What climbers did on a route and think of it; nobody is named."""
-
-    route_id: UUID
-    ascents: dict[str, int]
-    climbers: int
-    stars: float | None
-    grades: dict[str, int]
-    wishes: dict[str, int]
 
 
 @router.put("/gyms/{gym}/ascents/{ascent}")
@@ -168,14 +155,6 @@ def list_comments(route: UUID, session: Db, access: ReaderMay) -> list[Comment]:
         .limit(200)
     )
     return [Comment(name=row[0], comment=row[1], changed_at=row[2]) for row in rows]
-
-
-@router.get("/gyms/{gym}/walls/{wall}/tallies")
-def list_tallies(wall: UUID, session: Db, access: GuestMay) -> list[TallyFacts]:
-    """How often each route that hangs was climbed, and what climbers think of it."""
-    row = wall_of(session, access.gym.id, wall)
-    told = tallies(session, row.published_scan_id)
-    return [TallyFacts(route_id=route, **vars(tally)) for route, tally in told.items()]
 
 
 def _opinion(session: Session, route: UUID, person: UUID) -> Opinion | None:
