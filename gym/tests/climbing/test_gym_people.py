@@ -27,7 +27,7 @@ def ascent(world: World) -> str:
     scan = world.reviewed({1: [1]}, [hold(1, 0.0, 1.0)])
     assert world.publish(scan, {"number": 1, "name": "Moon"}).is_success
     body = {"route_id": world.published()["routes"][0]["id"], "kind": "top", "tries": 1,
-            "climbed_at": now().isoformat()}  # fmt: skip
+            "climbed_at": now().isoformat(), "note": "psst"}  # fmt: skip
     made = str(uuid4())
     path = f"{world.path}/ascents/{made}"
     assert world.server.ask("PUT", path, world.people["member"], body).is_success
@@ -42,6 +42,8 @@ def test_nothing_is_shown_until_one_says_so(world: World, ascent: str) -> None:
     say(world, "member", show_ascents="gym", show_body="followers", reach_cm=181, birth_year=1990)
     told = seen(world, "member", judge)
     assert [row["route_name"] for row in told["ascents"]] == ["Moon"]
+    assert told["ascents"][0]["wall_id"] == str(world.wall.id)
+    assert "psst" not in str(told)
     assert (told["pins"], told["body"]) == (None, None)
     assert "1990" not in str(told)
     # To oneself all of it; to who has no gym in common, and to no one, one is not there.

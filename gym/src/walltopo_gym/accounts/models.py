@@ -6,7 +6,7 @@ from datetime import datetime
 from typing import Any
 from uuid import UUID
 
-from sqlalchemy import JSON, ForeignKey, Index, LargeBinary, String, UniqueConstraint
+from sqlalchemy import JSON, ForeignKey, Index, LargeBinary, String, UniqueConstraint, true
 from sqlalchemy.orm import Mapped, mapped_column
 
 from walltopo_gym.clock import now
@@ -16,6 +16,7 @@ __all__ = [
     "ApiToken",
     "AuditEntry",
     "Challenge",
+    "Handover",
     "KnownBrowser",
     "MailedLink",
     "Passkey",
@@ -118,6 +119,25 @@ class OidcAttempt(Keyed, Base):
     expires_at: Mapped[datetime]
 
 
+class Handover(Keyed, Base):
+    """A sign-in on its way from one browser to another (accounts/handovers.py); good once.
+
+    `offer_hash`: of what the QR code shows; `claim_hash`: of what the browser that scanned it was
+    given for it, which calls itself `browser` and shows `code`; `allowed`: both showed the same.
+    """
+
+    __tablename__ = "handovers"
+
+    person_id: Mapped[UUID] = mapped_column(ForeignKey(_PERSON, ondelete="CASCADE"), index=True)
+    sign_in_id: Mapped[UUID] = mapped_column(ForeignKey("sign_ins.id", ondelete="CASCADE"))
+    offer_hash: Mapped[str] = mapped_column(String(64), unique=True)
+    claim_hash: Mapped[str | None] = mapped_column(String(64), unique=True)
+    browser: Mapped[str] = mapped_column(String(200), default="")
+    code: Mapped[str] = mapped_column(String(6), default="")
+    allowed: Mapped[bool] = mapped_column(default=False)
+    expires_at: Mapped[datetime]
+
+
 class MailedLink(Keyed, Base):
     """A link that proves that somebody reads the mail of an address; good once.
 
@@ -160,7 +180,8 @@ class Profile(Base):
     than their name, and they are on no board.
 
     `show_*` is one of `profiles.Audience`; `category` is "" or what boards of a gym may be
-    divided by; `birth_year` and `category` are shown to nobody, lengths are centimetres.
+    divided by; `birth_year` and `category` are shown to nobody, lengths are centimetres. `feed`:
+    they like to see what those climb whom they follow.
     """
 
     __tablename__ = "profiles"
@@ -177,3 +198,4 @@ class Profile(Base):
     height_cm: Mapped[int | None]
     reach_cm: Mapped[int | None]
     changed_at: Mapped[datetime] = mapped_column(default=now)
+    feed: Mapped[bool] = mapped_column(default=True, server_default=true())

@@ -36,5 +36,5 @@ def profile_of(session: Session, person: UUID) -> Profile:
         return kept
     return Profile(
         person_id=person, on_boards=False, category=Category.UNSAID, show_ascents=Audience.NOBODY,
-        show_pins=Audience.NOBODY, show_body=Audience.NOBODY,
+        show_pins=Audience.NOBODY, show_body=Audience.NOBODY, feed=True,
     )  # fmt: skip

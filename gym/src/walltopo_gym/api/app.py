@@ -8,10 +8,15 @@ from fastapi import APIRouter, FastAPI
 
 from walltopo_gym.api import (
     about,
+    boards,
     climbing,
+    climbing_sessions,
+    comments,
     editing,
+    follows,
     grades,
     gyms,
+    handovers,
     health,
     logbook,
     me,
@@ -22,9 +27,11 @@ from walltopo_gym.api import (
     pages,
     passkeys,
     passwords,
+    past,
     pictures,
     plans,
     profiles,
+    progress,
     publishing,
     routes,
     scans,
@@ -48,8 +55,9 @@ __all__ = ["PREFIX", "build_app"]
 
 PREFIX = "/api/v1"
 _ROOMS = (sign_up, sessions, me, passwords, tokens, gyms, members, grades, walls, scans, uploads,
-          publishing, plans, editing, routes, pictures, climbing, logbook, tallies, profiles,
-          passkeys, own_data, webhooks, about)  # fmt: skip
+          publishing, plans, editing, routes, pictures, climbing, comments, logbook, tallies,
+          profiles, passkeys, handovers, own_data, past, webhooks,
+          climbing_sessions, progress, boards, follows, about)  # fmt: skip
 
 
 def build_app(services: Services) -> FastAPI:

@@ -11,8 +11,6 @@ from pydantic import AwareDatetime, BaseModel, Field
 from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
-from walltopo_gym.accounts.actor import Scope
-from walltopo_gym.accounts.models import Person
 from walltopo_gym.api.fields import Body, Text
 from walltopo_gym.api.paging import Cursor, Page, Size, page_of
 from walltopo_gym.api.routes import route_of
@@ -30,7 +28,6 @@ __all__ = ["router"]
 router = APIRouter(tags=["climbing"])
 
 ClimberMay = Annotated[Access, gym_rule(Role.MEMBER, None)]
-ReaderMay = Annotated[Access, gym_rule(Role.MEMBER, Scope.READ)]
 Wish = Literal["", "keep", "renew"]
 Words = Annotated[str, Field(max_length=500, pattern=r"^[^\x00-\x08\x0b-\x1f\x7f]*$")]
 
@@ -73,14 +70,6 @@ class OpinionWords(Body):
     stars: int | None = Field(None, ge=1, le=5)
     wish: Wish = ""
     comment: Words = ""
-
-
-class Comment(BaseModel):
-    """A comment, under its author's name."""
-
-    name: str
-    comment: str
-    changed_at: datetime
 
 
 @router.put("/gyms/{gym}/ascents/{ascent}")
@@ -141,20 +130,6 @@ def drop_opinion(route: UUID, session: Db, access: ClimberMay) -> None:
     found = route_of(session, access, route)
     mine = Opinion.route_id == found.id, Opinion.person_id == access.actor.known
     session.execute(delete(Opinion).where(*mine))
-
-
-@router.get("/gyms/{gym}/routes/{route}/comments")
-def list_comments(route: UUID, session: Db, access: ReaderMay) -> list[Comment]:
-    """What members wrote of a route, the newest first."""
-    found = route_of(session, access, route)
-    rows = session.execute(
-        select(Person.name, Opinion.comment, Opinion.changed_at)
-        .join(Person, Person.id == Opinion.person_id)
-        .where(Opinion.route_id == found.id, Opinion.comment != "")
-        .order_by(Opinion.changed_at.desc(), Person.id)
-        .limit(200)
-    )
-    return [Comment(name=row[0], comment=row[1], changed_at=row[2]) for row in rows]
 
 
 def _opinion(session: Session, route: UUID, person: UUID) -> Opinion | None:

@@ -44,7 +44,7 @@ _POLICY: Final = (
 
 # The first part of each address of the app (gym/web/src/routes.ts).
 _PLACES: Final = {
-    "", "account", "embed", "g", "invitation", "me", "new-gym", "new-password", "people",
+    "", "embed", "g", "invitation", "me", "new-gym", "new-password", "people",
     "sign-in", "sign-up",
 }  # fmt: skip
 

@@ -15,14 +15,16 @@ from sqlalchemy.orm import Session
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.models import Profile
 from walltopo_gym.accounts.profiles import Audience, Category, profile_of
-from walltopo_gym.api.climbing import AscentFacts
 from walltopo_gym.api.fields import Body
 from walltopo_gym.api.rules import SignedInMay
 from walltopo_gym.api.services import Db
+from walltopo_gym.climbing.ascents import Kind
 from walltopo_gym.climbing.models import Ascent
 from walltopo_gym.climbing.people import MOST_PINS, see
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError, NotFoundError
+from walltopo_gym.gyms.models import Gym, Wall
+from walltopo_gym.publishing.models import Route
 
 __all__ = ["router"]
 
@@ -61,6 +63,21 @@ class BodyFacts(BaseModel):
     reach_cm: int | None
 
 
+class SeenAscent(BaseModel):
+    """An ascent without its private note, and the address of the wall that it was climbed on."""
+
+    id: UUID
+    route_id: UUID | None
+    gym_name: str
+    route_name: str
+    grade: str
+    kind: Kind
+    tries: int
+    climbed_at: datetime
+    gym_slug: str | None = None
+    wall_id: UUID | None = None
+
+
 class PersonFacts(BaseModel):
     """Somebody as the asker may see them; what is not shown is null, not empty."""
 
@@ -68,8 +85,8 @@ class PersonFacts(BaseModel):
     name: str
     since: datetime
     gyms: list[GymName]
-    ascents: list[AscentFacts] | None
-    pins: list[AscentFacts] | None
+    ascents: list[SeenAscent] | None
+    pins: list[SeenAscent] | None
     body: BodyFacts | None
 
 
@@ -96,7 +113,7 @@ def read_person(person: UUID, session: Db, actor: SignedInMay) -> PersonFacts:
     return PersonFacts(
         id=seen.person.id, name=seen.person.name, since=seen.person.created_at,
         gyms=[GymName.model_validate(gym, from_attributes=True) for gym in seen.gyms],
-        ascents=_told(seen.ascents), pins=_told(seen.pins), body=body,
+        ascents=_told(session, seen.ascents), pins=_told(session, seen.pins), body=body,
     )  # fmt: skip
 
 
@@ -125,7 +142,20 @@ def _own(session: Session, person: UUID, ascent: UUID) -> Ascent:
     return row
 
 
-def _told(rows: Sequence[Ascent] | None) -> list[AscentFacts] | None:
+def _told(session: Session, rows: Sequence[Ascent] | None) -> list[SeenAscent] | None:
     if rows is None:
         return None
-    return [AscentFacts.model_validate(row, from_attributes=True) for row in rows]
+    walls = (
+        select(Route.id, Wall.id, Gym.slug)
+        .join(Wall, Wall.id == Route.wall_id)
+        .join(Gym, Gym.id == Wall.gym_id)
+        .where(Route.id.in_({row.route_id for row in rows}))
+    )
+    places = {route: (wall, slug) for route, wall, slug in session.execute(walls)}
+    told = []
+    for row in rows:
+        facts = SeenAscent.model_validate(row, from_attributes=True)
+        if facts.route_id in places:
+            facts.wall_id, facts.gym_slug = places[facts.route_id]
+        told.append(facts)
+    return told

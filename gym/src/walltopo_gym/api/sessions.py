@@ -20,7 +20,7 @@ from walltopo_gym.api.me import Me, me_of
 from walltopo_gym.api.rules import AnyoneMay, SignedInMay
 from walltopo_gym.api.services import Db, ServicesOf, network_of
 from walltopo_gym.clock import now
-from walltopo_gym.errors import SignInNeededError
+from walltopo_gym.errors import NotFoundError, SignInNeededError
 
 __all__ = ["router"]
 
@@ -91,6 +91,15 @@ def list_sessions(session: Db, actor: SignedInMay) -> list[Browser]:
                 this=row.id == actor.sign_in)
         for row in rows
     ]  # fmt: skip
+
+
+@router.delete("/me/sessions/{sign_in}", status_code=204)
+def end_other_session(sign_in: UUID, session: Db, actor: SignedInMay) -> None:
+    """Sign out in another browser."""
+    ended = delete(SignIn).where(SignIn.id == sign_in, SignIn.person_id == actor.known)
+    if session.execute(ended.returning(SignIn.id)).one_or_none() is None:
+        raise NotFoundError("no such sign-in")
+    log_change(session, "person.sign-out-other", person=actor.known, subject=str(sign_in))
 
 
 @router.delete("/me/sessions", status_code=204)

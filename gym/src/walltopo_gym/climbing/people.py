@@ -11,11 +11,13 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.models import Person, Profile
 from walltopo_gym.accounts.profiles import Audience, profile_of
-from walltopo_gym.climbing.models import Ascent
+from walltopo_gym.climbing.follows import gyms_in_common, is_let
+from walltopo_gym.climbing.models import Ascent, Opinion
 from walltopo_gym.errors import NotFoundError
-from walltopo_gym.gyms.models import Gym, Membership
+from walltopo_gym.gyms.models import Gym, Membership, Wall
+from walltopo_gym.publishing.models import Route
 
-__all__ = ["MOST_PINS", "Seen", "gyms_in_common", "may_see", "see"]
+__all__ = ["MOST_PINS", "Seen", "may_see", "see", "took_part"]
 
 MOST_PINS = 12
 _LATEST = 20
@@ -72,13 +74,17 @@ def may_see(session: Session, viewer: UUID, person: UUID, audience: str) -> bool
     """Whether an item of a person that is shown to `audience` is shown to this viewer."""
     if viewer == person:
         return True
-    return audience == Audience.GYM and bool(gyms_in_common(session, viewer, person))
+    if audience == Audience.NOBODY or not gyms_in_common(session, viewer, person):
+        return False
+    return audience == Audience.GYM or is_let(session, viewer, person)
 
 
-def gyms_in_common(session: Session, one: UUID, other: UUID) -> Sequence[Gym]:
-    """The gyms that both belong to, by name."""
-    mine, theirs = (
-        select(Membership.gym_id).where(Membership.person_id == who) for who in (one, other)
+def took_part(session: Session, gym: UUID, person: UUID) -> bool:
+    """Whether somebody belongs to a gym, climbed there, or said what they think of its routes."""
+    here = select(Route.id).join(Wall, Wall.id == Route.wall_id).where(Wall.gym_id == gym)
+    traces = (
+        select(Membership.gym_id).where(Membership.gym_id == gym, Membership.person_id == person),
+        select(Ascent.id).where(Ascent.gym_id == gym, Ascent.person_id == person),
+        select(Opinion.route_id).where(Opinion.person_id == person, Opinion.route_id.in_(here)),
     )
-    both = select(Gym).where(Gym.id.in_(mine), Gym.id.in_(theirs))
-    return session.scalars(both.order_by(Gym.name)).all()
+    return any(session.scalar(trace.limit(1)) is not None for trace in traces)

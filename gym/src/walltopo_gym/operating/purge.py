@@ -120,7 +120,7 @@ def _is_wanted(session: Session, rest: str, settings: GymSettings) -> bool:
 
 
 def _has_photo(session: Session, rest: str, settings: GymSettings) -> bool:
-    named = exists().where(Photo.sha256 == rest.removesuffix(".jpg"))
+    named = exists().where(Photo.sha256 == rest.removesuffix(".jpg").partition("-")[0])
     return bool(session.scalar(select(named)))
 
 

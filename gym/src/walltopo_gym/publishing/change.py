@@ -21,6 +21,7 @@ from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.gyms.models import GradeSystem, Wall
 from walltopo_gym.publishing.models import Placement, Route
+from walltopo_gym.publishing.past import keep_as_was
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.states import State, check_in_review, move
 from walltopo_gym.webhooks.events import note
@@ -165,6 +166,7 @@ def _take_wall(session: Session, scan: Scan, expected: int) -> None:
     if session.execute(taken).one_or_none() is None:
         raise ConflictError("the wall was changed meanwhile", "Look at it again.")
     if before is not None:
+        keep_as_was(session, before)
         move(session, before, State.SUPERSEDED)
     move(session, scan.id, State.PUBLISHED)
     session.execute(update(Scan).where(Scan.id == scan.id).values(published_at=now()))

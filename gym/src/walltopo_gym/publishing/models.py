@@ -42,6 +42,8 @@ class Placement(Base):
 
     `steepness_deg` is the mean angle of the wall under its holds, positive where it overhangs;
     empty where the version is older than the column. `hold_types`: type to number of holds.
+    `as_was`: what was said of the route on the day on which this version gave way to another one
+    (publishing/past.py); empty while it is the wall.
     """
 
     __tablename__ = "placements"
@@ -54,6 +56,7 @@ class Placement(Base):
     holds: Mapped[list[int]] = mapped_column(JSON)
     steepness_deg: Mapped[float | None]
     hold_types: Mapped[dict[str, int]] = mapped_column(JSON, default=dict)
+    as_was: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
 
 
 class Plan(Base):

@@ -92,6 +92,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/me/sessions/{sign_in}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * End Other Session
+         * @description Sign out in another browser.
+         */
+        delete: operations["end_other_session"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/me": {
         parameters: {
             query?: never;
@@ -398,6 +418,50 @@ export interface paths {
         patch: operations["change_member"];
         trace?: never;
     };
+    "/api/v1/gyms/{gym}/bans": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Bans
+         * @description Whom the gym has excluded, the last one first.
+         */
+        get: operations["list_bans"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/bans/{person}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Ban Person
+         * @description Let somebody take part in the gym no more: no member, no new ascents, no comments.
+         */
+        put: operations["ban_person"];
+        post?: never;
+        /**
+         * Drop Ban
+         * @description Let somebody join again.
+         */
+        delete: operations["drop_ban"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/gyms/{gym}/invitations": {
         parameters: {
             query?: never;
@@ -687,6 +751,26 @@ export interface paths {
          * @description Announce a photo; `Location` is where it goes, `Upload-Offset` how much is here already.
          */
         post: operations["announce_photo"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/scans/{scan}/overlap": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Overlap
+         * @description Which usable photos overlap: what hangs together becomes one wall, the rest is left out.
+         */
+        get: operations["read_overlap"];
+        put?: never;
+        post?: never;
         delete?: never;
         options?: never;
         head?: never;
@@ -1142,6 +1226,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/gyms/{gym}/walls/{wall}/tallies": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Tallies
+         * @description How often each route that hangs was climbed, and what climbers think of it.
+         */
+        get: operations["list_tallies"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/gyms/{gym}/routes/{route}/comments": {
         parameters: {
             query?: never;
@@ -1162,7 +1266,27 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/v1/gyms/{gym}/walls/{wall}/tallies": {
+    "/api/v1/gyms/{gym}/routes/{route}/comments/{person}/report": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Report Comment
+         * @description Tell the gym that a comment should not be there; said again it counts once.
+         */
+        put: operations["report_comment"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/reports": {
         parameters: {
             query?: never;
             header?: never;
@@ -1170,13 +1294,57 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Tallies
-         * @description How often each route that hangs was climbed, and what climbers think of it.
+         * List Reports
+         * @description Comments of the gym that were reported and not decided on, the newest first.
          */
-        get: operations["list_tallies"];
+        get: operations["list_reports"];
         put?: never;
         post?: never;
         delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/reports/{report}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Dismiss Report
+         * @description Leave a reported comment where it is.
+         */
+        delete: operations["dismiss_report"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/routes/{route}/comments/{person}/hidden": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Hide Comment
+         * @description Show a comment to nobody but its author, and settle what was reported of it.
+         */
+        put: operations["hide_comment"];
+        post?: never;
+        /**
+         * Show Comment
+         * @description Show a hidden comment again; again, too.
+         */
+        delete: operations["show_comment"];
         options?: never;
         head?: never;
         patch?: never;
@@ -1354,6 +1522,106 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/me/handovers": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Make Handover
+         * @description Offer to sign in on another device; what was offered before is good no more.
+         */
+        post: operations["make_handover"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/handovers/{handover}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Handover
+         * @description Whether somebody has taken the offer up, and with which code.
+         */
+        get: operations["read_handover"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/handovers/{handover}/allow": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Allow Handover
+         * @description Let in who shows this code.
+         */
+        post: operations["allow_handover"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/session/handover/claim": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Claim Handover
+         * @description Take up what a QR code offers.
+         */
+        post: operations["claim_handover"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/session/handover": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Begin Session By Handover
+         * @description Sign in by a claim, once the other device has said yes.
+         */
+        post: operations["begin_session_by_handover"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/me/data": {
         parameters: {
             query?: never;
@@ -1414,6 +1682,46 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/gyms/{gym}/walls/{wall}/past": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Past
+         * @description The versions of a wall that everybody may see, the first one first.
+         */
+        get: operations["list_past"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/walls/{wall}/past/{scan}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Past
+         * @description One of them: its files, and its routes as they were on its last day.
+         */
+        get: operations["read_past"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/gyms/{gym}/webhooks": {
         parameters: {
             query?: never;
@@ -1453,6 +1761,259 @@ export interface paths {
          * @description Tell an address nothing more.
          */
         delete: operations["drop_webhook"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/sessions": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Climbing Sessions
+         * @description One's own sessions in this gym, the last first.
+         */
+        get: operations["list_climbing_sessions"];
+        put?: never;
+        /**
+         * Start Climbing Session
+         * @description Begin a session now; without this one begins with the first ascent.
+         */
+        post: operations["start_climbing_session"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/sessions/{visit}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Climbing Session
+         * @description A session with its ascents.
+         */
+        get: operations["read_climbing_session"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/sessions/{visit}/end": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * End Climbing Session
+         * @description End a session now; without this it ends by itself.
+         */
+        post: operations["end_climbing_session"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/progress": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Progress
+         * @description How one gets on in this gym.
+         */
+        get: operations["read_progress"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/progress/{part}.csv": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Progress Table
+         * @description A part of it as a table.
+         */
+        get: operations["read_progress_table"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/board": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Board
+         * @description Who has most points: the sum of the best ten routes of a period, of those who want to be
+         *     seen there.
+         */
+        get: operations["read_board"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/follows": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Follows
+         * @description Whom one follows, and who follows one.
+         */
+        get: operations["list_follows"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/following/{person}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Follow Person
+         * @description Follow somebody of a gym of one's own; where they have not opened it they are asked.
+         */
+        put: operations["follow_person"];
+        post?: never;
+        /**
+         * Unfollow Person
+         * @description Follow somebody no more; again, too.
+         */
+        delete: operations["unfollow_person"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/followers/{person}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Accept Follower
+         * @description Let somebody follow who asked.
+         */
+        put: operations["accept_follower"];
+        post?: never;
+        /**
+         * Drop Follower
+         * @description Let somebody follow no more, or not at all; they are not told.
+         */
+        delete: operations["drop_follower"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/feed": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Set Feed
+         * @description Turn the feed on or off.
+         */
+        put: operations["set_feed"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/feed": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Feed
+         * @description What those climbed in this gym whom one follows.
+         */
+        get: operations["read_feed"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/routes/{route}/friends": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Friends Here
+         * @description Who of those whom one follows topped a route.
+         */
+        get: operations["list_friends_here"];
+        put?: never;
+        post?: never;
+        delete?: never;
         options?: never;
         head?: never;
         patch?: never;
@@ -1557,6 +2118,50 @@ export interface components {
             };
         };
         /**
+         * BanFacts
+         * @description Somebody whom the gym has excluded.
+         */
+        BanFacts: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Name */
+            name: string;
+            /** Reason */
+            reason: string;
+            /**
+             * Created At
+             * Format: date-time
+             */
+            created_at: string;
+        };
+        /**
+         * BoardFacts
+         * @description Some lines of a board, `of` how many. `own` is one's own place, or the place that one would
+         *     have; `shown`: others see one on boards. `best`, `flash`: of the rule of points.
+         */
+        BoardFacts: {
+            /** Period */
+            period: string;
+            /** Lines */
+            lines: components["schemas"]["LineFacts"][];
+            /** Of */
+            of: number;
+            own: components["schemas"]["LineFacts"] | null;
+            /** Shown */
+            shown: boolean;
+            /** Categories */
+            categories: boolean;
+            /** Circuits */
+            circuits: components["schemas"]["CircuitFacts"][];
+            /** Best */
+            best: number;
+            /** Flash */
+            flash: number;
+        };
+        /**
          * BodyFacts
          * @description How tall somebody is and how far they reach, fingertip to fingertip, in centimetres.
          */
@@ -1593,10 +2198,25 @@ export interface components {
          */
         Category: "" | "women" | "men" | "other";
         /**
+         * CircuitFacts
+         * @description A circuit that has a board of its own.
+         */
+        CircuitFacts: {
+            /** Label */
+            label: string;
+            /** Colour */
+            colour: string;
+        };
+        /**
          * Comment
-         * @description A comment, under its author's name.
+         * @description A comment, under its author's name; `hidden`: shown to its author and the gym alone.
          */
         Comment: {
+            /**
+             * Person Id
+             * Format: uuid
+             */
+            person_id: string;
             /** Name */
             name: string;
             /** Comment */
@@ -1606,6 +2226,19 @@ export interface components {
              * Format: date-time
              */
             changed_at: string;
+            /** Hidden */
+            hidden: boolean;
+        };
+        /**
+         * Complaint
+         * @description Why a comment should not be there; may be empty.
+         */
+        Complaint: {
+            /**
+             * Reason
+             * @default
+             */
+            reason?: string;
         };
         /**
          * Confirmation
@@ -1685,6 +2318,113 @@ export interface components {
             password: string;
         };
         /**
+         * Feed
+         * @description The last first; nothing where one has turned it off.
+         */
+        Feed: {
+            /** On */
+            on: boolean;
+            /** Items */
+            items: components["schemas"]["FeedItem"][];
+        };
+        /**
+         * FeedItem
+         * @description A session of somebody whom one follows.
+         */
+        FeedItem: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Person Id
+             * Format: uuid
+             */
+            person_id: string;
+            /**
+             * Day
+             * Format: date
+             */
+            day: string;
+            /**
+             * Began At
+             * Format: date-time
+             */
+            began_at: string;
+            /**
+             * Ended At
+             * Format: date-time
+             */
+            ended_at: string;
+            /** Running */
+            running: boolean;
+            /** Ascents */
+            ascents: number;
+            /** Tries */
+            tries: number;
+            /** Tops */
+            tops: number;
+            /** Flashes */
+            flashes: number;
+            /** Points */
+            points: number;
+            /** Hardest */
+            hardest: string;
+            /** Name */
+            name: string;
+        };
+        /**
+         * FeedWish
+         * @description Whether one likes to see a feed.
+         */
+        FeedWish: {
+            /** On */
+            on: boolean;
+        };
+        /**
+         * FollowState
+         * @description Whether one was let follow already.
+         */
+        FollowState: {
+            /** Accepted */
+            accepted: boolean;
+        };
+        /**
+         * Follows
+         * @description Both ways; `feed`: one likes to see what those climb whom one follows.
+         */
+        Follows: {
+            /** Following */
+            following: components["schemas"]["KnownFacts"][];
+            /** Followers */
+            followers: components["schemas"]["KnownFacts"][];
+            /** Feed */
+            feed: boolean;
+        };
+        /**
+         * FriendFacts
+         * @description Somebody's best ascent of a route.
+         */
+        FriendFacts: {
+            /**
+             * Person Id
+             * Format: uuid
+             */
+            person_id: string;
+            /** Name */
+            name: string;
+            /** Kind */
+            kind: string;
+            /** Tries */
+            tries: number;
+            /**
+             * Climbed At
+             * Format: date-time
+             */
+            climbed_at: string;
+        };
+        /**
          * Grade
          * @description One grade; a circuit has a colour and a range in Font or V.
          */
@@ -1730,6 +2470,8 @@ export interface components {
             visibility?: ("public" | "unlisted" | "private") | null;
             /** Joining */
             joining?: ("open" | "invitation") | null;
+            /** Boards */
+            boards?: ("off" | "one" | "categories") | null;
         };
         /**
          * GymFacts
@@ -1760,6 +2502,11 @@ export interface components {
              */
             joining: "open" | "invitation";
             /**
+             * Boards
+             * @enum {string}
+             */
+            boards: "off" | "one" | "categories";
+            /**
              * Created At
              * Format: date-time
              */
@@ -1776,6 +2523,34 @@ export interface components {
             slug: string;
             /** Name */
             name: string;
+        };
+        /**
+         * HandoverFacts
+         * @description How far an offer is; `code` and `browser` of who took it up, empty until somebody has.
+         */
+        HandoverFacts: {
+            /** Browser */
+            browser: string;
+            /** Code */
+            code: string;
+            /** Allowed */
+            allowed: boolean;
+        };
+        /**
+         * HangingFacts
+         * @description Of the routes of one grade that hang now: how many one has topped.
+         */
+        HangingFacts: {
+            /** System */
+            system: string;
+            /** Grade */
+            grade: string;
+            /** Colour */
+            colour: string;
+            /** Done */
+            done: number;
+            /** Of */
+            of: number;
         };
         /**
          * InvitationFacts
@@ -1802,6 +2577,70 @@ export interface components {
          * @enum {string}
          */
         Kind: "flash" | "top" | "zone" | "try" | "project";
+        /**
+         * KnownFacts
+         * @description Somebody whom one follows or who follows one; not `accepted`: it is only asked for.
+         */
+        KnownFacts: {
+            /**
+             * Person Id
+             * Format: uuid
+             */
+            person_id: string;
+            /** Name */
+            name: string;
+            /** Accepted */
+            accepted: boolean;
+        };
+        /**
+         * LineFacts
+         * @description A place on a board; equal points are an equal rank (1, 2, 2, 4).
+         */
+        LineFacts: {
+            /** Rank */
+            rank: number;
+            /**
+             * Person Id
+             * Format: uuid
+             */
+            person_id: string;
+            /** Name */
+            name: string;
+            /** Points */
+            points: number;
+            /** Tops */
+            tops: number;
+            /** Flashes */
+            flashes: number;
+        };
+        /**
+         * MadeClaim
+         * @description What signs in once the other device has said yes, and the code by which it knows this one.
+         */
+        MadeClaim: {
+            /** Claim */
+            claim: string;
+            /** Code */
+            code: string;
+        };
+        /**
+         * MadeHandover
+         * @description An offer: `link` is what the QR code shows, told this once.
+         */
+        MadeHandover: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Link */
+            link: string;
+            /**
+             * Expires At
+             * Format: date-time
+             */
+            expires_at: string;
+        };
         /**
          * MadeInvitation
          * @description An invitation just made: its link is told this once.
@@ -1889,6 +2728,22 @@ export interface components {
             created_at: string;
         };
         /**
+         * MonthFacts
+         * @description A month, such as "2026-03"; each route once in it.
+         */
+        MonthFacts: {
+            /** Month */
+            month: string;
+            /** Hardest */
+            hardest: string;
+            /** Hardest Worth */
+            hardest_worth: number;
+            /** Routes */
+            routes: number;
+            /** Flashes */
+            flashes: number;
+        };
+        /**
          * NewAscent
          * @description What one did on a route; `tries` of that day, `climbed_at` by one's own clock.
          */
@@ -1914,6 +2769,17 @@ export interface components {
              * @default
              */
             note?: string;
+        };
+        /**
+         * NewBan
+         * @description Why; for the gym's own memory.
+         */
+        NewBan: {
+            /**
+             * Reason
+             * @default
+             */
+            reason?: string;
         };
         /**
          * NewGradeSystem
@@ -2061,6 +2927,20 @@ export interface components {
             url: string;
         };
         /**
+         * OfGradeFacts
+         * @description Routes of one grade that were topped, each once; `worth`: points of a top.
+         */
+        OfGradeFacts: {
+            /** Grade */
+            grade: string;
+            /** Worth */
+            worth: number;
+            /** Routes */
+            routes: number;
+            /** Flashes */
+            flashes: number;
+        };
+        /**
          * OpinionWords
          * @description What one thinks of a route; all of it, each time.
          */
@@ -2083,6 +2963,18 @@ export interface components {
              * @default
              */
             comment?: string;
+        };
+        /**
+         * OverlapFacts
+         * @description Which photos hang together by what they show; `groups` of their ids, the largest first.
+         *
+         *     `pending`: photos came or went since, and it is being found out anew.
+         */
+        OverlapFacts: {
+            /** Pending */
+            pending: boolean;
+            /** Groups */
+            groups: string[][];
         };
         /**
          * OwnAscent
@@ -2127,6 +3019,13 @@ export interface components {
             /** Next */
             next: string | null;
         };
+        /** Page[Comment] */
+        Page_Comment_: {
+            /** Items */
+            items: components["schemas"]["Comment"][];
+            /** Next */
+            next: string | null;
+        };
         /** Page[GymFacts] */
         Page_GymFacts_: {
             /** Items */
@@ -2138,6 +3037,13 @@ export interface components {
         Page_OwnAscent_: {
             /** Items */
             items: components["schemas"]["OwnAscent"][];
+            /** Next */
+            next: string | null;
+        };
+        /** Page[ReportFacts] */
+        Page_ReportFacts_: {
+            /** Items */
+            items: components["schemas"]["ReportFacts"][];
             /** Next */
             next: string | null;
         };
@@ -2182,6 +3088,32 @@ export interface components {
             new: string;
         };
         /**
+         * PastVersion
+         * @description A version that was the wall once, or is; `published_at`: since when.
+         */
+        PastVersion: {
+            /**
+             * Scan Id
+             * Format: uuid
+             */
+            scan_id: string;
+            /**
+             * Published At
+             * Format: date-time
+             */
+            published_at: string;
+            /** Present */
+            present: boolean;
+        };
+        /**
+         * Permission
+         * @description The code that the other device shows.
+         */
+        Permission: {
+            /** Code */
+            code: string;
+        };
+        /**
          * PersonFacts
          * @description Somebody as the asker may see them; what is not shown is null, not empty.
          */
@@ -2201,14 +3133,15 @@ export interface components {
             /** Gyms */
             gyms: components["schemas"]["GymName"][];
             /** Ascents */
-            ascents: components["schemas"]["AscentFacts"][] | null;
+            ascents: components["schemas"]["SeenAscent"][] | null;
             /** Pins */
-            pins: components["schemas"]["AscentFacts"][] | null;
+            pins: components["schemas"]["SeenAscent"][] | null;
             body: components["schemas"]["BodyFacts"] | null;
         };
         /**
          * PhotoFacts
-         * @description A photo of a scan; `reason` says why it is of no use.
+         * @description A photo of a scan, or a video of so many `frames`; `reason` says why it is of no
+         *     use, or why a video was not seen to its end.
          */
         PhotoFacts: {
             /**
@@ -2228,6 +3161,8 @@ export interface components {
             width: number | null;
             /** Height */
             height: number | null;
+            /** Frames */
+            frames: number;
         };
         /**
          * PlanFacts
@@ -2303,6 +3238,38 @@ export interface components {
             at: string;
         };
         /**
+         * ProgressFacts
+         * @description All of it; `streak` and `longest` are weeks in a row with a session.
+         */
+        ProgressFacts: {
+            /** Sessions */
+            sessions: number;
+            /** Ascents */
+            ascents: number;
+            /** Tries */
+            tries: number;
+            /** Routes */
+            routes: number;
+            /** Flashes */
+            flashes: number;
+            /** Streak */
+            streak: number;
+            /** Longest */
+            longest: number;
+            /** Grades */
+            grades: components["schemas"]["OfGradeFacts"][];
+            /** Months */
+            months: components["schemas"]["MonthFacts"][];
+            /** Weeks */
+            weeks: components["schemas"]["WeekFacts"][];
+            /** Hanging */
+            hanging: components["schemas"]["HangingFacts"][];
+            /** Steepness */
+            steepness: components["schemas"]["StyleFacts"][];
+            /** Holds */
+            holds: components["schemas"]["StyleFacts"][];
+        };
+        /**
          * Publication
          * @description The confirmed table; `revision` is the wall's, as it stood in the draft.
          */
@@ -2326,6 +3293,45 @@ export interface components {
         Renaming: {
             /** Name */
             name: string;
+        };
+        /**
+         * ReportFacts
+         * @description A comment that somebody reported, as it read then; who reported it stays with the server.
+         */
+        ReportFacts: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Route Id
+             * Format: uuid
+             */
+            route_id: string;
+            /**
+             * Wall Id
+             * Format: uuid
+             */
+            wall_id: string;
+            /** Route Name */
+            route_name: string;
+            /**
+             * Person Id
+             * Format: uuid
+             */
+            person_id: string;
+            /** Name */
+            name: string;
+            /** Comment */
+            comment: string;
+            /** Reason */
+            reason: string;
+            /**
+             * Created At
+             * Format: date-time
+             */
+            created_at: string;
         };
         /**
          * Role
@@ -2475,6 +3481,42 @@ export interface components {
          * @enum {string}
          */
         Scope: "read" | "upload" | "publish" | "manage";
+        /** SecretOnly */
+        SecretOnly: {
+            /** Secret */
+            secret: string;
+        };
+        /**
+         * SeenAscent
+         * @description An ascent without its private note, and the address of the wall that it was climbed on.
+         */
+        SeenAscent: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Route Id */
+            route_id: string | null;
+            /** Gym Name */
+            gym_name: string;
+            /** Route Name */
+            route_name: string;
+            /** Grade */
+            grade: string;
+            kind: components["schemas"]["Kind"];
+            /** Tries */
+            tries: number;
+            /**
+             * Climbed At
+             * Format: date-time
+             */
+            climbed_at: string;
+            /** Gym Slug */
+            gym_slug?: string | null;
+            /** Wall Id */
+            wall_id?: string | null;
+        };
         /**
          * ServerFacts
          * @description How one gets in; `oidc`: what to call the other server, with its way in `/oidc/sign-in`.
@@ -2486,6 +3528,104 @@ export interface components {
             new_gyms: string;
             /** Oidc */
             oidc: string | null;
+        };
+        /**
+         * SessionFacts
+         * @description Ascents of one visit, counted; `tops`, `flashes` and `points` have each route once.
+         *
+         *     `day` is the gym's; `running`: an ascent made now would be one of it.
+         */
+        SessionFacts: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Person Id
+             * Format: uuid
+             */
+            person_id: string;
+            /**
+             * Day
+             * Format: date
+             */
+            day: string;
+            /**
+             * Began At
+             * Format: date-time
+             */
+            began_at: string;
+            /**
+             * Ended At
+             * Format: date-time
+             */
+            ended_at: string;
+            /** Running */
+            running: boolean;
+            /** Ascents */
+            ascents: number;
+            /** Tries */
+            tries: number;
+            /** Tops */
+            tops: number;
+            /** Flashes */
+            flashes: number;
+            /** Points */
+            points: number;
+            /** Hardest */
+            hardest: string;
+        };
+        /**
+         * SessionPage
+         * @description A session, whose it is, and what was climbed in it.
+         */
+        SessionPage: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Person Id
+             * Format: uuid
+             */
+            person_id: string;
+            /**
+             * Day
+             * Format: date
+             */
+            day: string;
+            /**
+             * Began At
+             * Format: date-time
+             */
+            began_at: string;
+            /**
+             * Ended At
+             * Format: date-time
+             */
+            ended_at: string;
+            /** Running */
+            running: boolean;
+            /** Ascents */
+            ascents: number;
+            /** Tries */
+            tries: number;
+            /** Tops */
+            tops: number;
+            /** Flashes */
+            flashes: number;
+            /** Points */
+            points: number;
+            /** Hardest */
+            hardest: string;
+            /** Name */
+            name: string;
+            /** Own */
+            own: boolean;
+            /** Done */
+            done: components["schemas"]["AscentFacts"][];
         };
         /**
          * SignUp
@@ -2511,11 +3651,32 @@ export interface components {
             };
         };
         /**
+         * SignedIn
+         * @description Who is signed in now; null while the other device has not said yes.
+         */
+        SignedIn: {
+            me: components["schemas"]["Me"] | null;
+        };
+        /**
          * State
          * @description From the first photo to a former version.
          * @enum {string}
          */
         State: "uploading" | "queued" | "running" | "review" | "published" | "superseded" | "failed" | "cancelled";
+        /**
+         * StyleFacts
+         * @description Routes of one steepness, or with most holds of one type; each once.
+         */
+        StyleFacts: {
+            /** Kind */
+            kind: string;
+            /** Tried */
+            tried: number;
+            /** Topped */
+            topped: number;
+            /** Flashed */
+            flashed: number;
+        };
         /**
          * TallyFacts
          * @description What climbers did on a route and think of it; nobody is named.
@@ -2651,6 +3812,25 @@ export interface components {
             waiting: number;
             /** Error */
             error: string;
+        };
+        /**
+         * WeekFacts
+         * @description A week from its Monday on.
+         */
+        WeekFacts: {
+            /**
+             * Begins
+             * Format: date
+             */
+            begins: string;
+            /** Sessions */
+            sessions: number;
+            /** Ascents */
+            ascents: number;
+            /** Tops */
+            tops: number;
+            /** Points */
+            points: number;
         };
     };
     responses: never;
@@ -2841,6 +4021,39 @@ export interface operations {
             query?: never;
             header?: never;
             path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    end_other_session: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                sign_in: string;
+            };
             cookie?: never;
         };
         requestBody?: never;
@@ -3554,6 +4767,113 @@ export interface operations {
                 "application/json": components["schemas"]["RoleChange"];
             };
         };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    list_bans: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BanFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    ban_person: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                person: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewBan"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    drop_ban: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                person: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
         responses: {
             /** @description Successful Response */
             204: {
@@ -4334,6 +5654,42 @@ export interface operations {
                 };
                 content: {
                     "application/json": unknown;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_overlap: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                scan: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["OverlapFacts"];
                 };
             };
             /** @description Why not, in words */
@@ -5395,42 +6751,6 @@ export interface operations {
             };
         };
     };
-    list_comments: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                route: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Comment"][];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                    };
-                };
-            };
-        };
-    };
     list_tallies: {
         parameters: {
             query?: never;
@@ -5451,6 +6771,230 @@ export interface operations {
                 content: {
                     "application/json": components["schemas"]["TallyFacts"][];
                 };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    list_comments: {
+        parameters: {
+            query?: {
+                /** @description `next` of the page before */
+                cursor?: string | null;
+                /** @description rows of a page */
+                size?: number;
+            };
+            header?: never;
+            path: {
+                route: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Page_Comment_"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    report_comment: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                route: string;
+                person: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Complaint"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    list_reports: {
+        parameters: {
+            query?: {
+                /** @description `next` of the page before */
+                cursor?: string | null;
+                /** @description rows of a page */
+                size?: number;
+            };
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Page_ReportFacts_"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    dismiss_report: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                report: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    hide_comment: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                route: string;
+                person: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    show_comment: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                route: string;
+                person: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
             };
             /** @description Why not, in words */
             "4XX": {
@@ -5848,6 +7392,185 @@ export interface operations {
             };
         };
     };
+    make_handover: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MadeHandover"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_handover: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                handover: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HandoverFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    allow_handover: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                handover: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Permission"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    claim_handover: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SecretOnly"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MadeClaim"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    begin_session_by_handover: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SecretOnly"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SignedIn"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
     read_data: {
         parameters: {
             query?: never;
@@ -5935,6 +7658,82 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    list_past: {
+        parameters: {
+            query?: {
+                /** @description only versions in which it hangs */
+                route?: string | null;
+            };
+            header?: never;
+            path: {
+                wall: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PastVersion"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_past: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                wall: string;
+                scan: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Version"];
+                };
             };
             /** @description Why not, in words */
             "4XX": {
@@ -6043,6 +7842,544 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    list_climbing_sessions: {
+        parameters: {
+            query?: {
+                /** @description begun before */
+                before?: string | null;
+                size?: number;
+            };
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    start_climbing_session: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_climbing_session: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                visit: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionPage"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    end_climbing_session: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                visit: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_progress: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ProgressFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_progress_table: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                part: "grades" | "months" | "weeks" | "hanging" | "steepness" | "holds";
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/plain": string;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_board: {
+        parameters: {
+            query?: {
+                /** @description "2026-03", "2026" or "all"; empty: this month */
+                period?: string;
+                circuit?: string;
+                category?: "" | "women" | "men" | "other";
+                age?: "" | "u18" | "40";
+                friends?: boolean;
+                size?: number;
+                skip?: number;
+            };
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BoardFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    list_follows: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Follows"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    follow_person: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                person: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FollowState"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    unfollow_person: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                person: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    accept_follower: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                person: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    drop_follower: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                person: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    set_feed: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["FeedWish"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_feed: {
+        parameters: {
+            query?: {
+                /** @description begun before */
+                before?: string | null;
+                size?: number;
+            };
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Feed"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    list_friends_here: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                route: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FriendFacts"][];
+                };
             };
             /** @description Why not, in words */
             "4XX": {

@@ -16,8 +16,8 @@ export interface Tab {
 export function tabs(gym: string, signedIn: boolean): Tab[] {
   const me: Tab = {
     label: signedIn ? "bar.me" : "account.signIn",
-    href: signedIn ? p("/account") : p("/sign-in"),
-    at: /^\/(account|me|people|sign-in|sign-up|new-password)(\/|$)/,
+    href: signedIn ? p("/me") : p("/sign-in"),
+    at: /^\/(me|people|sign-in|sign-up|new-password)(\/|$)/,
     icon: "M12 12a4 4 0 1 0 0-8 4 4 0 0 0 0 8ZM4 21c.6-4 3.8-6 8-6s7.4 2 8 6",
   };
   const walls: Tab = {
