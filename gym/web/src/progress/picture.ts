@@ -66,16 +66,16 @@ function figures(pen: CanvasRenderingContext2D, told: Picture["figures"]): void 
 
 function pyramid(pen: CanvasRenderingContext2D, grades: Picture["grades"]): void {
   const most = Math.max(1, ...grades.map(({ count }) => count));
-  const high = Math.min(58, 400 / Math.max(1, grades.length));
+  const high = Math.min(84, 460 / Math.max(1, grades.length));
   const left = MARGIN + 150;
   grades.forEach(({ label, count }, place) => {
     const y = 740 + place * high;
-    write(pen, label, MARGIN, y + high * 0.62, 34, 600, INK, 135);
+    write(pen, label, MARGIN, y + high * 0.45 + 12, 34, 600, INK, 135);
     pen.fillStyle = BAR;
     pen.beginPath();
     pen.roundRect(left, y + high * 0.12, ((SIZE.width - MARGIN - left - 80) * count) / most, high * 0.66, 8);
     pen.fill();
-    write(pen, String(count), left + ((SIZE.width - MARGIN - left - 80) * count) / most + 18, y + high * 0.62, 34, 400, QUIET, 80);
+    write(pen, String(count), left + ((SIZE.width - MARGIN - left - 80) * count) / most + 18, y + high * 0.45 + 12, 34, 400, QUIET, 80);
   });
 }
 
