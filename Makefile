@@ -4,9 +4,9 @@ SHELL := /bin/bash
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-PAGE := demo-scan/index.html
+DEMO ?= demo-scan
 
-.PHONY: help demo gym test test-ultralytics test-pythons lint docs wheels viewer app pictures system system-venv system-compiler browser database clean
+.PHONY: help demo gym test test-ultralytics test-pythons lint docs site wheels viewer app pictures system system-venv system-compiler browser database clean
 .DEFAULT_GOAL := help
 
 help:
@@ -17,10 +17,11 @@ help:
 	@echo "make test-pythons       the quick tests on Python 3.12 and 3.13, where they are installed"
 	@echo "make lint     ruff, mypy, import floors"
 	@echo "make wheels   wheels and source archives of all distributions in dist/"
+	@echo "make site     build the documentation as static files in site/"
 	@echo "make docs     write the generated parts of docs/"
 	@echo "make viewer   build the web viewer into the package (needs node)"
 	@echo "make app      build the platform's web app into its package (needs node)"
-	@echo "make pictures GYM=SCAN SPRAYWALL=SCAN   retake the README's pictures"
+	@echo "make pictures GYM=SCAN SPRAYWALL=SCAN DEMO=SCAN   retake the pictures of README and tutorial"
 	@echo "make system   install the system packages that the two commands want (Debian, root)"
 
 # Debian splits venv from python; containers often come without it.
@@ -86,6 +87,11 @@ docs: $(VENV)/dev-ready
 	$(BIN)/python -m walltopo_lab.benchmarks.tables --page
 	$(BIN)/python -m walltopo_lab.benchmarks.figures
 
+# Broken links are errors; tests/house/test_site.py builds it too, and looks at what came out.
+site: $(VENV)/dev-ready
+	$(BIN)/python -m walltopo_lab.site.staging build/site
+	$(BIN)/zensical build --strict
+
 wheels: $(VENV)/dev-ready
 	$(BIN)/python -m build --outdir dist .
 	$(BIN)/python -m build --outdir dist lab
@@ -101,6 +107,8 @@ app: $(VENV)/dev-ready
 
 pictures:
 	cd viewer && node tests/pictures.mjs --readme $(abspath $(GYM)) $(abspath $(SPRAYWALL))
+	cd viewer && node tests/pictures.mjs --setter $(abspath $(DEMO))
+	$(BIN)/python -m walltopo_lab.site.photo_pictures examples/demo-photos docs/pictures/setter
 
 # The browser tests want Chromium and node; where they cannot be had, those tests skip and say so.
 browser:
@@ -137,4 +145,4 @@ system:
 	  $(SUDO) apt-get install -y -qq $$package >/dev/null || exit 1; done
 
 clean:
-	rm -rf $(VENV) demo-scan demo-gym viewer/node_modules gym/web/node_modules
+	rm -rf $(VENV) build/site site demo-scan demo-gym viewer/node_modules gym/web/node_modules

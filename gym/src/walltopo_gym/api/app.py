@@ -18,6 +18,7 @@ from walltopo_gym.api import (
     gyms,
     handovers,
     health,
+    logbook,
     me,
     members,
     metrics,
@@ -36,6 +37,7 @@ from walltopo_gym.api import (
     scans,
     sessions,
     sign_up,
+    tallies,
     tokens,
     uploads,
     walls,
@@ -53,7 +55,7 @@ __all__ = ["PREFIX", "build_app"]
 
 PREFIX = "/api/v1"
 _ROOMS = (sign_up, sessions, me, passwords, tokens, gyms, members, grades, walls, scans, uploads,
-          publishing, plans, editing, routes, pictures, climbing, comments,
+          publishing, plans, editing, routes, pictures, climbing, comments, logbook, tallies,
           profiles, passkeys, handovers, own_data, past, webhooks,
           climbing_sessions, progress, boards, follows, about)  # fmt: skip
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 
 from walltopo.core import InputError
 from walltopo_gym.cli import demo, operator
@@ -53,6 +54,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     demo.register(inner)
     operator.register(inner)
     settings = inner.add_parser("settings", help="every setting with its default")
+    settings.add_argument("--markdown", action="store_true", help="as the table of the docs")
     settings.set_defaults(run=_settings)
 
 
@@ -136,8 +138,11 @@ def _settings(args: argparse.Namespace) -> int:
     from pydantic_core import PydanticUndefined
 
     from walltopo.cli.console import console
-    from walltopo_gym.settings import GymSettings
+    from walltopo_gym.settings import GymSettings, settings_markdown
 
+    if args.markdown:
+        sys.stdout.write(settings_markdown())
+        return 0
     for name, field in GymSettings.model_fields.items():
         default = "(must be given)" if field.default is PydanticUndefined else repr(field.default)
         console.print(f"{name} = {default:<30} # {field.description}", soft_wrap=True, markup=False)

@@ -1053,6 +1053,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/gyms/{gym}/routes": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Routes
+         * @description What hangs in the gym, wall by wall.
+         */
+        get: operations["list_routes"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/gyms/{gym}/routes/{route}": {
         parameters: {
             query?: never;
@@ -1226,26 +1246,6 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/v1/gyms/{gym}/walls/{wall}/tallies": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Tallies
-         * @description How often each route that hangs was climbed, and what climbers think of it.
-         */
-        get: operations["list_tallies"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
     "/api/v1/gyms/{gym}/routes/{route}/comments": {
         parameters: {
             query?: never;
@@ -1345,6 +1345,86 @@ export interface paths {
          * @description Show a hidden comment again; again, too.
          */
         delete: operations["show_comment"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/logbook": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Logbook
+         * @description What one did here and thinks of it; of routes that hang no more see `/me/ascents`.
+         */
+        get: operations["read_logbook"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/walls/{wall}/tallies": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Tallies
+         * @description Of each route that hangs on a wall.
+         */
+        get: operations["list_tallies"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/tallies": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Gym Tallies
+         * @description Of each route that hangs in the gym.
+         */
+        get: operations["list_gym_tallies"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/routes/{route}/story": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Story
+         * @description Of one route, whether it hangs or not, and the versions of the wall in which it hung.
+         */
+        get: operations["read_story"];
+        put?: never;
+        post?: never;
+        delete?: never;
         options?: never;
         head?: never;
         patch?: never;
@@ -2614,6 +2694,16 @@ export interface components {
             flashes: number;
         };
         /**
+         * LogbookFacts
+         * @description Of the routes that hang: one's ascents, the last climbed first, and one's opinions.
+         */
+        LogbookFacts: {
+            /** Ascents */
+            ascents: components["schemas"]["OwnAscent"][];
+            /** Opinions */
+            opinions: components["schemas"]["OwnOpinion"][];
+        };
+        /**
          * MadeClaim
          * @description What signs in once the other device has said yes, and the code by which it knows this one.
          */
@@ -3012,6 +3102,35 @@ export interface components {
             /** Note */
             note: string;
         };
+        /**
+         * OwnOpinion
+         * @description What one thinks of a route.
+         */
+        OwnOpinion: {
+            /**
+             * Grade
+             * @default
+             */
+            grade?: string;
+            /** Stars */
+            stars?: number | null;
+            /**
+             * Wish
+             * @default
+             * @enum {string}
+             */
+            wish?: "" | "keep" | "renew";
+            /**
+             * Comment
+             * @default
+             */
+            comment?: string;
+            /**
+             * Route Id
+             * Format: uuid
+             */
+            route_id: string;
+        };
         /** Page[AuditLine] */
         Page_AuditLine_: {
             /** Items */
@@ -3086,6 +3205,26 @@ export interface components {
              * Format: password
              */
             new: string;
+        };
+        /**
+         * Past
+         * @description A version of the wall in which the route hung; its number and holds there.
+         */
+        Past: {
+            /**
+             * Scan Id
+             * Format: uuid
+             */
+            scan_id: string;
+            /**
+             * Published At
+             * Format: date-time
+             */
+            published_at: string;
+            /** Number */
+            number: number;
+            /** Holds */
+            holds: number[];
         };
         /**
          * PastVersion
@@ -3664,6 +3803,15 @@ export interface components {
          */
         State: "uploading" | "queued" | "running" | "review" | "published" | "superseded" | "failed" | "cancelled";
         /**
+         * Story
+         * @description What is told of a route besides its own words; `versions` from the last to the first.
+         */
+        Story: {
+            tally: components["schemas"]["TallyFacts"];
+            /** Versions */
+            versions: components["schemas"]["Past"][];
+        };
+        /**
          * StyleFacts
          * @description Routes of one steepness, or with most holds of one type; each once.
          */
@@ -3679,7 +3827,11 @@ export interface components {
         };
         /**
          * TallyFacts
-         * @description What climbers did on a route and think of it; nobody is named.
+         * @description What climbers did on a route and think of it.
+         *
+         *     `crowd` is the median of the grade `votes`, empty while they are too few. Who has not voted
+         *     does not see how the votes spread (`grades` is empty), so that each says what they felt;
+         *     setters always do.
          */
         TallyFacts: {
             /**
@@ -3695,6 +3847,10 @@ export interface components {
             climbers: number;
             /** Stars */
             stars: number | null;
+            /** Crowd */
+            crowd: string;
+            /** Votes */
+            votes: number;
             /** Grades */
             grades: {
                 [key: string]: number;
@@ -6346,6 +6502,41 @@ export interface operations {
             };
         };
     };
+    list_routes: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RouteFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
     read_route: {
         parameters: {
             query?: never;
@@ -6751,42 +6942,6 @@ export interface operations {
             };
         };
     };
-    list_tallies: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                wall: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["TallyFacts"][];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                    };
-                };
-            };
-        };
-    };
     list_comments: {
         parameters: {
             query?: {
@@ -6995,6 +7150,148 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_logbook: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LogbookFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    list_tallies: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                wall: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TallyFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    list_gym_tallies: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TallyFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_story: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                route: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Story"];
+                };
             };
             /** @description Why not, in words */
             "4XX": {

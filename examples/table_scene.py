@@ -1,10 +1,13 @@
-"""The lift on things that have nothing to do with climbing, in a unit that nobody knows.
+"""A scene that has nothing to do with climbing, as another program would have left it.
 
-Makes a table with boxes, balls and mugs, "photographs" it from all around, writes what another
-program would have written (a mesh, a transforms.json, one PNG of object numbers per photo; the
-numbers differ from photo to photo), and calls `walltopo lift --normalised` on it.
+A table with boxes, balls and mugs, "photographed" from all around, in a unit that nobody knows:
 
-    python examples/lift_table.py OUT
+    OUT/table.ply          the mesh
+    OUT/sparse             cameras and poses as a COLMAP text model
+    OUT/transforms.json    the same as nerfstudio has it
+    OUT/ids/000.png ...    one PNG of object numbers a photo; the numbers differ from photo to photo
+
+    python examples/table_scene.py OUT
 """
 
 from __future__ import annotations
@@ -17,7 +20,6 @@ import cv2
 import numpy as np
 import trimesh
 
-from walltopo.cli import main as walltopo
 from walltopo.core import Camera, View
 from walltopo.raycast import render_ids
 
@@ -56,14 +58,43 @@ def look_at(number: int, total: int) -> np.ndarray:
     return pose
 
 
-def main(out: Path, photos: int = 16) -> int:
+def write_colmap(folder: Path, camera: Camera, views: list[View]) -> None:
+    """A COLMAP text model without points: the lift wants cameras and poses alone."""
+    folder.mkdir(parents=True, exist_ok=True)
+    numbers = " ".join(str(value) for value in camera.params)
+    line = f"1 {camera.model} {camera.width} {camera.height} {numbers}\n"
+    (folder / "cameras.txt").write_text(line)
+    lines = []
+    for number, view in enumerate(views, start=1):
+        turn = np.eye(4)
+        turn[:3, :3] = view.cam_from_world[:, :3]
+        pose = [*trimesh.transformations.quaternion_from_matrix(turn), *view.cam_from_world[:, 3]]
+        # Two lines a photo; the second has its points.
+        lines += [f"{number} {' '.join(map(repr, map(float, pose)))} 1 {view.name}", ""]
+    (folder / "images.txt").write_text("\n".join(lines) + "\n")
+    (folder / "points3D.txt").write_text("")
+
+
+def write_transforms(path: Path, camera: Camera, views: list[View]) -> None:
+    """The cameras as nerfstudio has them: world_from_camera, y up, z backward."""
+    frames = []
+    for view in views:
+        pose = np.vstack([view.cam_from_world, [0.0, 0.0, 0.0, 1.0]])
+        gl = np.linalg.inv(pose) @ np.diag([1.0, -1.0, -1.0, 1.0])
+        frames.append({"file_path": f"images/{view.name}", "transform_matrix": gl.tolist()})
+    fx, fy, cx, cy = camera.params
+    intrinsics = {"w": camera.width, "h": camera.height, "fl_x": fx, "fl_y": fy, "cx": cx, "cy": cy}
+    path.write_text(json.dumps({**intrinsics, "frames": frames}))
+
+
+def main(out: Path, photos: int = 16) -> None:
     rng = np.random.default_rng(1)
     mesh, owner = table(seed=4)
     mesh.apply_scale(UNIT)
     (out / "ids").mkdir(parents=True, exist_ok=True)
     mesh.export(out / "table.ply")
     camera = Camera("PINHOLE", 640, 480, (520.0, 520.0, 320.0, 240.0))
-    frames = []
+    views = []
     for number in range(photos):
         pose = look_at(number, photos)
         pose[:3, 3] *= UNIT
@@ -73,14 +104,12 @@ def main(out: Path, photos: int = 16) -> int:
         # Numbers mean nothing across photos, and one object in ten was not found.
         numbers = np.append(0, 1 + rng.permutation(12)) * np.append(1, rng.random(12) > 0.1)
         cv2.imwrite(str(out / "ids" / view.name), numbers[objects].astype(np.uint16))
-        gl = np.linalg.inv(pose) @ np.diag([1.0, -1.0, -1.0, 1.0])
-        frames.append({"file_path": f"images/{view.name}", "transform_matrix": gl.tolist()})
-    cameras = {"w": 640, "h": 480, "fl_x": 520.0, "fl_y": 520.0, "cx": 320.0, "cy": 240.0}
-    (out / "transforms.json").write_text(json.dumps({**cameras, "frames": frames}))
-    given = ["--mesh", "table.ply", "--cameras", "transforms.json", "--masks", "ids"]
-    paths = [text if text.startswith("--") else str(out / text) for text in given]
-    return walltopo(["lift", *paths, "-o", str(out / "lifted"), "--normalised"])
+        views.append(view)
+    write_colmap(out / "sparse", camera, views)
+    write_transforms(out / "transforms.json", camera, views)
 
 
 if __name__ == "__main__":
-    sys.exit(main(Path(sys.argv[1] if len(sys.argv) > 1 else "table-demo")))
+    if len(sys.argv) != 2:
+        sys.exit("usage: python examples/table_scene.py OUT")
+    main(Path(sys.argv[1]))
