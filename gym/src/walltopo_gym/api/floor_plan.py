@@ -36,7 +36,7 @@ class WallPlace(Body):
     y: Part
 
 
-class PlanFacts(BaseModel):
+class FloorPlanFacts(BaseModel):
     """The plan; without a picture `picture` is null, and the walls lie on an empty square."""
 
     picture: str | None
@@ -56,13 +56,13 @@ class PlanPicture(Response):
 
 
 @router.get("/gyms/{gym}/floor-plan")
-def read_floor_plan(session: Db, access: GuestMay) -> PlanFacts:
+def read_floor_plan(session: Db, access: GuestMay) -> FloorPlanFacts:
     """Where the gym's walls are."""
     return _facts(session, access)
 
 
 @router.put("/gyms/{gym}/floor-plan")
-def put_floor_plan(body: WallPlaces, session: Db, access: OwnerMay) -> PlanFacts:
+def put_floor_plan(body: WallPlaces, session: Db, access: OwnerMay) -> FloorPlanFacts:
     """Say where the gym's walls are."""
     if len({place.wall_id for place in body.walls}) < len(body.walls):
         raise InputError("a wall is on the plan twice")
@@ -88,13 +88,13 @@ def put_floor_plan(body: WallPlaces, session: Db, access: OwnerMay) -> PlanFacts
         }
     },
 )
-async def put_plan_picture(request: Request, services: ServicesOf, access: OwnerMay) -> PlanFacts:
+async def put_plan_picture(request: Request, services: ServicesOf, access: OwnerMay) -> FloorPlanFacts:
     """Let a picture be the plan; walls keep their places on it."""
     content = await request.body()
     return await to_thread.run_sync(_kept, services, access, content)
 
 
-def _kept(services: Services, access: Access, content: bytes) -> PlanFacts:
+def _kept(services: Services, access: Access, content: bytes) -> FloorPlanFacts:
     plan = keep_picture(services.store, access.gym, content)
     with services.database.writing() as session:
         session.merge(plan)
@@ -123,7 +123,7 @@ def drop_plan_picture(session: Db, access: OwnerMay) -> None:
         _log(session, access, "plan.no-picture")
 
 
-def _facts(session: Session, access: Access) -> PlanFacts:
+def _facts(session: Session, access: Access) -> FloorPlanFacts:
     row = session.get(FloorPlan, access.gym.id)
     placed = select(Wall).where(
         Wall.gym_id == access.gym.id, Wall.plan_x.is_not(None), Wall.plan_y.is_not(None)
@@ -132,7 +132,7 @@ def _facts(session: Session, access: Access) -> PlanFacts:
     picture = (
         f"/api/v1/gyms/{access.gym.slug}/floor-plan/picture?v={row.sha256[:12]}" if row else None
     )
-    return PlanFacts(
+    return FloorPlanFacts(
         picture=picture,
         width=row.width if row else 1,
         height=row.height if row else 1,
