@@ -56,15 +56,9 @@ from walltopo_gym.api.services import Services
 __all__ = ["PREFIX", "build_app"]
 
 PREFIX = "/api/v1"
-<<<<<<< HEAD
 _ROOMS = (sign_up, sessions, me, passwords, second_factor, tokens, gyms, members, grades, walls,
-          scans, uploads, publishing, plans, editing, routes, pictures, climbing, comments,
-          logbook, tallies, profiles, passkeys, handovers, own_data, past, webhooks,
-=======
-_ROOMS = (sign_up, sessions, me, passwords, tokens, gyms, members, grades, walls, scans, uploads,
-          floor_plan, publishing, plans, editing, routes, pictures, climbing, comments, logbook,
+          scans, uploads, floor_plan, publishing, plans, editing, routes, pictures, climbing, comments, logbook,
           tallies, profiles, passkeys, handovers, own_data, past, webhooks,
->>>>>>> next
           climbing_sessions, progress, boards, follows, about)  # fmt: skip
 
 
