@@ -121,7 +121,7 @@ def test_opinions_are_counted_and_nobody_is_named(world: World, route: str) -> N
     assert world.server.ask("GET", tallies, world.people["member"]).json() == [
         {
             "route_id": route, "ascents": {"flash": 1, "try": 1}, "climbers": 1, "stars": 4.5,
-            "grades": {}, "wishes": {"keep": 2},
+            "crowd": "", "votes": 0, "grades": {}, "wishes": {"keep": 2},
         }
     ]  # fmt: skip
     assert world.server.ask("GET", path, world.people["member"]).json()["stars"] == 5

@@ -14,12 +14,10 @@ from sqlalchemy.orm import Session
 from walltopo_gym.api.fields import Body, Text
 from walltopo_gym.api.paging import Cursor, Page, Size, page_of
 from walltopo_gym.api.routes import route_of
-from walltopo_gym.api.rules import Access, GuestMay, SignedInMay, gym_rule
+from walltopo_gym.api.rules import Access, SignedInMay, gym_rule
 from walltopo_gym.api.services import Db
-from walltopo_gym.api.walls import wall_of
 from walltopo_gym.climbing.ascents import Climb, Kind, keep_ascent, take_back
 from walltopo_gym.climbing.models import Ascent, Opinion
-from walltopo_gym.climbing.tallies import tallies
 from walltopo_gym.clock import now
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.publishing.change import check_grade
@@ -72,17 +70,6 @@ class OpinionWords(Body):
     stars: int | None = Field(None, ge=1, le=5)
     wish: Wish = ""
     comment: Words = ""
-
-
-class TallyFacts(BaseModel):
-    """What climbers did on a route and think of it; nobody is named."""
-
-    route_id: UUID
-    ascents: dict[str, int]
-    climbers: int
-    stars: float | None
-    grades: dict[str, int]
-    wishes: dict[str, int]
 
 
 @router.put("/gyms/{gym}/ascents/{ascent}")
@@ -143,14 +130,6 @@ def drop_opinion(route: UUID, session: Db, access: ClimberMay) -> None:
     found = route_of(session, access, route)
     mine = Opinion.route_id == found.id, Opinion.person_id == access.actor.known
     session.execute(delete(Opinion).where(*mine))
-
-
-@router.get("/gyms/{gym}/walls/{wall}/tallies")
-def list_tallies(wall: UUID, session: Db, access: GuestMay) -> list[TallyFacts]:
-    """How often each route that hangs was climbed, and what climbers think of it."""
-    row = wall_of(session, access.gym.id, wall)
-    told = tallies(session, row.published_scan_id)
-    return [TallyFacts(route_id=route, **vars(tally)) for route, tally in told.items()]
 
 
 def _opinion(session: Session, route: UUID, person: UUID) -> Opinion | None:

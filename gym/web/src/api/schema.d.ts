@@ -56,6 +56,8 @@ export interface paths {
         /**
          * Begin Session
          * @description Sign in. An address that is not known and a password that is wrong sound the same.
+         *
+         *     Where a second factor is on, the right password alone is told that its code is needed.
          */
         post: operations["begin_session"];
         /**
@@ -192,6 +194,70 @@ export interface paths {
          *     The browser is known from now on: who was shut out by others' guesses signs in with it.
          */
         post: operations["reset_password"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/second-factor": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Second Factor
+         * @description Whether one signs in with a second factor.
+         */
+        get: operations["read_second_factor"];
+        put?: never;
+        /**
+         * Begin Second Factor
+         * @description A secret for a program on the phone; asked for when its digits were confirmed.
+         */
+        post: operations["begin_second_factor"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/second-factor/confirm": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Confirm Second Factor
+         * @description Show that the phone makes the right digits; from now on signing in wants them.
+         */
+        post: operations["confirm_second_factor"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/second-factor/off": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * End Second Factor
+         * @description Sign in by the password alone again.
+         */
+        post: operations["end_second_factor"];
         delete?: never;
         options?: never;
         head?: never;
@@ -825,6 +891,58 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/gyms/{gym}/floor-plan": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Floor Plan
+         * @description Where the gym's walls are.
+         */
+        get: operations["read_floor_plan"];
+        /**
+         * Put Floor Plan
+         * @description Say where the gym's walls are.
+         */
+        put: operations["put_floor_plan"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/floor-plan/picture": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Plan Picture
+         * @description The plan's picture.
+         */
+        get: operations["read_plan_picture"];
+        /**
+         * Put Plan Picture
+         * @description Let a picture be the plan; walls keep their places on it.
+         */
+        put: operations["put_plan_picture"];
+        post?: never;
+        /**
+         * Drop Plan Picture
+         * @description Do without a picture; again, too.
+         */
+        delete: operations["drop_plan_picture"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/gyms/{gym}/scans/{scan}/draft": {
         parameters: {
             query?: never;
@@ -1053,6 +1171,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/gyms/{gym}/routes": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Routes
+         * @description What hangs in the gym, wall by wall.
+         */
+        get: operations["list_routes"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/gyms/{gym}/routes/{route}": {
         parameters: {
             query?: never;
@@ -1226,26 +1364,6 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/v1/gyms/{gym}/walls/{wall}/tallies": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Tallies
-         * @description How often each route that hangs was climbed, and what climbers think of it.
-         */
-        get: operations["list_tallies"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
     "/api/v1/gyms/{gym}/routes/{route}/comments": {
         parameters: {
             query?: never;
@@ -1345,6 +1463,86 @@ export interface paths {
          * @description Show a hidden comment again; again, too.
          */
         delete: operations["show_comment"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/logbook": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Logbook
+         * @description What one did here and thinks of it; of routes that hang no more see `/me/ascents`.
+         */
+        get: operations["read_logbook"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/walls/{wall}/tallies": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Tallies
+         * @description Of each route that hangs on a wall.
+         */
+        get: operations["list_tallies"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/tallies": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Gym Tallies
+         * @description Of each route that hangs in the gym.
+         */
+        get: operations["list_gym_tallies"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/routes/{route}/story": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Story
+         * @description Of one route, whether it hangs or not, and the versions of the wall in which it hung.
+         */
+        get: operations["read_story"];
+        put?: never;
+        post?: never;
+        delete?: never;
         options?: never;
         head?: never;
         patch?: never;
@@ -2270,6 +2468,43 @@ export interface components {
              * Format: password
              */
             password: string;
+            /**
+             * Code
+             * @description of the second factor, where it is on
+             */
+            code?: string | null;
+        };
+        /**
+         * Delivery
+         * @description A message that was not taken yet: `next_at` it is tried again.
+         */
+        Delivery: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Type */
+            type: string;
+            /**
+             * Created At
+             * Format: date-time
+             */
+            created_at: string;
+            /** Tries */
+            tries: number;
+            /**
+             * Next At
+             * Format: date-time
+             */
+            next_at: string;
+            /** Error */
+            error: string;
+        };
+        /** Digits */
+        Digits: {
+            /** Code */
+            code: string;
         };
         /**
          * Draft
@@ -2381,6 +2616,20 @@ export interface components {
         FeedWish: {
             /** On */
             on: boolean;
+        };
+        /**
+         * FloorPlanFacts
+         * @description The plan; without a picture `picture` is null, and the walls lie on an empty square.
+         */
+        FloorPlanFacts: {
+            /** Picture */
+            picture: string | null;
+            /** Width */
+            width: number;
+            /** Height */
+            height: number;
+            /** Walls */
+            walls: components["schemas"]["WallPlace"][];
         };
         /**
          * FollowState
@@ -2612,6 +2861,16 @@ export interface components {
             tops: number;
             /** Flashes */
             flashes: number;
+        };
+        /**
+         * LogbookFacts
+         * @description Of the routes that hang: one's ascents, the last climbed first, and one's opinions.
+         */
+        LogbookFacts: {
+            /** Ascents */
+            ascents: components["schemas"]["OwnAscent"][];
+            /** Opinions */
+            opinions: components["schemas"]["OwnOpinion"][];
         };
         /**
          * MadeClaim
@@ -2888,6 +3147,16 @@ export interface components {
             at?: string | null;
         };
         /**
+         * NewSecret
+         * @description For the phone: the secret to type, and as an address to show as a QR code.
+         */
+        NewSecret: {
+            /** Secret */
+            secret: string;
+            /** Uri */
+            uri: string;
+        };
+        /**
          * NewToken
          * @description A token for a program.
          */
@@ -3012,6 +3281,43 @@ export interface components {
             /** Note */
             note: string;
         };
+        /**
+         * OwnOpinion
+         * @description What one thinks of a route.
+         */
+        OwnOpinion: {
+            /**
+             * Grade
+             * @default
+             */
+            grade?: string;
+            /** Stars */
+            stars?: number | null;
+            /**
+             * Wish
+             * @default
+             * @enum {string}
+             */
+            wish?: "" | "keep" | "renew";
+            /**
+             * Comment
+             * @default
+             */
+            comment?: string;
+            /**
+             * Route Id
+             * Format: uuid
+             */
+            route_id: string;
+        };
+        /** OwnPassword */
+        OwnPassword: {
+            /**
+             * Password
+             * Format: password
+             */
+            password: string;
+        };
         /** Page[AuditLine] */
         Page_AuditLine_: {
             /** Items */
@@ -3086,6 +3392,26 @@ export interface components {
              * Format: password
              */
             new: string;
+        };
+        /**
+         * Past
+         * @description A version of the wall in which the route hung; its number and holds there.
+         */
+        Past: {
+            /**
+             * Scan Id
+             * Format: uuid
+             */
+            scan_id: string;
+            /**
+             * Published At
+             * Format: date-time
+             */
+            published_at: string;
+            /** Number */
+            number: number;
+            /** Holds */
+            holds: number[];
         };
         /**
          * PastVersion
@@ -3289,6 +3615,14 @@ export interface components {
             /** Revision */
             revision: number;
         };
+        /**
+         * RecoveryCodes
+         * @description Shown once; each is good once instead of the phone's digits.
+         */
+        RecoveryCodes: {
+            /** Recovery Codes */
+            recovery_codes: string[];
+        };
         /** Renaming */
         Renaming: {
             /** Name */
@@ -3481,6 +3815,16 @@ export interface components {
          * @enum {string}
          */
         Scope: "read" | "upload" | "publish" | "manage";
+        /**
+         * SecondFactorFacts
+         * @description Whether it is asked for, and how many recovery codes are left.
+         */
+        SecondFactorFacts: {
+            /** On */
+            on: boolean;
+            /** Recovery Codes Left */
+            recovery_codes_left: number;
+        };
         /** SecretOnly */
         SecretOnly: {
             /** Secret */
@@ -3664,6 +4008,15 @@ export interface components {
          */
         State: "uploading" | "queued" | "running" | "review" | "published" | "superseded" | "failed" | "cancelled";
         /**
+         * Story
+         * @description What is told of a route besides its own words; `versions` from the last to the first.
+         */
+        Story: {
+            tally: components["schemas"]["TallyFacts"];
+            /** Versions */
+            versions: components["schemas"]["Past"][];
+        };
+        /**
          * StyleFacts
          * @description Routes of one steepness, or with most holds of one type; each once.
          */
@@ -3679,7 +4032,11 @@ export interface components {
         };
         /**
          * TallyFacts
-         * @description What climbers did on a route and think of it; nobody is named.
+         * @description What climbers did on a route and think of it.
+         *
+         *     `crowd` is the median of the grade `votes`, empty while they are too few. Who has not voted
+         *     does not see how the votes spread (`grades` is empty), so that each says what they felt;
+         *     setters always do.
          */
         TallyFacts: {
             /**
@@ -3695,6 +4052,10 @@ export interface components {
             climbers: number;
             /** Stars */
             stars: number | null;
+            /** Crowd */
+            crowd: string;
+            /** Votes */
+            votes: number;
             /** Grades */
             grades: {
                 [key: string]: number;
@@ -3792,8 +4153,32 @@ export interface components {
             created_at: string;
         };
         /**
+         * WallPlace
+         * @description Where a wall is: parts of the plan's width and height, from its upper left corner.
+         */
+        WallPlace: {
+            /**
+             * Wall Id
+             * Format: uuid
+             */
+            wall_id: string;
+            /** X */
+            x: number;
+            /** Y */
+            y: number;
+        };
+        /**
+         * WallPlaces
+         * @description All walls that are on the plan; others are off it by this.
+         */
+        WallPlaces: {
+            /** Walls */
+            walls: components["schemas"]["WallPlace"][];
+        };
+        /**
          * WebhookFacts
-         * @description A webhook; `waiting`: messages that were not taken yet, `error`: why the last one was not.
+         * @description A webhook; `waiting`: messages that were not taken yet, `error`: why the last one was not;
+         *     `told_at`: when one was taken last; `deliveries`: the first that wait.
          */
         WebhookFacts: {
             /**
@@ -3812,6 +4197,10 @@ export interface components {
             waiting: number;
             /** Error */
             error: string;
+            /** Told At */
+            told_at: string | null;
+            /** Deliveries */
+            deliveries: components["schemas"]["Delivery"][];
         };
         /**
          * WeekFacts
@@ -4232,6 +4621,144 @@ export interface operations {
         requestBody: {
             content: {
                 "application/json": components["schemas"]["NewPassword"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_second_factor: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SecondFactorFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    begin_second_factor: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["NewSecret"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    confirm_second_factor: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Digits"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RecoveryCodes"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    end_second_factor: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["OwnPassword"];
             };
         };
         responses: {
@@ -5853,6 +6380,189 @@ export interface operations {
             };
         };
     };
+    read_floor_plan: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FloorPlanFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    put_floor_plan: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["WallPlaces"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FloorPlanFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_plan_picture: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "image/png": string;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    put_plan_picture: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "image/jpeg": string;
+                "image/png": string;
+                "image/webp": string;
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FloorPlanFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    drop_plan_picture: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
     read_draft: {
         parameters: {
             query?: never;
@@ -6346,6 +7056,41 @@ export interface operations {
             };
         };
     };
+    list_routes: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RouteFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
     read_route: {
         parameters: {
             query?: never;
@@ -6751,42 +7496,6 @@ export interface operations {
             };
         };
     };
-    list_tallies: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                wall: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["TallyFacts"][];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                    };
-                };
-            };
-        };
-    };
     list_comments: {
         parameters: {
             query?: {
@@ -6995,6 +7704,148 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_logbook: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LogbookFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    list_tallies: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                wall: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TallyFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    list_gym_tallies: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TallyFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_story: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                route: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Story"];
+                };
             };
             /** @description Why not, in words */
             "4XX": {
