@@ -21,9 +21,21 @@ import pytest
 ROOT = Path(__file__).parents[2]
 # Served until Ctrl-C: begun, waited for, stopped.
 SERVED = re.compile(r"^walltopo view ")
-# Small, so that it takes a minute rather than five.
-SETTINGS = "[sparse]\nthreads = 1\n\n[texture]\nsize = 512\n\n[export]\nfirst_triangles = 20000\n"
-SETTINGS += "detail_triangles = 20000\n"
+# Coarse and small, so that it takes a minute rather than five.
+SETTINGS = """\
+[sparse]
+threads = 1
+
+[dense]
+edge_length = 0.016
+
+[texture]
+size = 512
+
+[export]
+first_triangles = 20000
+detail_triangles = 20000
+"""
 
 pytestmark = pytest.mark.slow
 
