@@ -292,6 +292,21 @@ def a_signed_challenge(world: World) -> object:
     return {"credential": device.sign(asked)}
 
 
+def _picture() -> bytes:
+    stream = BytesIO()
+    Image.new("RGB", (8, 4)).save(stream, "PNG")
+    return stream.getvalue()
+
+
+PICTURE = _picture()
+
+
+def a_floor_plan(world: World) -> dict[str, Any]:
+    path = f"{world.path}/floor-plan/picture"
+    assert world.server.ask("PUT", path, world.owner, content=PICTURE).is_success
+    return {}
+
+
 TUS = {"tus-resumable": "1.0.0"}
 GRADES = {"name": "Ours", "kind": "own", "grades": [{"label": "easy"}, {"label": "hard"}]}
 
@@ -348,6 +363,12 @@ CASES = {
     "list_changes": Case("owner", Scope.MANAGE),
     "list_walls": Case("guest", Scope.READ),
     "make_wall": Case("setter", Scope.MANAGE, body=lambda w: {"name": "Slab"}),
+    "read_floor_plan": Case("guest", Scope.READ),
+    "put_floor_plan": Case("owner", Scope.MANAGE, body=lambda w: {
+        "walls": [{"wall_id": str(w.wall.id), "x": 0.5, "y": 1}]}),
+    "put_plan_picture": Case("owner", Scope.MANAGE, content=PICTURE),
+    "read_plan_picture": Case("guest", Scope.READ, a_floor_plan),
+    "drop_plan_picture": Case("owner", Scope.MANAGE),
     "read_wall": Case("guest", Scope.READ, wall),
     "change_wall": Case("setter", Scope.MANAGE, wall, lambda w: {"place": 3}),
     "drop_wall": Case("owner", Scope.MANAGE, wall),
@@ -589,7 +610,7 @@ BELOW_A_GYM = [
     name
     for name, case in CASES.items()
     if case.who in ROLES
-    and case.values is not no_values
+    and case.values not in (no_values, a_floor_plan)
     # The one names a route in its body (test_gym_ascents.py), the other nothing of a gym.
     and name not in ("put_ascent", "read_progress_table")
 ]

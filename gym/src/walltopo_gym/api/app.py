@@ -13,6 +13,7 @@ from walltopo_gym.api import (
     climbing_sessions,
     comments,
     editing,
+    floor_plan,
     follows,
     grades,
     gyms,
@@ -55,8 +56,8 @@ __all__ = ["PREFIX", "build_app"]
 
 PREFIX = "/api/v1"
 _ROOMS = (sign_up, sessions, me, passwords, tokens, gyms, members, grades, walls, scans, uploads,
-          publishing, plans, editing, routes, pictures, climbing, comments, logbook, tallies,
-          profiles, passkeys, handovers, own_data, past, webhooks,
+          floor_plan, publishing, plans, editing, routes, pictures, climbing, comments, logbook,
+          tallies, profiles, passkeys, handovers, own_data, past, webhooks,
           climbing_sessions, progress, boards, follows, about)  # fmt: skip
 
 

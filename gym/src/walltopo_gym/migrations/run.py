@@ -19,7 +19,7 @@ from walltopo_gym.gyms.models import Gym
 
 __all__ = ["is_current", "migrate"]
 
-_COUNTED = "0011"  # since this revision sessions and standings are counted from ascents
+_COUNTED = "0012"  # since this revision sessions and standings are counted from ascents
 _LOCK = 0x77616C6C  # any number that nobody else takes: two servers that start at once wait
 
 

@@ -825,6 +825,58 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/gyms/{gym}/floor-plan": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Floor Plan
+         * @description Where the gym's walls are.
+         */
+        get: operations["read_floor_plan"];
+        /**
+         * Put Floor Plan
+         * @description Say where the gym's walls are.
+         */
+        put: operations["put_floor_plan"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/floor-plan/picture": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Plan Picture
+         * @description The plan's picture.
+         */
+        get: operations["read_plan_picture"];
+        /**
+         * Put Plan Picture
+         * @description Let a picture be the plan; walls keep their places on it.
+         */
+        put: operations["put_plan_picture"];
+        post?: never;
+        /**
+         * Drop Plan Picture
+         * @description Do without a picture; again, too.
+         */
+        delete: operations["drop_plan_picture"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/gyms/{gym}/scans/{scan}/draft": {
         parameters: {
             query?: never;
@@ -2352,6 +2404,33 @@ export interface components {
             password: string;
         };
         /**
+         * Delivery
+         * @description A message that was not taken yet: `next_at` it is tried again.
+         */
+        Delivery: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Type */
+            type: string;
+            /**
+             * Created At
+             * Format: date-time
+             */
+            created_at: string;
+            /** Tries */
+            tries: number;
+            /**
+             * Next At
+             * Format: date-time
+             */
+            next_at: string;
+            /** Error */
+            error: string;
+        };
+        /**
          * Draft
          * @description What a scan in review would change; `warnings`: where it looks worse than the last one.
          */
@@ -2461,6 +2540,20 @@ export interface components {
         FeedWish: {
             /** On */
             on: boolean;
+        };
+        /**
+         * FloorPlanFacts
+         * @description The plan; without a picture `picture` is null, and the walls lie on an empty square.
+         */
+        FloorPlanFacts: {
+            /** Picture */
+            picture: string | null;
+            /** Width */
+            width: number;
+            /** Height */
+            height: number;
+            /** Walls */
+            walls: components["schemas"]["WallPlace"][];
         };
         /**
          * FollowState
@@ -3948,8 +4041,32 @@ export interface components {
             created_at: string;
         };
         /**
+         * WallPlace
+         * @description Where a wall is: parts of the plan's width and height, from its upper left corner.
+         */
+        WallPlace: {
+            /**
+             * Wall Id
+             * Format: uuid
+             */
+            wall_id: string;
+            /** X */
+            x: number;
+            /** Y */
+            y: number;
+        };
+        /**
+         * WallPlaces
+         * @description All walls that are on the plan; others are off it by this.
+         */
+        WallPlaces: {
+            /** Walls */
+            walls: components["schemas"]["WallPlace"][];
+        };
+        /**
          * WebhookFacts
-         * @description A webhook; `waiting`: messages that were not taken yet, `error`: why the last one was not.
+         * @description A webhook; `waiting`: messages that were not taken yet, `error`: why the last one was not;
+         *     `told_at`: when one was taken last; `deliveries`: the first that wait.
          */
         WebhookFacts: {
             /**
@@ -3968,6 +4085,10 @@ export interface components {
             waiting: number;
             /** Error */
             error: string;
+            /** Told At */
+            told_at: string | null;
+            /** Deliveries */
+            deliveries: components["schemas"]["Delivery"][];
         };
         /**
          * WeekFacts
@@ -5989,6 +6110,189 @@ export interface operations {
         responses: {
             /** @description Successful Response */
             200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_floor_plan: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FloorPlanFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    put_floor_plan: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["WallPlaces"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FloorPlanFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_plan_picture: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "image/png": string;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    put_plan_picture: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "image/jpeg": string;
+                "image/png": string;
+                "image/webp": string;
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FloorPlanFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    drop_plan_picture: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
                 headers: {
                     [name: string]: unknown;
                 };
