@@ -28,7 +28,7 @@ export function signedOut(): void {
 export async function recall(): Promise<void> {
   if (localStorage.getItem(SIGNED_IN) === null) return;
   const asked = ask();
-  if (keeps()) person = await answer(api.GET("/api/v1/me", KEPT)).catch(() => null);
+  if (keeps()) person = (await answer(api.GET("/api/v1/me", KEPT)).catch(() => null)) ?? null;
   if (!person) await asked;
 }
 

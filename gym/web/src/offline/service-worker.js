@@ -108,7 +108,7 @@ async function makeRoom(shelf, most = MOST_BYTES) {
 async function answer(event) {
   const { request } = event;
   const shelf = await caches.open(ANSWERS);
-  if (request.cache === "only-if-cached") return (await shelf.match(request)) ?? new Response(null, { status: 504 });
+  if (request.cache === "only-if-cached") return (await shelf.match(request)) ?? new Response(null, { status: 204 });
   const kept = await shelf.match(request);
   const coming = fetch(request).then((came) => {
     event.waitUntil(note(shelf, request, came.clone()));
