@@ -18,6 +18,7 @@ export const { p, navigate, route } = createRouter({
   "/me": () => import("./pages/Me.svelte"),
   "/me/profile": () => import("./pages/MyProfile.svelte"),
   "/me/security": () => import("./pages/Security.svelte"),
+  "/me/waiting": () => import("./pages/Waiting.svelte"),
   "/me/data": () => import("./pages/MyData.svelte"),
   "/people/:person": () => import("./pages/PersonPage.svelte"),
   "/new-gym": () => import("./pages/NewGym.svelte"),
