@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
-import socket
 import subprocess
-import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NoReturn
@@ -101,46 +99,17 @@ def openmvs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def _postgres_programs() -> Path | None:
-    """The folder of initdb and pg_ctl, which Debian does not put on the path."""
-    found = shutil.which("initdb")
-    folders = [Path(found).parent] if found else []
-    folders += sorted(Path("/usr/lib/postgresql").glob("*/bin"), reverse=True)
-    wanted = ("initdb", "pg_ctl")
-    return next((f for f in folders if all((f / name).is_file() for name in wanted)), None)
-
-
-def _free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
-
-
 @pytest.fixture(scope="session")
 def postgres(lacks: Callable[[str], NoReturn]) -> Iterator[str]:
     """`tester@host:port` of a PostgreSQL server of our own; it ends with the tests."""
-    folder = _postgres_programs()
-    if folder is None:
+    from gym.tests.postgres import Postgres, postgres_programs
+
+    programs = postgres_programs()
+    if programs is None:
         lacks("PostgreSQL is not installed (Debian: apt-get install postgresql)")
-    place = Path(tempfile.mkdtemp(prefix="walltopo-postgres-"))
-    # The server refuses to run as root.
-    user = "nobody" if os.getuid() == 0 else None
-    if user:
-        shutil.chown(place, user)
-
-    def call(program: str, *words: str) -> None:
-        command = [str(folder / program), *words]
-        with (place / "log").open("ab") as log:
-            subprocess.run(command, check=True, user=user, cwd=place, stdout=log, stderr=log)
-
-    port = _free_port()
-    data = f"{place}/db"
+    server = Postgres(programs, fsync=False)
     try:
-        call("initdb", "-D", data, "-A", "trust", "-U", "tester", "--no-sync")
-        options = f"-k {place} -p {port} -c listen_addresses=127.0.0.1 -c fsync=off"
-        call("pg_ctl", "-D", data, "-w", "-o", options, "-l", f"{place}/server.log", "start")
-        yield f"tester@127.0.0.1:{port}"
+        server.start()
+        yield server.address
     finally:
-        if (place / "db/postmaster.pid").is_file():
-            call("pg_ctl", "-D", data, "-m", "immediate", "stop")
-        shutil.rmtree(place)
+        server.close()

@@ -1,20 +1,21 @@
 """The whole pipeline as a library: photos in, holds and routes out.
 
-python examples/scan_photos.py examples/demo-photos demo-scan
+python examples/scan_photos.py examples/demo-photos demo-scan texture.size=2048
 """
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import walltopo
 from walltopo.core.files import read_json
 
 
-def main(photos: Path, out: Path) -> None:
+def main(photos: Path, out: Path, given: Sequence[str]) -> None:
     # Any setting of `walltopo settings`, with the same checks as on the command line.
-    settings = walltopo.load_settings(None, ["texture.size=2048"])
+    settings = walltopo.load_settings(None, given)
     result = walltopo.scan(photos, out, settings)
     print("computed now:", ", ".join(result.ran) or "nothing, all was up to date")
 
@@ -26,6 +27,6 @@ def main(photos: Path, out: Path) -> None:
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 3:
-        sys.exit("usage: python examples/scan_photos.py PHOTOS SCAN")
-    main(Path(sys.argv[1]), Path(sys.argv[2]))
+    if len(sys.argv) < 3:
+        sys.exit("usage: python examples/scan_photos.py PHOTOS SCAN [KEY=VALUE ...]")
+    main(Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3:])

@@ -17,7 +17,7 @@ from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, Settings
 
 from walltopo.core import InputError, SettingsError
 
-__all__ = ["FILE", "PREFIX", "GymSettings", "load_settings"]
+__all__ = ["FILE", "PREFIX", "GymSettings", "load_settings", "settings_markdown"]
 
 FILE = "gym.toml"
 PREFIX = "WALLTOPO_GYM_"
@@ -59,7 +59,10 @@ class GymSettings(BaseSettings):
     log: Literal["plain", "json"] = Field("plain", description="how the log is written")
 
     most_photo_mb: int = Field(100, ge=1, le=2000, description="largest photo")
-    most_photos: int = Field(400, ge=3, le=5000, description="most photos of one scan")
+    most_video_mb: int = Field(1000, ge=1, le=2000, description="largest video")
+    most_photos: int = Field(
+        400, ge=3, le=5000, description="most photos of one scan; a video is one"
+    )
     keep_free_mb: int = Field(1000, ge=0, description="uploads are refused below this free space")
 
     webhooks_to_private: bool = Field(
@@ -165,3 +168,28 @@ def _refuse_unknown(name: str, origin: str) -> None:
     near = difflib.get_close_matches(name, GymSettings.model_fields, n=1)
     hint = f"Did you mean {near[0]}?" if near else "`walltopo gym settings` lists all."
     raise SettingsError(f"{origin}: unknown setting {name!r}", hint)
+
+
+def settings_markdown() -> str:
+    """The table of the docs: every setting with default and limits."""
+    from pydantic_core import PydanticUndefined
+
+    lines = [
+        "# Settings of the platform",
+        "",
+        f"In `DIR/{FILE}`, in the environment as `{PREFIX}NAME` (in capitals), or, some of them, "
+        "as options of the command. An unknown name is an error.",
+        "",
+        "| name | default | what | allowed |",
+        "|---|---|---|---|",
+    ]
+    for name, field in GymSettings.model_fields.items():
+        given = field.default is not PydanticUndefined
+        default = "(must be given)" if not given else f"`{field.default!r}`"
+        words = getattr(field.annotation, "__args__", ())
+        allowed = ", ".join(word for word in words if isinstance(word, str))
+        ends = {type(end).__name__.lower(): end for end in field.metadata}
+        low, high = (getattr(ends.get(key), key, "") for key in ("ge", "le"))
+        allowed = allowed or (f"{low} .. {high}".strip() if ends else "")
+        lines.append(f"| `{name}` | {default} | {field.description} | {allowed} |")
+    return "\n".join(lines) + "\n"

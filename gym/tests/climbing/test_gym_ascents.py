@@ -121,12 +121,12 @@ def test_opinions_are_counted_and_nobody_is_named(world: World, route: str) -> N
     assert world.server.ask("GET", tallies, world.people["member"]).json() == [
         {
             "route_id": route, "ascents": {"flash": 1, "try": 1}, "climbers": 1, "stars": 4.5,
-            "grades": {}, "wishes": {"keep": 2},
+            "crowd": "", "votes": 0, "grades": {}, "wishes": {"keep": 2},
         }
     ]  # fmt: skip
     assert world.server.ask("GET", path, world.people["member"]).json()["stars"] == 5
     comments = world.server.ask("GET", path.replace("opinion", "comments"), world.people["judge"])
-    assert [told["comment"] for told in comments.json()] == ["Best of the hall"]
+    assert [told["comment"] for told in comments.json()["items"]] == ["Best of the hall"]
     assert world.server.ask("DELETE", path, world.people["member"]).status_code == 204
     assert world.server.ask("GET", path, world.people["member"]).json()["stars"] is None
 
@@ -166,5 +166,5 @@ def test_the_table_of_ascents_is_no_program(world: World) -> None:
     answer = world.server.ask("GET", "/me/ascents.csv", world.people["member"])
     assert answer.headers["content-type"].startswith("text/csv")
     lines = answer.text.splitlines()
-    assert lines[0] == "climbed_at,gym_name,route_name,grade,kind,tries"
+    assert lines[0] == "climbed_at,gym_name,route_name,grade,kind,tries,note"
     assert ",'=1+2,," in lines[1]

@@ -10,7 +10,7 @@ export const forms = {
       await setter.go("/sign-in");
       assert.deepEqual(await grave(setter.page), []);
       await signIn(setter, places, places.owner);
-      const pages = ["/", "/sign-up", "/new-password", "/new-gym", "/account", "/no-such-page",
+      const pages = ["/", "/sign-up", "/new-password", "/new-gym", "/me", "/me/profile", "/me/security", "/me/data", "/sign-in/device", "/no-such-page",
         `/g/${places.gym}/settings`, `/g/${places.gym}/w/${places.wall}/versions`];
       for (const path of pages) {
         await setter.go(path);
@@ -37,7 +37,7 @@ export const forms = {
   async "fits at twice the text size"(browser, places) {
     const owner = await visit(browser, places);
     await signIn(owner, places, places.owner);
-    for (const path of ["/", "/account", `/g/${places.gym}`, `/g/${places.gym}/settings`]) {
+    for (const path of ["/", "/me", "/me/profile", "/me/security", "/me/data", `/g/${places.gym}`, `/g/${places.gym}/settings`]) {
       await owner.go(path);
       await owner.page.evaluate(() => document.documentElement.style.setProperty("font-size", "200%"));
       await owner.page.waitForFunction(() => !document.querySelector("main [role=status].quiet"));
@@ -52,7 +52,7 @@ export const forms = {
     const [one, other] = [await visit(browser, places), await visit(browser, places)];
     await signIn(one, places, places.member);
     await signIn(other, places, places.member);
-    await one.go("/account");
+    await one.go("/me/security");
     await one.page.getByRole("button", { name: "Sign out everywhere" }).click();
     await one.page.getByRole("dialog").getByRole("button", { name: "Sign out everywhere" }).click();
     await one.page.getByRole("heading", { name: "Sign in" }).waitFor();

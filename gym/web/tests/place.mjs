@@ -40,7 +40,7 @@ export async function signIn({ page, go }, places, email) {
   await go("/sign-in");
   await page.getByLabel("E-mail").fill(email);
   await page.getByLabel("Password").fill(places.password);
-  await page.getByRole("button", { name: "Sign in" }).click();
+  await page.getByRole("button", { name: "Sign in", exact: true }).click();
   await page.getByRole("heading", { name: "My gyms" }).waitFor();
 }
 

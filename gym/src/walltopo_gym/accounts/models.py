@@ -6,19 +6,24 @@ from datetime import datetime
 from typing import Any
 from uuid import UUID
 
-from sqlalchemy import JSON, ForeignKey, Index, LargeBinary, String, UniqueConstraint
+from sqlalchemy import JSON, ForeignKey, Index, LargeBinary, String, UniqueConstraint, true
 from sqlalchemy.orm import Mapped, mapped_column
 
+from walltopo_gym.clock import now
 from walltopo_gym.database.base import Base, Keyed
 
 __all__ = [
     "ApiToken",
     "AuditEntry",
     "Challenge",
+    "Handover",
     "KnownBrowser",
     "MailedLink",
     "Passkey",
     "Person",
+    "RecoveryCode",
+    "SecondFactor",
+    "Profile",
     "SignIn",
     "Try",
 ]
@@ -94,6 +99,27 @@ class Challenge(Keyed, Base):
     expires_at: Mapped[datetime]
 
 
+class SecondFactor(Keyed, Base):
+    """What a phone makes six digits of. The secret stands as it is, for the server makes them, too;
+    asked for once `confirmed_at`. `last_step`: the half minute of the last code that was used."""
+
+    __tablename__ = "second_factors"
+
+    person_id: Mapped[UUID] = mapped_column(ForeignKey(_PERSON, ondelete="CASCADE"), unique=True)
+    secret: Mapped[str] = mapped_column(String(64))
+    last_step: Mapped[int]
+    confirmed_at: Mapped[datetime | None]
+
+
+class RecoveryCode(Keyed, Base):
+    """Signs in once where the phone is lost."""
+
+    __tablename__ = "recovery_codes"
+
+    person_id: Mapped[UUID] = mapped_column(ForeignKey(_PERSON, ondelete="CASCADE"), index=True)
+    code_hash: Mapped[str] = mapped_column(String(64))
+
+
 class Identity(Keyed, Base):
     """Who somebody is to another server (OpenID Connect)."""
 
@@ -113,6 +139,25 @@ class OidcAttempt(Keyed, Base):
     state_hash: Mapped[str] = mapped_column(String(64), unique=True)
     nonce: Mapped[str] = mapped_column(String(64))
     verifier: Mapped[str] = mapped_column(String(64))
+    expires_at: Mapped[datetime]
+
+
+class Handover(Keyed, Base):
+    """A sign-in on its way from one browser to another (accounts/handovers.py); good once.
+
+    `offer_hash`: of what the QR code shows; `claim_hash`: of what the browser that scanned it was
+    given for it, which calls itself `browser` and shows `code`; `allowed`: both showed the same.
+    """
+
+    __tablename__ = "handovers"
+
+    person_id: Mapped[UUID] = mapped_column(ForeignKey(_PERSON, ondelete="CASCADE"), index=True)
+    sign_in_id: Mapped[UUID] = mapped_column(ForeignKey("sign_ins.id", ondelete="CASCADE"))
+    offer_hash: Mapped[str] = mapped_column(String(64), unique=True)
+    claim_hash: Mapped[str | None] = mapped_column(String(64), unique=True)
+    browser: Mapped[str] = mapped_column(String(200), default="")
+    code: Mapped[str] = mapped_column(String(6), default="")
+    allowed: Mapped[bool] = mapped_column(default=False)
     expires_at: Mapped[datetime]
 
 
@@ -151,3 +196,29 @@ class AuditEntry(Keyed, Base):
     action: Mapped[str] = mapped_column(String(40))
     subject: Mapped[str] = mapped_column(String(200), default="")
     details: Mapped[dict[str, Any]] = mapped_column(JSON, default=dict)
+
+
+class Profile(Base):
+    """What somebody lets others know of them; who has no row has said nothing: nobody sees more
+    than their name, and they are on no board.
+
+    `show_*` is one of `profiles.Audience`; `category` is "" or what boards of a gym may be
+    divided by; `birth_year` and `category` are shown to nobody, lengths are centimetres. `feed`:
+    they like to see what those climb whom they follow.
+    """
+
+    __tablename__ = "profiles"
+
+    person_id: Mapped[UUID] = mapped_column(
+        ForeignKey(_PERSON, ondelete="CASCADE"), primary_key=True
+    )
+    on_boards: Mapped[bool] = mapped_column(default=False)
+    category: Mapped[str] = mapped_column(String(10), default="")
+    birth_year: Mapped[int | None]
+    show_ascents: Mapped[str] = mapped_column(String(10), default="nobody")
+    show_pins: Mapped[str] = mapped_column(String(10), default="nobody")
+    show_body: Mapped[str] = mapped_column(String(10), default="nobody")
+    height_cm: Mapped[int | None]
+    reach_cm: Mapped[int | None]
+    changed_at: Mapped[datetime] = mapped_column(default=now)
+    feed: Mapped[bool] = mapped_column(default=True, server_default=true())

@@ -8,11 +8,18 @@ from fastapi import APIRouter, FastAPI
 
 from walltopo_gym.api import (
     about,
+    boards,
     climbing,
+    climbing_sessions,
+    comments,
     editing,
+    floor_plan,
+    follows,
     grades,
     gyms,
+    handovers,
     health,
+    logbook,
     me,
     members,
     metrics,
@@ -21,13 +28,18 @@ from walltopo_gym.api import (
     pages,
     passkeys,
     passwords,
+    past,
     pictures,
     plans,
+    profiles,
+    progress,
     publishing,
     routes,
     scans,
+    second_factor,
     sessions,
     sign_up,
+    tallies,
     tokens,
     uploads,
     walls,
@@ -44,9 +56,10 @@ from walltopo_gym.api.services import Services
 __all__ = ["PREFIX", "build_app"]
 
 PREFIX = "/api/v1"
-_ROOMS = (sign_up, sessions, me, passwords, tokens, gyms, members, grades, walls, scans, uploads,
-          publishing, plans, editing, routes, pictures, climbing, passkeys, own_data, webhooks,
-          about)  # fmt: skip
+_ROOMS = (sign_up, sessions, me, passwords, second_factor, tokens, gyms, members, grades, walls,
+          scans, uploads, floor_plan, publishing, plans, editing, routes, pictures, climbing, comments, logbook,
+          tallies, profiles, passkeys, handovers, own_data, past, webhooks,
+          climbing_sessions, progress, boards, follows, about)  # fmt: skip
 
 
 def build_app(services: Services) -> FastAPI:

@@ -11,17 +11,13 @@ from pydantic import AwareDatetime, BaseModel, Field
 from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
-from walltopo_gym.accounts.actor import Scope
-from walltopo_gym.accounts.models import Person
 from walltopo_gym.api.fields import Body, Text
 from walltopo_gym.api.paging import Cursor, Page, Size, page_of
 from walltopo_gym.api.routes import route_of
-from walltopo_gym.api.rules import Access, GuestMay, SignedInMay, gym_rule
+from walltopo_gym.api.rules import Access, SignedInMay, gym_rule
 from walltopo_gym.api.services import Db
-from walltopo_gym.api.walls import wall_of
 from walltopo_gym.climbing.ascents import Climb, Kind, keep_ascent, take_back
 from walltopo_gym.climbing.models import Ascent, Opinion
-from walltopo_gym.climbing.tallies import tallies
 from walltopo_gym.clock import now
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.publishing.change import check_grade
@@ -32,8 +28,8 @@ __all__ = ["router"]
 router = APIRouter(tags=["climbing"])
 
 ClimberMay = Annotated[Access, gym_rule(Role.MEMBER, None)]
-ReaderMay = Annotated[Access, gym_rule(Role.MEMBER, Scope.READ)]
 Wish = Literal["", "keep", "renew"]
+Words = Annotated[str, Field(max_length=500, pattern=r"^[^\x00-\x08\x0b-\x1f\x7f]*$")]
 
 
 class NewAscent(Body):
@@ -43,6 +39,7 @@ class NewAscent(Body):
     kind: Kind
     tries: int = Field(1, ge=1, le=999)
     climbed_at: AwareDatetime
+    note: Words = ""
 
 
 class AscentFacts(BaseModel):
@@ -60,58 +57,45 @@ class AscentFacts(BaseModel):
     created_at: datetime
 
 
+class OwnAscent(AscentFacts):
+    """An ascent as its climber alone sees it."""
+
+    note: str
+
+
 class OpinionWords(Body):
     """What one thinks of a route; all of it, each time."""
 
     grade: Text = ""
     stars: int | None = Field(None, ge=1, le=5)
     wish: Wish = ""
-    comment: str = Field("", max_length=500, pattern=r"^[^\x00-\x08\x0b-\x1f\x7f]*$")
-
-
-class Comment(BaseModel):
-    """A comment, under its author's name."""
-
-    name: str
-    comment: str
-    changed_at: datetime
-
-
-class TallyFacts(BaseModel):
-    """What climbers did on a route and think of it; nobody is named."""
-
-    route_id: UUID
-    ascents: dict[str, int]
-    climbers: int
-    stars: float | None
-    grades: dict[str, int]
-    wishes: dict[str, int]
+    comment: Words = ""
 
 
 @router.put("/gyms/{gym}/ascents/{ascent}")
 def put_ascent(
     ascent: UUID, body: NewAscent, response: Response, session: Db, access: ClimberMay
-) -> AscentFacts:
+) -> OwnAscent:
     """Tell what one did; under an id that one's phone has made, so that it arrives once however
     often it is sent. Sent again with other words it is corrected; taken back it stays."""
     route = route_of(session, access, body.route_id)
-    climb = Climb(body.kind, body.tries, body.climbed_at)
+    climb = Climb(body.kind, body.tries, body.climbed_at, body.note)
     row, is_new = keep_ascent(session, ascent, access.actor.known, access.gym, route, climb)
     response.status_code = 201 if is_new else 200
-    return AscentFacts.model_validate(row, from_attributes=True)
+    return OwnAscent.model_validate(row, from_attributes=True)
 
 
 @router.get("/me/ascents")
 def list_ascents(
     session: Db, actor: SignedInMay, cursor: Cursor = None, size: Size = 50,
     wall: Annotated[UUID | None, Query(description="only of routes of this wall")] = None,
-) -> Page[AscentFacts]:  # fmt: skip
+) -> Page[OwnAscent]:  # fmt: skip
     """One's own ascents, the last that arrived first."""
     rows = select(Ascent).where(Ascent.person_id == actor.known, Ascent.taken_back_at.is_(None))
     if wall is not None:
         rows = rows.where(Ascent.route_id.in_(select(Route.id).where(Route.wall_id == wall)))
     found, following = page_of(session, rows, Ascent, cursor, size)
-    items = [AscentFacts.model_validate(row, from_attributes=True) for row in found]
+    items = [OwnAscent.model_validate(row, from_attributes=True) for row in found]
     return Page(items=items, next=following)
 
 
@@ -146,28 +130,6 @@ def drop_opinion(route: UUID, session: Db, access: ClimberMay) -> None:
     found = route_of(session, access, route)
     mine = Opinion.route_id == found.id, Opinion.person_id == access.actor.known
     session.execute(delete(Opinion).where(*mine))
-
-
-@router.get("/gyms/{gym}/routes/{route}/comments")
-def list_comments(route: UUID, session: Db, access: ReaderMay) -> list[Comment]:
-    """What members wrote of a route, the newest first."""
-    found = route_of(session, access, route)
-    rows = session.execute(
-        select(Person.name, Opinion.comment, Opinion.changed_at)
-        .join(Person, Person.id == Opinion.person_id)
-        .where(Opinion.route_id == found.id, Opinion.comment != "")
-        .order_by(Opinion.changed_at.desc(), Person.id)
-        .limit(200)
-    )
-    return [Comment(name=row[0], comment=row[1], changed_at=row[2]) for row in rows]
-
-
-@router.get("/gyms/{gym}/walls/{wall}/tallies")
-def list_tallies(wall: UUID, session: Db, access: GuestMay) -> list[TallyFacts]:
-    """How often each route that hangs was climbed, and what climbers think of it."""
-    row = wall_of(session, access.gym.id, wall)
-    told = tallies(session, row.published_scan_id)
-    return [TallyFacts(route_id=route, **vars(tally)) for route, tally in told.items()]
 
 
 def _opinion(session: Session, route: UUID, person: UUID) -> Opinion | None:

@@ -23,6 +23,7 @@ from walltopo_gym.api.rules import (
     gym_rule,
 )
 from walltopo_gym.api.services import Db, ServicesOf
+from walltopo_gym.climbing.counting import recount
 from walltopo_gym.errors import ForbiddenError
 from walltopo_gym.gyms.models import Gym, Membership
 from walltopo_gym.gyms.opening import check_time_zone, open_gym
@@ -34,6 +35,7 @@ router = APIRouter(tags=["gyms"])
 
 Visibility = Literal["public", "unlisted", "private"]
 Joining = Literal["open", "invitation"]
+Boards = Literal["off", "one", "categories"]
 
 
 class NewGym(Body):
@@ -55,6 +57,7 @@ class GymChange(Body):
     time_zone: str | None = Field(None, max_length=60)
     visibility: Visibility | None = None
     joining: Joining | None = None
+    boards: Boards | None = None
 
 
 class GymFacts(BaseModel):
@@ -67,6 +70,7 @@ class GymFacts(BaseModel):
     time_zone: str
     visibility: Visibility
     joining: Joining
+    boards: Boards
     created_at: datetime
     role: Role = Role.GUEST
 
@@ -127,8 +131,11 @@ def change_gym(body: GymChange, session: Db, access: OwnerMay) -> GymFacts:
     if "time_zone" in changes:
         check_time_zone(changes["time_zone"])
     gym = session.get_one(Gym, access.gym.id)
+    zone = gym.time_zone
     for name, value in changes.items():
         setattr(gym, name, value)
+    if gym.time_zone != zone:  # its days begin otherwise
+        recount(session, gym)
     log_change(session, "gym.change", person=access.actor.known, gym=gym.id, subject=gym.slug,
                **changes)  # fmt: skip
     return gym_facts(gym, access.role)

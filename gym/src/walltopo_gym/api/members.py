@@ -12,13 +12,15 @@ from sqlalchemy import delete, select
 
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.models import Person
-from walltopo_gym.api.fields import Body, Secret
+from walltopo_gym.api.fields import Body, Secret, Text
 from walltopo_gym.api.gyms import GymFacts, gym_facts
 from walltopo_gym.api.rules import Access, OwnerMay, SignedInMay, gym_rule
 from walltopo_gym.api.services import Db, ServicesOf
+from walltopo_gym.climbing.people import took_part
 from walltopo_gym.errors import ForbiddenError, NotFoundError
+from walltopo_gym.gyms.bans import ban, end_ban
 from walltopo_gym.gyms.members import accept, add_member, change_role, invite, remove_member
-from walltopo_gym.gyms.models import Invitation, Membership
+from walltopo_gym.gyms.models import Ban, Invitation, Membership
 from walltopo_gym.gyms.roles import Role
 
 __all__ = ["router"]
@@ -43,6 +45,21 @@ class Member(BaseModel):
 
 class RoleChange(Body):
     role: GivenRole
+
+
+class NewBan(Body):
+    """Why; for the gym's own memory."""
+
+    reason: Text = Field("", max_length=200)
+
+
+class BanFacts(BaseModel):
+    """Somebody whom the gym has excluded."""
+
+    id: UUID
+    name: str
+    reason: str
+    created_at: datetime
 
 
 class NewInvitation(Body):
@@ -112,6 +129,32 @@ def change_member(person: UUID, body: RoleChange, session: Db, access: OwnerMay)
 def drop_member(person: UUID, session: Db, access: OwnerMay) -> None:
     """Let a member go."""
     remove_member(session, access.gym.id, person, access.actor.known)
+
+
+@router.get("/gyms/{gym}/bans")
+def list_bans(session: Db, access: OwnerMay) -> list[BanFacts]:
+    """Whom the gym has excluded, the last one first."""
+    rows = session.execute(
+        select(Person.id, Person.name, Ban.reason, Ban.created_at)
+        .join(Ban, Ban.person_id == Person.id)
+        .where(Ban.gym_id == access.gym.id)
+        .order_by(Ban.created_at.desc(), Person.id)
+    )
+    return [BanFacts(id=row[0], name=row[1], reason=row[2], created_at=row[3]) for row in rows]
+
+
+@router.put("/gyms/{gym}/bans/{person}", status_code=204)
+def ban_person(person: UUID, body: NewBan, session: Db, access: OwnerMay) -> None:
+    """Let somebody take part in the gym no more: no member, no new ascents, no comments."""
+    if not took_part(session, access.gym.id, person):
+        raise NotFoundError("this person has never taken part in this gym")
+    ban(session, access.gym.id, person, body.reason, access.actor.known)
+
+
+@router.delete("/gyms/{gym}/bans/{person}", status_code=204)
+def drop_ban(person: UUID, session: Db, access: OwnerMay) -> None:
+    """Let somebody join again."""
+    end_ban(session, access.gym.id, person, access.actor.known)
 
 
 @router.get("/gyms/{gym}/invitations")

@@ -44,7 +44,8 @@ _POLICY: Final = (
 
 # The first part of each address of the app (gym/web/src/routes.ts).
 _PLACES: Final = {
-    "", "account", "embed", "g", "invitation", "new-gym", "new-password", "sign-in", "sign-up",
+    "", "embed", "g", "invitation", "me", "new-gym", "new-password", "people",
+    "sign-in", "sign-up",
 }  # fmt: skip
 
 

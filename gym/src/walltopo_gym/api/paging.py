@@ -16,7 +16,7 @@ from sqlalchemy.orm import Session
 from walltopo.core import InputError
 from walltopo_gym.database.base import Keyed
 
-__all__ = ["Cursor", "Page", "Size", "page_of"]
+__all__ = ["Cursor", "Page", "Size", "page_by", "page_of"]
 
 Item = TypeVar("Item")
 Row = TypeVar("Row", bound=Keyed)
@@ -45,18 +45,35 @@ def page_of(
     ------
     InputError : the cursor is none of ours.
     """
-    place = tuple_(kind.created_at, kind.id)
+    of = rows.add_columns(kind.created_at, kind.id)
+    found, following = page_by(session, of, (kind.created_at, kind.id), cursor, size)
+    return [row[0] for row in found], following
+
+
+def page_by(
+    session: Session, rows: Select[*tuple[Any, ...]], order: tuple[Any, Any], cursor: str | None,
+    size: int,
+) -> tuple[list[Any], str | None]:  # fmt: skip
+    """One page of rows, the latest first, and the cursor of the next.
+
+    Parameters
+    ----------
+    order : a moment and a key, which are also the last two columns of `rows`.
+
+    Raises
+    ------
+    InputError : the cursor is none of ours.
+    """
+    moment, key = order
     if cursor is not None:
-        moment, key = _read(cursor)
-        rows = rows.where(place < tuple_(moment, key))
-    ordered = rows.order_by(kind.created_at.desc(), kind.id.desc()).limit(size + 1)
-    found = list(session.scalars(ordered))
+        rows = rows.where(tuple_(moment, key) < tuple_(*_read(cursor)))
+    found = list(session.execute(rows.order_by(moment.desc(), key.desc()).limit(size + 1)))
     more = len(found) > size
-    return found[:size], _write(found[size - 1]) if more else None
+    return found[:size], _write(*found[size - 1][-2:]) if more else None
 
 
-def _write(row: Keyed) -> str:
-    text = f"{row.created_at.isoformat()} {row.id.hex}"
+def _write(moment: datetime, key: UUID) -> str:
+    text = f"{moment.isoformat()} {key.hex}"
     return base64.urlsafe_b64encode(text.encode()).decode()
 
 

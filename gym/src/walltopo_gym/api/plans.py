@@ -60,7 +60,7 @@ def put_plan(
 ) -> PlanFacts:
     """Publish a scan later, with these routes; what was planned for it before gives way."""
     row = scan_of(session, access.gym.id, scan)
-    entries, holds = confirmed(session, services.store, access, row, body)
+    entries, found = confirmed(session, services.store, access, row, body)
     wall = session.get_one(Wall, row.wall_id)
     if wall.revision != body.revision:
         raise ConflictError("the wall was changed meanwhile", "Look at it again.")
@@ -69,7 +69,8 @@ def put_plan(
     plan = session.merge(
         Plan(
             scan_id=scan, over_id=wall.published_scan_id, made_by=access.actor.known, at=body.at,
-            entries=rows_of(entries), holds={str(n): held for n, held in holds.items()}, error="",
+            entries=rows_of(entries), found={str(n): each.row for n, each in found.items()},
+            error="",
         )
     )  # fmt: skip
     session.flush()

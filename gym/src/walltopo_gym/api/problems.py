@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
-from sqlalchemy.exc import IntegrityError
+from sqlalchemy.exc import IntegrityError, InterfaceError, OperationalError
 from starlette.exceptions import HTTPException
 from starlette.responses import JSONResponse
 
@@ -70,6 +70,8 @@ def handle_problems(app: FastAPI) -> None:
     app.add_exception_handler(RequestValidationError, _not_valid)
     app.add_exception_handler(HTTPException, _http)
     app.add_exception_handler(IntegrityError, _raced)
+    app.add_exception_handler(OperationalError, _away)
+    app.add_exception_handler(InterfaceError, _away)
 
 
 def _told(request: Request, error: Exception) -> JSONResponse:
@@ -99,3 +101,9 @@ def _raced(request: Request, error: Exception) -> JSONResponse:
     """Two that did the same at the same moment: the database let one of them in."""
     _LOG.info("conflict: %s", error)
     return problem(409, "somebody else did this at the same moment", "Look again.")
+
+
+def _away(request: Request, error: Exception) -> JSONResponse:
+    """The database went away, or is starting: of the request all was kept, or nothing."""
+    _LOG.error("the database does not answer: %s", error)
+    return problem(503, "the database does not answer", "Try again soon.", {"retry-after": "2"})

@@ -23,7 +23,7 @@ from walltopo_gym.clock import now
 from walltopo_gym.editing.log import check_carried_out
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.roles import Role
-from walltopo_gym.publishing.change import Entry, check_grade, publish, put_back
+from walltopo_gym.publishing.change import Entry, Placed, check_grade, publish, put_back
 from walltopo_gym.publishing.review import found_routes, review
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.states import State, check_in_review
@@ -106,9 +106,9 @@ def publish_scan(
 ) -> ScanFacts:
     """Let the scan be the wall, with these routes; all at once."""
     row = scan_of(session, access.gym.id, scan)
-    entries, holds = confirmed(session, services.store, access, row, body)
+    entries, found = confirmed(session, services.store, access, row, body)
     today = now().astimezone(ZoneInfo(access.gym.time_zone)).date()
-    publish(session, row, body.revision, entries, holds, today)
+    publish(session, row, body.revision, entries, found, today)
     session.refresh(row)
     _log(session, access, "scan.publish", str(row.id))
     return facts_of(session, row)
@@ -116,8 +116,8 @@ def publish_scan(
 
 def confirmed(
     session: Session, store: FileStore, access: Access, scan: Scan, body: Publication
-) -> tuple[list[Entry], dict[int, list[int]]]:
-    """What a setter confirmed, checked; and the holds of the scan's routes by number.
+) -> tuple[list[Entry], dict[int, Placed]]:
+    """What a setter confirmed, checked; and the scan's routes by number.
 
     Raises
     ------
@@ -134,7 +134,7 @@ def confirmed(
         if given.route_id is None and given.number in routes:
             facts = {"colour": routes[given.number].colour} | facts
         entries.append(Entry(given.number, given.route_id, facts))
-    return entries, {number: list(route.holds) for number, route in routes.items()}
+    return entries, {number: Placed.of(route) for number, route in routes.items()}
 
 
 @router.post("/gyms/{gym}/walls/{wall}/put-back")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from datetime import date, datetime
-from typing import Annotated
+from typing import Annotated, Final
 from uuid import UUID
 
 from fastapi import APIRouter
@@ -22,11 +22,18 @@ from walltopo_gym.gyms.roles import Role
 from walltopo_gym.publishing.change import check_grade, strip
 from walltopo_gym.publishing.models import Placement, Route
 
-__all__ = ["PublisherMay", "RouteFacts", "RouteWords", "route_of", "router", "routes_of"]
+__all__ = ["PublisherMay", "RouteFacts", "RouteWords", "gym_routes", "route_of", "router",
+           "routes_of", "wall_routes"]  # fmt: skip
 
 router = APIRouter(tags=["routes"])
 
 PublisherMay = Annotated[Access, gym_rule(Role.SETTER, Scope.PUBLISH)]
+
+_HANGING: Final = (
+    select(Route, Placement)
+    .join(Placement, Placement.route_id == Route.id)
+    .where(Route.stripped_at.is_(None))
+)
 
 Tags = Annotated[list[Name], Field(max_length=20)]
 
@@ -52,7 +59,7 @@ class RouteWords(Body):
 
 
 class RouteFacts(BaseModel):
-    """A route; `number` and `holds` are those of the version that is published."""
+    """A route; `number`, `holds` and its style are those of the version that is published."""
 
     id: UUID
     wall_id: UUID
@@ -67,6 +74,14 @@ class RouteFacts(BaseModel):
     stripped_at: datetime | None
     number: int | None = None
     holds: list[int] = []
+    steepness_deg: float | None = None
+    hold_types: dict[str, int] = {}
+
+
+@router.get("/gyms/{gym}/routes")
+def list_routes(session: Db, access: GuestMay) -> list[RouteFacts]:
+    """What hangs in the gym, wall by wall."""
+    return [_told(route, placement) for route, placement in gym_routes(session, access.gym.id)]
 
 
 @router.get("/gyms/{gym}/routes/{route}")
@@ -100,13 +115,21 @@ def strip_route(route: UUID, session: Db, access: PublisherMay) -> RouteFacts:
 
 def routes_of(session: Session, wall: Wall) -> list[RouteFacts]:
     """The routes that hang on a wall, by their numbers."""
-    rows = session.execute(
-        select(Route, Placement)
-        .join(Placement, Placement.route_id == Route.id)
-        .where(Placement.scan_id == wall.published_scan_id, Route.stripped_at.is_(None))
-        .order_by(Placement.number)
-    )
-    return [_told(route, placement) for route, placement in rows]
+    return [_told(route, placement) for route, placement in wall_routes(session, wall)]
+
+
+def wall_routes(session: Session, wall: Wall) -> list[tuple[Route, Placement]]:
+    """What hangs on a wall, by number."""
+    hanging = _HANGING.where(Placement.scan_id == wall.published_scan_id)
+    rows = session.execute(hanging.order_by(Placement.number))
+    return [(route, placement) for route, placement in rows]
+
+
+def gym_routes(session: Session, gym: UUID) -> list[tuple[Route, Placement]]:
+    """What hangs in a gym, wall by wall."""
+    hanging = _HANGING.join(Wall, Wall.published_scan_id == Placement.scan_id)
+    rows = hanging.where(Wall.gym_id == gym).order_by(Wall.place, Wall.name, Placement.number)
+    return [(route, placement) for route, placement in session.execute(rows)]
 
 
 def route_of(session: Session, access: Access, route: UUID) -> Route:
@@ -135,6 +158,7 @@ def _told(row: Route, placement: Placement | None) -> RouteFacts:
     facts = RouteFacts.model_validate(row, from_attributes=True)
     if placement is not None:
         facts.number, facts.holds = placement.number, placement.holds
+        facts.steepness_deg, facts.hold_types = placement.steepness_deg, placement.hold_types
     return facts
 
 

@@ -20,7 +20,7 @@ from sqlalchemy.orm import Session
 from walltopo_gym.accounts.actor import NOBODY, Actor, Scope, by_cookie, by_token
 from walltopo_gym.api.services import ServicesOf
 from walltopo_gym.errors import ForbiddenError, NotFoundError, SignInNeededError
-from walltopo_gym.gyms.members import role_of
+from walltopo_gym.gyms.members import check_not_banned, role_of
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.gyms.roles import Role
 
@@ -115,6 +115,8 @@ def gym_rule(least: Role, scope: Scope | None) -> Any:
         if not role.covers(least):
             if actor.person is None:
                 raise SignInNeededError("nobody is signed in", "Sign in first.")
+            with services.database.reading() as session:
+                check_not_banned(session, found.id, actor.person)
             raise ForbiddenError(f"only a {least} of this gym may do this")
         _check_scope(actor, rule)
         return Access(found, role, actor)

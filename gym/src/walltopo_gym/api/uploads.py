@@ -1,4 +1,5 @@
-"""Photos by tus 1.0.0 (https://tus.io/protocols/resumable-upload): core, creation, termination.
+"""Photos and videos by tus 1.0.0 (https://tus.io/protocols/resumable-upload): core, creation,
+termination.
 
 A phone announces a photo (POST), sends it (PATCH), and after whatever went wrong asks how much is
 here (HEAD) and goes on. `Upload-Metadata` has `filename` and, where the phone can, `sha256`: a
@@ -10,12 +11,12 @@ from __future__ import annotations
 import base64
 import binascii
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from typing import IO, Annotated, Final
 from uuid import UUID
 
 from anyio import to_thread
-from fastapi import APIRouter, Depends, Header, HTTPException, Request, Response
+from fastapi import APIRouter, BackgroundTasks, Depends, Header, HTTPException, Request, Response
 from pydantic import BaseModel
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -30,8 +31,9 @@ from walltopo_gym.errors import ConflictError, NotFoundError
 from walltopo_gym.gyms.models import Wall
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.states import State
-from walltopo_gym.uploads.models import Photo
-from walltopo_gym.uploads.receiving import announce, finish
+from walltopo_gym.uploads.models import Photo, PhotoOverlap
+from walltopo_gym.uploads.overlap import ask
+from walltopo_gym.uploads.receiving import announce, finish, is_video
 
 __all__ = ["router"]
 
@@ -55,7 +57,8 @@ Tus = Depends(_speak_tus)
 
 
 class PhotoFacts(BaseModel):
-    """A photo of a scan; `reason` says why it is of no use."""
+    """A photo of a scan, or a video of so many `frames`; `reason` says why it is of no
+    use, or why a video was not seen to its end."""
 
     id: UUID
     name: str
@@ -64,6 +67,17 @@ class PhotoFacts(BaseModel):
     reason: str
     width: int | None
     height: int | None
+    frames: int
+
+
+class OverlapFacts(BaseModel):
+    """Which photos hang together by what they show; `groups` of their ids, the largest first.
+
+    `pending`: photos came or went since, and it is being found out anew.
+    """
+
+    pending: bool
+    groups: list[list[UUID]]
 
 
 @router.get("/gyms/{gym}/scans/{scan}/photos")
@@ -75,18 +89,31 @@ def list_photos(scan: UUID, session: Db, access: UploaderMay) -> list[PhotoFacts
             for photo in session.scalars(photos)]  # fmt: skip
 
 
+@router.get("/gyms/{gym}/scans/{scan}/overlap")
+def read_overlap(scan: UUID, session: Db, access: UploaderMay) -> OverlapFacts:
+    """Which usable photos overlap: what hangs together becomes one wall, the rest is left out."""
+    row = session.get(PhotoOverlap, scan_of(session, access.gym.id, scan).id)
+    if row is None:
+        return OverlapFacts(pending=False, groups=[])
+    groups = [[UUID(photo) for photo in group] for group in row.groups]
+    return OverlapFacts(pending=row.answered < row.asked, groups=groups)
+
+
 @router.post("/gyms/{gym}/scans/{scan}/photos", status_code=201, dependencies=[Tus])
 def announce_photo(
     scan: UUID, request: Request, response: Response, session: Db, services: ServicesOf,
-    access: UploaderMay,
+    later: BackgroundTasks, access: UploaderMay,
     upload_length: Annotated[int, Header(ge=1, lt=2**63)],
     upload_metadata: Annotated[str, Header(max_length=2000)],
 ) -> None:  # fmt: skip
     """Announce a photo; `Location` is where it goes, `Upload-Offset` how much is here already."""
     settings = services.settings
-    if upload_length > settings.most_photo_mb * 1_000_000:
-        raise HTTPException(413, f"a photo has at most {settings.most_photo_mb} MB")
     told = _metadata(upload_metadata)
+    kind, most = ("video", settings.most_video_mb) if is_video(told["filename"]) else (
+        "photo", settings.most_photo_mb
+    )  # fmt: skip
+    if upload_length > most * 1_000_000:
+        raise HTTPException(413, f"a {kind} has at most {most} MB")
     row = scan_of(session, access.gym.id, scan)
     _check_open(row)
     photo, is_new = announce(
@@ -94,17 +121,24 @@ def announce_photo(
     )
     if is_new:
         services.incoming.begin(photo.id, upload_length)
+    offset = _offset(services, photo)
+    if photo.state == "receiving" and offset == photo.size:
+        later.add_task(_finish_whole, services, photo.id)
     response.headers["location"] = f"{request.url.path.partition('/scans/')[0]}/photos/{photo.id}"
-    response.headers["upload-offset"] = str(_offset(services, photo))
+    response.headers["upload-offset"] = str(offset)
 
 
 @router.head("/gyms/{gym}/photos/{photo}", dependencies=[Tus])
 def ask_offset(
-    photo: UUID, response: Response, session: Db, services: ServicesOf, access: UploaderMay
-) -> None:
+    photo: UUID, response: Response, session: Db, services: ServicesOf, later: BackgroundTasks,
+    access: UploaderMay,
+) -> None:  # fmt: skip
     """How much of a photo is here."""
     row = _photo_of(session, access, photo)
-    response.headers["upload-offset"] = str(_offset(services, row))
+    offset = _offset(services, row)
+    if row.state == "receiving" and offset == row.size:
+        later.add_task(_finish_whole, services, row.id)
+    response.headers["upload-offset"] = str(offset)
     response.headers["upload-length"] = str(row.size)
     response.headers["cache-control"] = "no-store"
 
@@ -139,6 +173,7 @@ def drop_photo(photo: UUID, session: Db, services: ServicesOf, access: UploaderM
     row = _photo_of(session, access, photo)
     _check_open(session.get_one(Scan, row.scan_id))
     session.delete(row)
+    ask(session, row.scan_id)
     services.incoming.drop(photo)
 
 
@@ -178,6 +213,12 @@ def _to_send(services: Services, access: Access, photo: UUID) -> Photo:
         row = _photo_of(session, access, photo)
         _check_open(session.get_one(Scan, row.scan_id))
         return row
+
+
+def _finish_whole(services: Services, photo: UUID) -> None:
+    """All of it had come when the database, or the store, went away: its sender sends no more."""
+    with suppress(InputError):  # not what was announced: it is forgotten
+        finish(services.database, services.store, services.incoming, photo)
 
 
 def _offset(services: Services, photo: Photo) -> int:

@@ -1,4 +1,4 @@
-"""`walltopo gym doctor|backup|restore|gym|jobs|purge`: what an operator does."""
+"""`walltopo gym doctor|backup|restore|gym|jobs|purge|recount`: what an operator does."""
 
 from __future__ import annotations
 
@@ -34,7 +34,10 @@ def register(inner: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     jobs.add_argument("what", choices=("list", "retry", "cancel"), nargs="?", default="list")
     jobs.add_argument("scan", nargs="?", type=UUID, help="(retry, cancel) its id")
     jobs.set_defaults(run=_jobs)
-    for command in (doctor, backup, restore, purge, gyms, jobs):
+    again = inner.add_parser("recount", help="count sessions and standings anew from all ascents")
+    again.add_argument("gym", nargs="?", metavar="SLUG", help="one gym (default: all)")
+    again.set_defaults(run=_recount)
+    for command in (doctor, backup, restore, purge, gyms, jobs, again):
         add_place(command)
 
 
@@ -88,6 +91,27 @@ def _purge(args: argparse.Namespace) -> int:
         gone = purge(settings, database, open_store(settings), really=not args.dry_run)
     verb = "would go" if args.dry_run else "gone"
     console.print(f"{gone.rows} rows, {len(gone.files)} files, {gone.bytes / 1e6:.1f} MB {verb}")
+    return 0
+
+
+def _recount(args: argparse.Namespace) -> int:
+    from sqlalchemy import select
+
+    from walltopo.cli.console import console
+    from walltopo_gym.cli.place import opened
+    from walltopo_gym.climbing.counting import recount
+    from walltopo_gym.gyms.models import Gym
+
+    with opened(args) as database, database.writing() as session:
+        wanted = select(Gym).order_by(Gym.slug)
+        if args.gym:
+            wanted = wanted.where(Gym.slug == args.gym)
+        gyms = session.scalars(wanted).all()
+        if args.gym and not gyms:
+            raise InputError(f"there is no gym {args.gym!r}", "`walltopo gym gym list` lists them.")
+        for gym in gyms:
+            line = f"{gym.slug}: {recount(session, gym)} climbers counted"
+            console.print(line, soft_wrap=True, markup=False, highlight=False)
     return 0
 
 

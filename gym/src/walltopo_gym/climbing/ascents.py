@@ -12,6 +12,7 @@ from sqlalchemy.orm import Session
 
 from walltopo.core import InputError
 from walltopo_gym.accounts.models import Person
+from walltopo_gym.climbing.counting import count_again, value
 from walltopo_gym.climbing.models import Ascent
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError, NotFoundError
@@ -37,12 +38,14 @@ class Climb:
 
     Parameters
     ----------
-    tries : of that day, the successful one among them; climbed_at : by the climber's clock.
+    tries : of that day, the successful one among them; climbed_at : by the climber's clock;
+    note : for nobody but the climber.
     """
 
     kind: Kind
     tries: int
     climbed_at: datetime
+    note: str = ""
 
 
 def keep_ascent(
@@ -67,6 +70,7 @@ def keep_ascent(
             id=ascent, person_id=person, gym_id=gym.id, route_id=route.id, gym_name=gym.name,
             route_name=route.name, grade=route.grade,
         )  # fmt: skip
+        value(session, row, route)
         session.add(row)
     elif row.person_id != person:
         raise ConflictError("this id is taken", "Make another one.")
@@ -74,8 +78,10 @@ def keep_ascent(
         return row, False
     elif row.route_id != route.id:
         raise ConflictError("this ascent is of another route", "Take it back, and make a new one.")
-    row.kind, row.tries, row.climbed_at = climb.kind, climb.tries, min(climb.climbed_at, now())
-    session.flush()
+    before = set() if is_new else {row.climbed_at}
+    row.kind, row.tries, row.note = climb.kind, climb.tries, climb.note
+    row.climbed_at = min(climb.climbed_at, now())
+    count_again(session, gym, person, before | {row.climbed_at})
     return row, is_new
 
 
@@ -86,8 +92,12 @@ def take_back(session: Session, ascent: UUID, person: UUID) -> None:
     ------
     NotFoundError : this person has none of that id.
     """
+    session.execute(select(Person.id).where(Person.id == person).with_for_update())
     mine = select(Ascent).where(Ascent.id == ascent, Ascent.person_id == person)
     row = session.scalar(mine)
     if row is None:
         raise NotFoundError("no such ascent")
-    row.taken_back_at = row.taken_back_at or now()
+    if row.taken_back_at is None:
+        row.taken_back_at = now()
+        if row.gym_id is not None:
+            count_again(session, session.get_one(Gym, row.gym_id), person, [row.climbed_at])

@@ -19,29 +19,51 @@ from walltopo_gym.accounts.models import (
     KnownBrowser,
     Passkey,
     Person,
+    Profile,
+    RecoveryCode,
+    SecondFactor,
     SignIn,
 )
-from walltopo_gym.climbing.models import Ascent, Opinion
+from walltopo_gym.climbing.counted_models import ClimbingSession, SessionMark, Standing
+from walltopo_gym.climbing.follows import followers, following
+from walltopo_gym.climbing.models import Ascent, HiddenComment, Opinion, Report
 from walltopo_gym.errors import ConflictError
-from walltopo_gym.gyms.models import Gym, Membership
+from walltopo_gym.gyms.models import Ban, Gym, Membership
 from walltopo_gym.gyms.roles import Role
 
-__all__ = ["all_of", "ascents_csv", "forget"]
+__all__ = ["all_of", "ascents_csv", "forget", "harmless"]
 
 # Every table that names a person, and what of it is secret or of no meaning to them.
 _KINDS: Final[dict[str, Any]] = {
+    "profile": Profile,
     "gyms": Membership,
     "ascents": Ascent,
     "opinions": Opinion,
+    "sessions": ClimbingSession,
+    "session_marks": SessionMark,
+    "standings": Standing,
+    "hidden_comments": HiddenComment,
+    "reports": Report,
+    "bans": Ban,
     "sign_ins": SignIn,
     "browsers": KnownBrowser,
     "tokens": ApiToken,
     "passkeys": Passkey,
+    "second_factor": SecondFactor,
+    "recovery_codes": RecoveryCode,
     "identities": Identity,
     "changes": AuditEntry,
 }
-_LEFT_OUT: Final = {"password_hash", "token_hash", "public_key", "credential_id", "person_id"}
-_COLUMNS: Final = ("climbed_at", "gym_name", "route_name", "grade", "kind", "tries")
+_LEFT_OUT: Final = {
+    "password_hash",
+    "token_hash",
+    "public_key",
+    "credential_id",
+    "person_id",
+    "secret",
+    "code_hash",
+}
+_COLUMNS: Final = ("climbed_at", "gym_name", "route_name", "grade", "kind", "tries", "note")
 
 
 def all_of(session: Session, person: UUID) -> dict[str, Any]:
@@ -50,6 +72,8 @@ def all_of(session: Session, person: UUID) -> dict[str, Any]:
     for name, kind in _KINDS.items():
         mine: Select[Any] = select(kind).where(kind.person_id == person)
         told[name] = [_row(row) for row in session.scalars(mine)]
+    told["following"] = [vars(known) for known in following(session, person)]
+    told["followers"] = [vars(known) for known in followers(session, person)]
     return told
 
 
@@ -67,11 +91,11 @@ def ascents_csv(session: Session, person: UUID) -> str:
     for row in session.scalars(mine.order_by(Ascent.climbed_at, Ascent.id)):
         moment = row.climbed_at.isoformat()
         words = (row.gym_name, row.route_name, row.grade, row.kind)
-        writer.writerow([moment, *map(_harmless, words), row.tries])
+        writer.writerow([moment, *map(harmless, words), row.tries, harmless(row.note)])
     return out.getvalue()
 
 
-def _harmless(text: str) -> str:
+def harmless(text: str) -> str:
     """No formula to a spreadsheet (OWASP, CSV Injection)."""
     return "'" + text if text[:1] in tuple("=+-@\t\r") else text
 

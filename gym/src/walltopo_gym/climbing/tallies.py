@@ -1,17 +1,19 @@
-"""What climbers did on the routes of a wall and think of them, counted; nobody is named."""
+"""What climbers did on routes and think of them, counted; nobody is named."""
 
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from uuid import UUID
 
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
+from walltopo_gym.climbing.crowd import crowd_grade
 from walltopo_gym.climbing.models import Ascent, Opinion
-from walltopo_gym.publishing.models import Placement, Route
+from walltopo_gym.gyms.models import GradeSystem
+from walltopo_gym.publishing.models import Route
 
 __all__ = ["Tally", "tallies"]
 
@@ -24,6 +26,7 @@ class Tally:
     ----------
     ascents : kind to number; climbers : who topped or flashed it, each once.
     stars : mean, None where nobody gave any; grades : label to votes; wishes : wish to number.
+    crowd : how hard climbers find it, empty where too few have said (`crowd.ENOUGH`).
     """
 
     ascents: dict[str, int] = field(default_factory=dict)
@@ -31,16 +34,25 @@ class Tally:
     stars: float | None = None
     grades: dict[str, int] = field(default_factory=dict)
     wishes: dict[str, int] = field(default_factory=dict)
+    crowd: str = ""
 
 
-def tallies(session: Session, scan: UUID | None) -> dict[UUID, Tally]:
-    """Of all routes that hang in a version of a wall, by route."""
-    placed = select(Placement.route_id).join(Route, Route.id == Placement.route_id)
-    hanging = placed.where(Placement.scan_id == scan, Route.stripped_at.is_(None))
-    told = {route: Tally() for route in session.scalars(hanging.order_by(Placement.number))}
+def tallies(session: Session, routes: Iterable[UUID]) -> dict[UUID, Tally]:
+    """Of these routes, by route, in their order."""
+    told = {route: Tally() for route in routes}
     _count_ascents(session, told)
     _count_opinions(session, told)
+    _grade(session, {route: tally for route, tally in told.items() if tally.grades})
     return told
+
+
+def _grade(session: Session, told: Mapping[UUID, Tally]) -> None:
+    systems = select(Route.id, GradeSystem.grades).join(
+        GradeSystem, GradeSystem.id == Route.grade_system_id
+    )
+    for route, grades in session.execute(systems.where(Route.id.in_(told))):
+        labels = [grade["label"] for grade in grades]
+        told[route].crowd = crowd_grade(told[route].grades, labels)
 
 
 def _count_ascents(session: Session, told: Mapping[UUID, Tally]) -> None:

@@ -11,15 +11,16 @@ import numpy as np
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from walltopo_gym.accounts.models import Person
+from walltopo_gym.accounts.models import Person, Profile
 from walltopo_gym.accounts.people import NO_PASSWORD
-from walltopo_gym.climbing.models import Ascent, Opinion
+from walltopo_gym.accounts.profiles import Audience, Category
+from walltopo_gym.climbing.models import Ascent, Follow, Opinion
 from walltopo_gym.gyms.grades import FONT
 from walltopo_gym.gyms.models import Gym, Membership
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.publishing.models import Route
 
-__all__ = ["ASCENTS", "CLIMBERS", "fill"]
+__all__ = ["ASCENTS", "CLIMBERS", "fill", "fill_own"]
 
 CLIMBERS: Final = 40
 ASCENTS: Final = 600
@@ -43,6 +44,7 @@ def fill(session: Session, gym: Gym, routes: Sequence[Route], until: datetime) -
     rng = np.random.default_rng(_SEED)
     people = [_person(session, gym, number) for number in range(CLIMBERS)]
     session.flush()
+    session.add_all(_profile(person, number) for number, person in enumerate(people))
     hardness = np.array([FONT.index(route.grade) for route in routes], float)
     skill = rng.normal(hardness.mean() + 1.0, 2.5, CLIMBERS)
     keen = rng.dirichlet(np.full(CLIMBERS, 1.5))  # some come often, some once
@@ -63,6 +65,35 @@ def fill(session: Session, gym: Gym, routes: Sequence[Route], until: datetime) -
             session.add(_opinion(rng, people[who], routes[which], until))
 
 
+def fill_own(
+    session: Session, gym: Gym, climber: UUID, routes: Sequence[Route], until: datetime
+) -> None:
+    """Let the demo's own climber have come twice a week, and follow some of the others; nothing
+    where they have climbed already."""
+    mine = select(func.count()).select_from(Ascent).where(Ascent.person_id == climber)
+    if session.scalar(mine):
+        return
+    rng = np.random.default_rng(_SEED + 1)
+    person = session.get_one(Person, climber)
+    skill = float(np.mean([FONT.index(route.grade) for route in routes])) + 1.5
+    seen: set[int] = set()
+    for day in (d for d in range(_DAYS) if d % 7 in (1, 4)):
+        for which in rng.integers(len(routes), size=int(rng.integers(4, 8))).tolist():
+            ease = skill + day / _DAYS - FONT.index(routes[which].grade)
+            kind, tries = _outcome(rng, ease, which in seen)
+            seen.add(which)
+            at = _evening(rng, until, day)
+            session.add(_ascent(rng, person, gym, routes[which], kind, tries, at))
+    session.merge(Profile(person_id=climber, on_boards=True, show_ascents=Audience.GYM, feed=True))
+    others = select(Person).where(Person.email.like(f"climber%@{gym.slug}.invalid"))
+    for number, other in enumerate(session.scalars(others.order_by(Person.email))):
+        if number % 5 == 0:
+            session.add(Follow(follower_id=climber, followed_id=other.id, accepted=True))
+        elif number % 13 == 1:
+            session.add(Follow(follower_id=other.id, followed_id=climber, accepted=False))
+    session.flush()
+
+
 def _person(session: Session, gym: Gym, number: int) -> Person:
     name = f"{_FIRST[number % len(_FIRST)]} {_LAST[number // len(_FIRST)]} (made up)"
     person = Person(
@@ -72,6 +103,17 @@ def _person(session: Session, gym: Gym, number: int) -> Person:
     session.flush()
     session.add(Membership(gym_id=gym.id, person_id=person.id, role=Role.MEMBER))
     return person
+
+
+def _profile(person: Person, number: int) -> Profile:
+    """Three of four want to be ranked, and then let the gym see what they climb."""
+    is_open = number % 4 != 3
+    shown = Audience.GYM if is_open else Audience.NOBODY
+    said = (Category.WOMEN, Category.MEN, Category.UNSAID, Category.OTHER)
+    return Profile(
+        person_id=person.id, on_boards=is_open, show_ascents=shown, show_pins=shown,
+        category=said[number % 3 if number % 10 else 3], birth_year=1965 + number,
+    )  # fmt: skip
 
 
 def _outcome(rng: np.random.Generator, ease: float, again: bool) -> tuple[str, int]:

@@ -24,15 +24,16 @@ from walltopo.photos.sources import PHOTO_SUFFIXES
 from walltopo.scans.routes import Route as FoundRoute
 from walltopo_gym.accounts.passwords import Passwords
 from walltopo_gym.accounts.people import add_person, find_person, set_password
+from walltopo_gym.climbing.counting import recount
 from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
-from walltopo_gym.demo.crowd import fill
+from walltopo_gym.demo.crowd import fill, fill_own
 from walltopo_gym.gyms.grades import FONT
 from walltopo_gym.gyms.members import add_member
 from walltopo_gym.gyms.models import GradeSystem, Gym, Wall
 from walltopo_gym.gyms.opening import open_gym
 from walltopo_gym.gyms.roles import Role
-from walltopo_gym.publishing.change import Entry, publish
+from walltopo_gym.publishing.change import Entry, Placed, publish
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.publishing.review import found_routes
 from walltopo_gym.publishing.work import at_work
@@ -88,7 +89,10 @@ class Hall:
         with self.database.writing() as session:
             gym = session.scalars(select(Gym).where(Gym.slug == SLUG)).one()
             hanging = select(Route).where(Route.wall_id == wall.id).order_by(Route.name)
-            fill(session, gym, session.scalars(hanging).all(), now())
+            routes = session.scalars(hanging).all()
+            fill(session, gym, routes, now())
+            fill_own(session, gym, self._person(f"climber@{SLUG}.example"), routes, now())
+            recount(session, gym)
         return accounts
 
     def _accounts(self) -> dict[str, str]:
@@ -193,8 +197,8 @@ class Hall:
                 Entry(number, None, facts | {"grade_system_id": system.id})
                 for number, facts in name_routes(found).items()
             ]
-            holds = {number: route.holds for number, route in found.items()}
-            publish(session, row, gym.revision, entries, holds, began)
+            known = {number: Placed.of(route) for number, route in found.items()}
+            publish(session, row, gym.revision, entries, known, began)
 
 
 def name_routes(found: dict[int, FoundRoute]) -> dict[int, dict[str, object]]:

@@ -12,12 +12,12 @@ from walltopo.core import InputError
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.secrets import hash_of, new_secret
 from walltopo_gym.clock import now
-from walltopo_gym.errors import ConflictError, NotFoundError
-from walltopo_gym.gyms.models import Gym, Invitation, Membership
+from walltopo_gym.errors import ConflictError, ForbiddenError, NotFoundError
+from walltopo_gym.gyms.models import Ban, Gym, Invitation, Membership
 from walltopo_gym.gyms.roles import Role
 
-__all__ = ["accept", "add_member", "change_role", "invitation", "invite", "remove_member",
-           "role_of"]  # fmt: skip
+__all__ = ["accept", "add_member", "change_role", "check_not_banned", "invitation", "invite",
+           "remove_member", "role_of"]  # fmt: skip
 
 
 def role_of(session: Session, gym: UUID, person: UUID | None) -> Role:
@@ -29,7 +29,13 @@ def role_of(session: Session, gym: UUID, person: UUID | None) -> Role:
 
 
 def add_member(session: Session, gym: UUID, person: UUID, role: Role, by: UUID) -> Role:
-    """Make somebody a member; a role that they have already is never lessened by it."""
+    """Make somebody a member; a role that they have already is never lessened by it.
+
+    Raises
+    ------
+    ForbiddenError : the gym has banned them.
+    """
+    check_not_banned(session, gym, person)
     present = session.get(Membership, (gym, person))
     if present is not None:
         if Role(present.role).covers(role):
@@ -39,6 +45,20 @@ def add_member(session: Session, gym: UUID, person: UUID, role: Role, by: UUID) 
         session.add(Membership(gym_id=gym, person_id=person, role=role))
     log_change(session, "member.add", person=by, gym=gym, subject=str(person), role=role)
     return role
+
+
+def check_not_banned(session: Session, gym: UUID, person: UUID) -> None:
+    """Refuse who may take part in this gym no more.
+
+    Raises
+    ------
+    ForbiddenError : they are banned.
+    """
+    if session.get(Ban, (gym, person)) is not None:
+        raise ForbiddenError(
+            "this gym has excluded you",
+            "Ask the gym. What you climbed stays yours: it comes out under your own data.",
+        )
 
 
 def change_role(session: Session, gym: UUID, person: UUID, role: Role, by: UUID) -> None:

@@ -12,7 +12,7 @@ from sqlalchemy.orm import Mapped, mapped_column
 from walltopo_gym.clock import now
 from walltopo_gym.database.base import Base, Keyed
 
-__all__ = ["GradeSystem", "Gym", "Invitation", "Membership", "Wall"]
+__all__ = ["Ban", "FloorPlan", "GradeSystem", "Gym", "Invitation", "Membership", "Wall"]
 
 _GYM = "gyms.id"
 
@@ -21,7 +21,8 @@ class Gym(Keyed, Base):
     """A climbing gym.
 
     `visibility`: "public" is listed, "unlisted" is seen by whoever has its address, "private" by
-    its members. `joining`: "open" or "invitation".
+    its members. `joining`: "open" or "invitation". `boards`: "off", "one" for everybody, or
+    "categories" too.
     """
 
     __tablename__ = "gyms"
@@ -32,6 +33,7 @@ class Gym(Keyed, Base):
     time_zone: Mapped[str] = mapped_column(String(60), default="UTC")
     visibility: Mapped[str] = mapped_column(String(10), default="private")
     joining: Mapped[str] = mapped_column(String(10), default="invitation")
+    boards: Mapped[str] = mapped_column(String(10), default="one", server_default="one")
 
 
 class Membership(Base):
@@ -44,6 +46,22 @@ class Membership(Base):
         ForeignKey("people.id", ondelete="CASCADE"), primary_key=True, index=True
     )
     role: Mapped[str] = mapped_column(String(10))
+    created_at: Mapped[datetime] = mapped_column(default=now)
+
+
+class Ban(Base):
+    """Somebody who may do no more in a gym than a stranger, until the gym lets them again.
+
+    It outlives their membership, so that neither a link nor an open door brings them back.
+    """
+
+    __tablename__ = "bans"
+
+    gym_id: Mapped[UUID] = mapped_column(ForeignKey(_GYM, ondelete="CASCADE"), primary_key=True)
+    person_id: Mapped[UUID] = mapped_column(
+        ForeignKey("people.id", ondelete="CASCADE"), primary_key=True, index=True
+    )
+    reason: Mapped[str] = mapped_column(String(200), default="")
     created_at: Mapped[datetime] = mapped_column(default=now)
 
 
@@ -75,11 +93,23 @@ class GradeSystem(Keyed, Base):
     grades: Mapped[list[dict[str, Any]]] = mapped_column(JSON)
 
 
+class FloorPlan(Base):
+    """A picture of a gym from above; `sha256` is its content's, in the store below `plans/`."""
+
+    __tablename__ = "floor_plans"
+
+    gym_id: Mapped[UUID] = mapped_column(ForeignKey(_GYM, ondelete="CASCADE"), primary_key=True)
+    sha256: Mapped[str] = mapped_column(String(64))
+    width: Mapped[int]
+    height: Mapped[int]
+
+
 class Wall(Keyed, Base):
     """A section with its own series of scans; `place` orders them from left to right.
 
     `zone`: walls that are set together, empty for none; `published_scan_id` is what the public
-    sees; `revision` grows with every change of it.
+    sees; `revision` grows with every change of it; `plan_x`, `plan_y`: where it is on the gym's
+    floor plan, as parts of its width and height from the upper left corner.
     """
 
     __tablename__ = "walls"
@@ -93,3 +123,5 @@ class Wall(Keyed, Base):
         ForeignKey("scans.id", use_alter=True, ondelete="SET NULL")
     )
     revision: Mapped[int] = mapped_column(default=0)
+    plan_x: Mapped[float | None]
+    plan_y: Mapped[float | None]

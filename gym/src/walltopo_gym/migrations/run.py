@@ -9,13 +9,17 @@ from alembic.config import Config
 from alembic.migration import MigrationContext
 from alembic.script import ScriptDirectory
 from alembic.util import CommandError
-from sqlalchemy import Connection, text
+from sqlalchemy import Connection, select, text
+from sqlalchemy.orm import Session
 
 from walltopo.core import EnvironmentLacksError
+from walltopo_gym.climbing.counting import recount
 from walltopo_gym.database.engine import Database
+from walltopo_gym.gyms.models import Gym
 
 __all__ = ["is_current", "migrate"]
 
+_COUNTED = "0012"  # since this revision sessions and standings are counted from ascents
 _LOCK = 0x77616C6C  # any number that nobody else takes: two servers that start at once wait
 
 
@@ -43,9 +47,15 @@ def migrate(database: Database) -> None:
     with database.rebuilding() as connection:
         if not database.is_sqlite:  # SQLite's writer is alone anyway
             connection.execute(text(f"SELECT pg_advisory_xact_lock({_LOCK})"))
+        before = MigrationContext.configure(connection).get_current_revision()
         try:
             command.upgrade(_config(connection), "head")
         except CommandError as error:
             raise EnvironmentLacksError(
                 f"the database is not of this version ({error})", "Upgrade walltopo-gym."
             ) from error
+        if before is not None and before < _COUNTED:
+            with Session(connection) as session:
+                for gym in session.scalars(select(Gym)).all():
+                    recount(session, gym)
+                session.commit()

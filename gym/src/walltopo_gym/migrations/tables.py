@@ -5,6 +5,7 @@ from __future__ import annotations
 from sqlalchemy import MetaData
 
 from walltopo_gym.accounts import models as _accounts
+from walltopo_gym.climbing import counted_models as _counted
 from walltopo_gym.climbing import models as _climbing
 from walltopo_gym.database.base import Base
 from walltopo_gym.editing import models as _editing
@@ -16,5 +17,6 @@ from walltopo_gym.webhooks import models as _webhooks
 
 __all__ = ["METADATA"]
 
-_ROOMS = (_accounts, _gyms, _scans, _uploads, _publishing, _editing, _climbing, _webhooks)
+_ROOMS = (_accounts, _gyms, _scans, _uploads, _publishing, _editing, _climbing, _counted,
+          _webhooks)  # fmt: skip
 METADATA: MetaData = Base.metadata

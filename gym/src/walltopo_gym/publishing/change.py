@@ -7,23 +7,26 @@ longer so, is told; the row's own update decides who that is.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from datetime import date
+from typing import Any
 from uuid import UUID
 
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
 from walltopo.core import InputError
+from walltopo.scans.routes import Route as FoundRoute
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.gyms.models import GradeSystem, Wall
 from walltopo_gym.publishing.models import Placement, Route
+from walltopo_gym.publishing.past import keep_as_was
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.states import State, check_in_review, move
 from walltopo_gym.webhooks.events import note
 
-__all__ = ["Entry", "check_grade", "publish", "put_back", "strip"]
+__all__ = ["Entry", "Placed", "check_grade", "publish", "put_back", "strip"]
 
 
 @dataclass(frozen=True)
@@ -42,9 +45,28 @@ class Entry:
     facts: Mapping[str, object] = field(default_factory=dict)
 
 
+@dataclass(frozen=True)
+class Placed:
+    """What the scan knows of a route: columns of `Placement`."""
+
+    holds: list[int]
+    steepness_deg: float | None = None
+    hold_types: dict[str, int] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, route: FoundRoute) -> Placed:
+        """Of a row of `routes.json`."""
+        return cls(list(route.holds), route.steepness_deg, dict(route.holds_by_type))
+
+    @property
+    def row(self) -> dict[str, Any]:
+        """As JSON keeps it; `Placed(**row)` is it again."""
+        return asdict(self)
+
+
 def publish(
     session: Session, scan: Scan, expected: int, entries: Sequence[Entry],
-    holds: Mapping[int, Sequence[int]], today: date,
+    found: Mapping[int, Placed], today: date,
 ) -> None:  # fmt: skip
     """Let a scan in review be the wall.
 
@@ -54,7 +76,7 @@ def publish(
     Parameters
     ----------
     expected : the wall's revision that the entries were made for.
-    holds : of the scan's routes by number; today : in the gym's time zone.
+    found : the scan's routes by number; today : in the gym's time zone.
 
     Raises
     ------
@@ -64,7 +86,7 @@ def publish(
     check_in_review(scan.state)
     _take_wall(session, scan, expected)
     hanging = {route.id: route for route in _hanging(session, scan.wall_id)}
-    _check(entries, hanging, holds)
+    _check(entries, hanging, found)
     for entry in entries:
         route = hanging.get(entry.route) if entry.route is not None else None
         if route is None:
@@ -73,10 +95,8 @@ def publish(
         for name, value in entry.facts.items():
             setattr(route, name, value)
         session.flush()
-        placed = list(holds[entry.number])
-        session.add(
-            Placement(scan_id=scan.id, number=entry.number, route_id=route.id, holds=placed)
-        )
+        placed = found[entry.number].row
+        session.add(Placement(scan_id=scan.id, number=entry.number, route_id=route.id, **placed))
     staying = {entry.route for entry in entries}
     for route in hanging.values():
         if route.id not in staying:
@@ -146,6 +166,7 @@ def _take_wall(session: Session, scan: Scan, expected: int) -> None:
     if session.execute(taken).one_or_none() is None:
         raise ConflictError("the wall was changed meanwhile", "Look at it again.")
     if before is not None:
+        keep_as_was(session, before)
         move(session, before, State.SUPERSEDED)
     move(session, scan.id, State.PUBLISHED)
     session.execute(update(Scan).where(Scan.id == scan.id).values(published_at=now()))
@@ -163,11 +184,11 @@ def _hanging(session: Session, wall: UUID) -> Sequence[Route]:
 
 
 def _check(
-    entries: Sequence[Entry], hanging: Mapping[UUID, Route], holds: Mapping[int, Sequence[int]]
+    entries: Sequence[Entry], hanging: Mapping[UUID, Route], found: Mapping[int, Placed]
 ) -> None:
     numbers = [entry.number for entry in entries]
     named = [entry.route for entry in entries if entry.route is not None]
-    unknown = [number for number in numbers if number not in holds]
+    unknown = [number for number in numbers if number not in found]
     if unknown:
         raise InputError(f"the scan has no route {unknown[0]}")
     if len(set(numbers)) < len(numbers) or len(set(named)) < len(named):

@@ -38,7 +38,13 @@ class Route(Keyed, Base):
 
 
 class Placement(Base):
-    """A route in one scan: its number there, and the ids of its holds."""
+    """A route in one scan: its number there, the ids of its holds, and its style.
+
+    `steepness_deg` is the mean angle of the wall under its holds, positive where it overhangs;
+    empty where the version is older than the column. `hold_types`: type to number of holds.
+    `as_was`: what was said of the route on the day on which this version gave way to another one
+    (publishing/past.py); empty while it is the wall.
+    """
 
     __tablename__ = "placements"
 
@@ -48,13 +54,16 @@ class Placement(Base):
     number: Mapped[int] = mapped_column(primary_key=True)
     route_id: Mapped[UUID] = mapped_column(ForeignKey("routes.id", ondelete="CASCADE"), index=True)
     holds: Mapped[list[int]] = mapped_column(JSON)
+    steepness_deg: Mapped[float | None]
+    hold_types: Mapped[dict[str, int]] = mapped_column(JSON, default=dict)
+    as_was: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
 
 
 class Plan(Base):
     """A publication that waits for its moment; `at` empty: for the rest of the wall's zone.
 
-    `entries` and `holds` are what the setter confirmed, `over_id` the version that was published
-    then; `error` says why it could not be done.
+    `entries` and `found` are what the setter confirmed (`Placed.row` by number), `over_id` the
+    version that was published then; `error` says why it could not be done.
     """
 
     __tablename__ = "plans"
@@ -67,5 +76,5 @@ class Plan(Base):
     created_at: Mapped[datetime] = mapped_column(default=now)
     at: Mapped[datetime | None]
     entries: Mapped[list[dict[str, Any]]] = mapped_column(JSON)
-    holds: Mapped[dict[str, list[int]]] = mapped_column(JSON)
+    found: Mapped[dict[str, dict[str, Any]]] = mapped_column(JSON)
     error: Mapped[str] = mapped_column(String(500), default="")

@@ -22,7 +22,7 @@ from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.gyms.models import Gym, Wall
-from walltopo_gym.publishing.change import Entry, publish
+from walltopo_gym.publishing.change import Entry, Placed, publish
 from walltopo_gym.publishing.models import Plan
 from walltopo_gym.scans.models import Scan
 
@@ -106,8 +106,8 @@ def _carry_out(session: Session, scan: UUID) -> None:
         raise ConflictError("another version was published meanwhile", "Look at it again.")
     zone = ZoneInfo(session.get_one(Gym, wall.gym_id).time_zone)
     entries = [_entry(told) for told in plan.entries]
-    holds = {int(number): numbers for number, numbers in plan.holds.items()}
-    publish(session, row, wall.revision, entries, holds, now().astimezone(zone).date())
+    found = {int(number): Placed(**row) for number, row in plan.found.items()}
+    publish(session, row, wall.revision, entries, found, now().astimezone(zone).date())
     log_change(session, "scan.publish", person=plan.made_by, gym=wall.gym_id, subject=str(scan),
                planned=True)  # fmt: skip
     session.delete(plan)

@@ -1,4 +1,4 @@
-"""A worker with all that it does: scans, planned publications, webhooks."""
+"""A worker with all that it does: scans, planned publications, webhooks, looks at photos."""
 
 from __future__ import annotations
 
@@ -13,7 +13,10 @@ from walltopo_gym.scans.stages import ScanSteps
 from walltopo_gym.scans.worker import run_worker
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import FileStore
-from walltopo_gym.webhooks.delivery import QUEUE, Delivery
+from walltopo_gym.uploads import overlap
+from walltopo_gym.uploads.overlap import Overlaps
+from walltopo_gym.webhooks import delivery
+from walltopo_gym.webhooks.delivery import Delivery
 
 __all__ = ["at_work", "work"]
 
@@ -22,9 +25,13 @@ def work(
     settings: GymSettings, database: Database, store: FileStore, stop: threading.Event
 ) -> None:
     """Work until `stop`."""
-    delivery = Delivery(settings, database)
-    chores = partial(publish_due, database), delivery.begin_due
-    run_worker(ScanSteps.of(settings, database, store), stop, chores, [QUEUE])
+    chores = (
+        partial(publish_due, database),
+        Delivery(settings, database).begin_due,
+        Overlaps(database, store).begin_asked,
+    )
+    steps = ScanSteps.of(settings, database, store)
+    run_worker(steps, stop, chores, [delivery.QUEUE, overlap.QUEUE])
 
 
 @contextmanager

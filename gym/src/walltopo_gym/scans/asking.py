@@ -47,7 +47,9 @@ def start(session: Session, scan: Scan) -> None:
 
 def _check_photos(session: Session, scan: Scan) -> None:
     counted = session.execute(
-        select(Photo.state, func.count()).where(Photo.scan_id == scan.id).group_by(Photo.state)
+        select(Photo.state, func.sum(Photo.frames))
+        .where(Photo.scan_id == scan.id)
+        .group_by(Photo.state)
     )
     states = {row[0]: row[1] for row in counted}
     waiting = states.get("receiving", 0) + states.get("received", 0)

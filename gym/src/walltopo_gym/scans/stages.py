@@ -28,7 +28,7 @@ from walltopo_gym.storage.files import FileStore
 from walltopo_gym.uploads.models import Photo
 from walltopo_gym.uploads.receiving import suffix_of
 
-__all__ = ["ScanSteps", "WorkerStopsError"]
+__all__ = ["ScanSteps", "WorkerStopsError", "told"]
 
 _LOG = logging.getLogger("walltopo_gym.scans")
 _LOOK_S = 0.5  # how often the row is written, and looked at
@@ -93,14 +93,14 @@ class ScanSteps:
                 shelve_stage(self.store, scan, self._folder(scan), stage)
                 return ""
             if failure is not None:
-                return _told(failure)
+                return told(failure)
             if code is not None:
-                return _told(Failed(f"the scan ended in {stage} (exit code {code})", "", True))
+                return told(Failed(f"the scan ended in {stage} (exit code {code})", "", True))
             too_much = self._too_much(stage, child, limit)
             if too_much is not None:
-                return _told(too_much)
+                return told(too_much)
             if not self._tell(scan, run, state if state != seen else None):
-                return _told(Failed("cancelled", "", defect=False))
+                return told(Failed("cancelled", "", defect=False))
             seen = state
 
     def _too_much(self, stage: str, child: RunningScan, limit: float) -> Failed | None:
@@ -125,9 +125,9 @@ class ScanSteps:
 
     def fail(self, scan: UUID, run: int, why: str) -> None:
         """Say why it came to nothing; unless somebody has cancelled it, or started it anew."""
-        told = json.loads(why)
-        error, hint = told["message"], told["hint"]
-        if told["defect"]:
+        failure = json.loads(why)
+        error, hint = failure["message"], failure["hint"]
+        if failure["defect"]:
             _LOG.error("scan %s, run %s: %s", scan, run, error)
             error, hint = "the scan failed by a fault of the program", "The operator's log has it."
         change = update(Scan).where(Scan.id == scan, Scan.run == run, Scan.state == State.RUNNING)
@@ -194,5 +194,6 @@ class ScanSteps:
         return True
 
 
-def _told(failure: Failed) -> str:
+def told(failure: Failed) -> str:
+    """As a step's result, which DBOS keeps."""
     return json.dumps({"message": failure.message, "hint": failure.hint, "defect": failure.defect})

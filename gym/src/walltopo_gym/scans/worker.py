@@ -15,28 +15,33 @@ import fcntl
 import logging
 import socket
 import threading
+import time
 from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from datetime import timedelta
 from pathlib import Path
-from typing import IO, Final
+from typing import IO, Final, TypeVar
 from uuid import UUID
 
 from dbos import DBOS, DBOSConfig, SetEnqueueOptions, SetWorkflowID
 from sqlalchemy import select
+from sqlalchemy.exc import InterfaceError, OperationalError
 
 from walltopo.pipeline.stages import stage_names
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.gyms.models import Wall
+from walltopo_gym.scans.job import Failed
 from walltopo_gym.scans.models import Scan, Worker
-from walltopo_gym.scans.stages import ScanSteps
+from walltopo_gym.scans.stages import ScanSteps, WorkerStopsError, told
 from walltopo_gym.scans.states import State
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.uploads.looking import look_at_some
 
 __all__ = ["run_worker"]
+
+T = TypeVar("T")
 
 _LOG = logging.getLogger("walltopo_gym.scans")
 _QUEUE: Final = "scans"
@@ -45,6 +50,7 @@ _SHAPE: Final = "1"
 _POLL_S: Final = 1.0
 _AT_ONCE: Final = 8  # of what chores put into a queue
 _LAST_WORDS_S: Final = 5  # for writing down what has just ended; what runs is let go of at once
+_AWAY_S: Final = 3600  # for so long a step waits for a database that is away
 _BEATS: Final = 4  # within the silence after which a worker is taken for dead
 
 # DBOS is one for a process, and calls functions: what they work with stands here.
@@ -59,38 +65,58 @@ def _at_work() -> ScanSteps:
 @DBOS.workflow(name="scan")
 def scan_workflow(scan: str, run: int) -> str:
     """One scan, from its photos to the review; the state it came to."""
-    if not DBOS.run_step({"name": "claim"}, _claim, scan, run):
-        return "not begun"
-    why = ""
-    for stage in stage_names():
-        why = DBOS.run_step({"name": stage}, _stage, scan, run, stage)
-        if why:
-            break
+    try:
+        if not DBOS.run_step({"name": "claim"}, _claim, scan, run):
+            return "not begun"
+        why = ""
+        for stage in stage_names():
+            why = DBOS.run_step({"name": stage}, _stage, scan, run, stage)
+            if why:
+                break
+        if not why:
+            DBOS.run_step({"name": "finish"}, _finish, scan, run)
+    except Exception as error:  # the store is away, its files are damaged: nobody shall wait for it
+        _LOG.exception("scan %s, run %s", scan, run)
+        why = told(Failed(f"{type(error).__name__}: {error}", "", defect=True))
     if why:
         DBOS.run_step({"name": "fail"}, _fail, scan, run, why)
-    else:
-        DBOS.run_step({"name": "finish"}, _finish, scan, run)
     _at_work().release(UUID(scan), run)
     return State.FAILED if why else State.REVIEW
 
 
 def _claim(scan: str, run: int) -> bool:
-    return _at_work().claim(UUID(scan), run)
+    return _seen_through(lambda steps: steps.claim(UUID(scan), run))
 
 
 def _stage(scan: str, run: int, stage: str) -> str:
-    return _at_work().stage(UUID(scan), run, stage)
+    return _seen_through(lambda steps: steps.stage(UUID(scan), run, stage))
 
 
 def _finish(scan: str, run: int) -> None:
     try:
-        _at_work().finish(UUID(scan), run)
+        _seen_through(lambda steps: steps.finish(UUID(scan), run))
     except ConflictError as why:  # cancelled or deleted at the last moment
         _LOG.info("scan %s, run %s: not handed over (%s)", scan, run, why)
 
 
 def _fail(scan: str, run: int, why: str) -> None:
-    _at_work().fail(UUID(scan), run, why)
+    _seen_through(lambda steps: steps.fail(UUID(scan), run, why))
+
+
+def _seen_through(step: Callable[[ScanSteps], T]) -> T:
+    """What a step comes to, though the database goes away meanwhile: each may be done again, and
+    goes on where the child is by then."""
+    steps = _at_work()
+    deadline = time.monotonic() + _AWAY_S
+    while True:
+        try:
+            return step(steps)
+        except (OperationalError, InterfaceError) as error:
+            if time.monotonic() > deadline:
+                raise
+            _LOG.warning("the database does not answer, the scan waits: %s", error)
+            if steps.stopping.wait(_POLL_S):
+                raise WorkerStopsError from error
 
 
 def run_worker(

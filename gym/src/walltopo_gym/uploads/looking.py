@@ -1,7 +1,8 @@
-"""Looking at photos that came in: can they be read, are they sharp, were they sent before.
+"""Looking at what came in: can it be read, is it sharp, was it sent before.
 
 By walltopo's own ingest, in a child process that may die of what it is given. What others see is
 made from the pixels alone: place, time and serial numbers stay in the original, which is private.
+Of a video ingest takes the sharpest frame of each stretch of camera motion; here they are counted.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import Final
 
+import numpy as np
 from sqlalchemy import select, update
 
 from walltopo.core import Silent
@@ -22,8 +24,9 @@ from walltopo.photos.job import Done
 from walltopo.photos.quality import LEAST_SHARPNESS
 from walltopo_gym.database.engine import Database
 from walltopo_gym.storage.files import FileStore
-from walltopo_gym.uploads.models import Photo
-from walltopo_gym.uploads.receiving import suffix_of
+from walltopo_gym.uploads.models import MOST_THUMBNAILS, Photo
+from walltopo_gym.uploads.overlap import ask
+from walltopo_gym.uploads.receiving import is_video, suffix_of
 
 __all__ = ["look_at_some"]
 
@@ -57,14 +60,22 @@ def _fetched(store: FileStore, photo: Photo, path: Path) -> Path:
 
 
 def _keep(database: Database, store: FileStore, photo: Photo, done: Done, made: Path) -> None:
-    reason = "; ".join(done.reasons)
+    reason, note = "; ".join(done.reasons), ""
     facts: dict[str, object] = {}
     if done.photos:
-        stored = done.photos[0]
-        facts = {"width": stored.width, "height": stored.height, "sharpness": stored.sharpness}
-        store.put(photo.thumbnail, _thumbnail(made / stored.file))
-        if stored.sharpness < LEAST_SHARPNESS:
+        sharpest = max(done.photos, key=lambda stored: stored.sharpness)
+        facts = {"width": sharpest.width, "height": sharpest.height,
+                 "sharpness": sharpest.sharpness, "frames": len(done.photos)}  # fmt: skip
+        shown = np.linspace(0, len(done.photos) - 1, min(len(done.photos), MOST_THUMBNAILS))
+        for number, place in enumerate(shown.round().astype(int).tolist()):
+            store.put(photo.thumbnail_of(number), _thumbnail(made / done.photos[place].file))
+        for stored in done.photos:
+            (made / stored.file).unlink()
+        if sharpest.sharpness < LEAST_SHARPNESS:
             reason = "blurred"
+        elif is_video(photo.name):
+            # What was seen before the damage is as good as a shorter film.
+            note, reason = reason, ""
     with database.writing() as session:
         first = session.scalars(
             select(Photo)
@@ -76,7 +87,9 @@ def _keep(database: Database, store: FileStore, photo: Photo, done: Done, made: 
         reason = reason or (f"the same photo as {first.name}" if first else "")
         change = update(Photo).where(Photo.id == photo.id, Photo.state == "received")
         state = "unusable" if reason else "usable"
-        session.execute(change.values(state=state, reason=reason[:500], **facts))
+        session.execute(change.values(state=state, reason=(reason or note)[:500], **facts))
+        if state == "usable":
+            ask(session, photo.scan_id)
 
 
 def _thumbnail(path: Path) -> bytes:

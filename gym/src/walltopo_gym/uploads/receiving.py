@@ -10,30 +10,39 @@ from sqlalchemy import func, select, update
 from sqlalchemy.orm import Session
 
 from walltopo.core import InputError
-from walltopo.photos.sources import PHOTO_SUFFIXES
+from walltopo.photos.sources import PHOTO_SUFFIXES, VIDEO_SUFFIXES
 from walltopo_gym.database.engine import Database
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.storage.files import FileStore, hash_of_file
 from walltopo_gym.uploads.incoming import Incoming
 from walltopo_gym.uploads.models import Photo
 
-__all__ = ["announce", "finish", "finish_all", "shown_name", "suffix_of"]
+__all__ = ["announce", "finish", "finish_all", "is_video", "shown_name", "suffix_of"]
 
 _LONGEST_NAME = 120
 
 
 def suffix_of(name: str) -> str:
-    """The kind of a photo, by its name: ".jpg".
+    """The kind of a photo or video, by its name: ".jpg".
 
     Raises
     ------
     InputError : no kind that is read here.
     """
     suffix = PurePosixPath(name.replace("\\", "/")).suffix.lower()
-    if suffix not in PHOTO_SUFFIXES:
-        kinds = ", ".join(sorted(kind.lstrip(".").upper() for kind in PHOTO_SUFFIXES))
-        raise InputError(f"{name!r} is no photo by its name", f"Photos are {kinds}.")
+    if suffix not in PHOTO_SUFFIXES | VIDEO_SUFFIXES:
+        photos, videos = (", ".join(sorted(kind.lstrip(".").upper() for kind in kinds))
+                          for kinds in (PHOTO_SUFFIXES, VIDEO_SUFFIXES))  # fmt: skip
+        raise InputError(
+            f"{name!r} is no photo and no video by its name",
+            f"Photos are {photos}; videos {videos}.",
+        )
     return suffix
+
+
+def is_video(name: str) -> bool:
+    """Whether it is a video, by its name."""
+    return suffix_of(name) in VIDEO_SUFFIXES
 
 
 def announce(

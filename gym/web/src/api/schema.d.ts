@@ -56,6 +56,8 @@ export interface paths {
         /**
          * Begin Session
          * @description Sign in. An address that is not known and a password that is wrong sound the same.
+         *
+         *     Where a second factor is on, the right password alone is told that its code is needed.
          */
         post: operations["begin_session"];
         /**
@@ -87,6 +89,26 @@ export interface paths {
          * @description Sign out everywhere, here too.
          */
         delete: operations["end_sessions"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/sessions/{sign_in}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * End Other Session
+         * @description Sign out in another browser.
+         */
+        delete: operations["end_other_session"];
         options?: never;
         head?: never;
         patch?: never;
@@ -172,6 +194,70 @@ export interface paths {
          *     The browser is known from now on: who was shut out by others' guesses signs in with it.
          */
         post: operations["reset_password"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/second-factor": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Second Factor
+         * @description Whether one signs in with a second factor.
+         */
+        get: operations["read_second_factor"];
+        put?: never;
+        /**
+         * Begin Second Factor
+         * @description A secret for a program on the phone; asked for when its digits were confirmed.
+         */
+        post: operations["begin_second_factor"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/second-factor/confirm": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Confirm Second Factor
+         * @description Show that the phone makes the right digits; from now on signing in wants them.
+         */
+        post: operations["confirm_second_factor"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/second-factor/off": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * End Second Factor
+         * @description Sign in by the password alone again.
+         */
+        post: operations["end_second_factor"];
         delete?: never;
         options?: never;
         head?: never;
@@ -396,6 +482,50 @@ export interface paths {
          * @description Give a member another role.
          */
         patch: operations["change_member"];
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/bans": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Bans
+         * @description Whom the gym has excluded, the last one first.
+         */
+        get: operations["list_bans"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/bans/{person}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Ban Person
+         * @description Let somebody take part in the gym no more: no member, no new ascents, no comments.
+         */
+        put: operations["ban_person"];
+        post?: never;
+        /**
+         * Drop Ban
+         * @description Let somebody join again.
+         */
+        delete: operations["drop_ban"];
+        options?: never;
+        head?: never;
+        patch?: never;
         trace?: never;
     };
     "/api/v1/gyms/{gym}/invitations": {
@@ -693,6 +823,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/gyms/{gym}/scans/{scan}/overlap": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Overlap
+         * @description Which usable photos overlap: what hangs together becomes one wall, the rest is left out.
+         */
+        get: operations["read_overlap"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/gyms/{gym}/photos/{photo}": {
         parameters: {
             query?: never;
@@ -736,6 +886,58 @@ export interface paths {
         put?: never;
         post?: never;
         delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/floor-plan": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Floor Plan
+         * @description Where the gym's walls are.
+         */
+        get: operations["read_floor_plan"];
+        /**
+         * Put Floor Plan
+         * @description Say where the gym's walls are.
+         */
+        put: operations["put_floor_plan"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/floor-plan/picture": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Plan Picture
+         * @description The plan's picture.
+         */
+        get: operations["read_plan_picture"];
+        /**
+         * Put Plan Picture
+         * @description Let a picture be the plan; walls keep their places on it.
+         */
+        put: operations["put_plan_picture"];
+        post?: never;
+        /**
+         * Drop Plan Picture
+         * @description Do without a picture; again, too.
+         */
+        delete: operations["drop_plan_picture"];
         options?: never;
         head?: never;
         patch?: never;
@@ -969,6 +1171,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/gyms/{gym}/routes": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Routes
+         * @description What hangs in the gym, wall by wall.
+         */
+        get: operations["list_routes"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/gyms/{gym}/routes/{route}": {
         parameters: {
             query?: never;
@@ -1162,6 +1384,110 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/gyms/{gym}/routes/{route}/comments/{person}/report": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Report Comment
+         * @description Tell the gym that a comment should not be there; said again it counts once.
+         */
+        put: operations["report_comment"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/reports": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Reports
+         * @description Comments of the gym that were reported and not decided on, the newest first.
+         */
+        get: operations["list_reports"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/reports/{report}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Dismiss Report
+         * @description Leave a reported comment where it is.
+         */
+        delete: operations["dismiss_report"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/routes/{route}/comments/{person}/hidden": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Hide Comment
+         * @description Show a comment to nobody but its author, and settle what was reported of it.
+         */
+        put: operations["hide_comment"];
+        post?: never;
+        /**
+         * Show Comment
+         * @description Show a hidden comment again; again, too.
+         */
+        delete: operations["show_comment"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/logbook": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Logbook
+         * @description What one did here and thinks of it; of routes that hang no more see `/me/ascents`.
+         */
+        get: operations["read_logbook"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/gyms/{gym}/walls/{wall}/tallies": {
         parameters: {
             query?: never;
@@ -1171,12 +1497,120 @@ export interface paths {
         };
         /**
          * List Tallies
-         * @description How often each route that hangs was climbed, and what climbers think of it.
+         * @description Of each route that hangs on a wall.
          */
         get: operations["list_tallies"];
         put?: never;
         post?: never;
         delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/tallies": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Gym Tallies
+         * @description Of each route that hangs in the gym.
+         */
+        get: operations["list_gym_tallies"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/routes/{route}/story": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Story
+         * @description Of one route, whether it hangs or not, and the versions of the wall in which it hung.
+         */
+        get: operations["read_story"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/profile": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Profile
+         * @description What one lets others know.
+         */
+        get: operations["read_profile"];
+        /**
+         * Put Profile
+         * @description Say what others may know.
+         */
+        put: operations["put_profile"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/people/{person}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Person
+         * @description Somebody who belongs to a gym that one belongs to; to others they are not there.
+         */
+        get: operations["read_person"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/pins/{ascent}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Pin Ascent
+         * @description Let an ascent of one's own stand on one's profile; again, too.
+         */
+        put: operations["pin_ascent"];
+        post?: never;
+        /**
+         * Unpin Ascent
+         * @description Take an ascent off one's profile; again, too.
+         */
+        delete: operations["unpin_ascent"];
         options?: never;
         head?: never;
         patch?: never;
@@ -1286,6 +1720,106 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/me/handovers": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Make Handover
+         * @description Offer to sign in on another device; what was offered before is good no more.
+         */
+        post: operations["make_handover"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/handovers/{handover}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Handover
+         * @description Whether somebody has taken the offer up, and with which code.
+         */
+        get: operations["read_handover"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/handovers/{handover}/allow": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Allow Handover
+         * @description Let in who shows this code.
+         */
+        post: operations["allow_handover"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/session/handover/claim": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Claim Handover
+         * @description Take up what a QR code offers.
+         */
+        post: operations["claim_handover"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/session/handover": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Begin Session By Handover
+         * @description Sign in by a claim, once the other device has said yes.
+         */
+        post: operations["begin_session_by_handover"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/me/data": {
         parameters: {
             query?: never;
@@ -1346,6 +1880,46 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/gyms/{gym}/walls/{wall}/past": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Past
+         * @description The versions of a wall that everybody may see, the first one first.
+         */
+        get: operations["list_past"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/walls/{wall}/past/{scan}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Past
+         * @description One of them: its files, and its routes as they were on its last day.
+         */
+        get: operations["read_past"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/gyms/{gym}/webhooks": {
         parameters: {
             query?: never;
@@ -1385,6 +1959,259 @@ export interface paths {
          * @description Tell an address nothing more.
          */
         delete: operations["drop_webhook"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/sessions": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Climbing Sessions
+         * @description One's own sessions in this gym, the last first.
+         */
+        get: operations["list_climbing_sessions"];
+        put?: never;
+        /**
+         * Start Climbing Session
+         * @description Begin a session now; without this one begins with the first ascent.
+         */
+        post: operations["start_climbing_session"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/sessions/{visit}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Climbing Session
+         * @description A session with its ascents.
+         */
+        get: operations["read_climbing_session"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/sessions/{visit}/end": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * End Climbing Session
+         * @description End a session now; without this it ends by itself.
+         */
+        post: operations["end_climbing_session"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/progress": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Progress
+         * @description How one gets on in this gym.
+         */
+        get: operations["read_progress"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/progress/{part}.csv": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Progress Table
+         * @description A part of it as a table.
+         */
+        get: operations["read_progress_table"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/board": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Board
+         * @description Who has most points: the sum of the best ten routes of a period, of those who want to be
+         *     seen there.
+         */
+        get: operations["read_board"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/follows": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Follows
+         * @description Whom one follows, and who follows one.
+         */
+        get: operations["list_follows"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/following/{person}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Follow Person
+         * @description Follow somebody of a gym of one's own; where they have not opened it they are asked.
+         */
+        put: operations["follow_person"];
+        post?: never;
+        /**
+         * Unfollow Person
+         * @description Follow somebody no more; again, too.
+         */
+        delete: operations["unfollow_person"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/followers/{person}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Accept Follower
+         * @description Let somebody follow who asked.
+         */
+        put: operations["accept_follower"];
+        post?: never;
+        /**
+         * Drop Follower
+         * @description Let somebody follow no more, or not at all; they are not told.
+         */
+        delete: operations["drop_follower"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/feed": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Set Feed
+         * @description Turn the feed on or off.
+         */
+        put: operations["set_feed"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/feed": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Feed
+         * @description What those climbed in this gym whom one follows.
+         */
+        get: operations["read_feed"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/routes/{route}/friends": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Friends Here
+         * @description Who of those whom one follows topped a route.
+         */
+        get: operations["list_friends_here"];
+        put?: never;
+        post?: never;
+        delete?: never;
         options?: never;
         head?: never;
         patch?: never;
@@ -1462,6 +2289,12 @@ export interface components {
             created_at: string;
         };
         /**
+         * Audience
+         * @description Who sees an item, in rising order; `GYM`: who belongs to a gym that one belongs to.
+         * @enum {string}
+         */
+        Audience: "nobody" | "followers" | "gym";
+        /**
          * AuditLine
          * @description Who changed what, and when.
          */
@@ -1481,6 +2314,60 @@ export interface components {
             details: {
                 [key: string]: unknown;
             };
+        };
+        /**
+         * BanFacts
+         * @description Somebody whom the gym has excluded.
+         */
+        BanFacts: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Name */
+            name: string;
+            /** Reason */
+            reason: string;
+            /**
+             * Created At
+             * Format: date-time
+             */
+            created_at: string;
+        };
+        /**
+         * BoardFacts
+         * @description Some lines of a board, `of` how many. `own` is one's own place, or the place that one would
+         *     have; `shown`: others see one on boards. `best`, `flash`: of the rule of points.
+         */
+        BoardFacts: {
+            /** Period */
+            period: string;
+            /** Lines */
+            lines: components["schemas"]["LineFacts"][];
+            /** Of */
+            of: number;
+            own: components["schemas"]["LineFacts"] | null;
+            /** Shown */
+            shown: boolean;
+            /** Categories */
+            categories: boolean;
+            /** Circuits */
+            circuits: components["schemas"]["CircuitFacts"][];
+            /** Best */
+            best: number;
+            /** Flash */
+            flash: number;
+        };
+        /**
+         * BodyFacts
+         * @description How tall somebody is and how far they reach, fingertip to fingertip, in centimetres.
+         */
+        BodyFacts: {
+            /** Height Cm */
+            height_cm: number | null;
+            /** Reach Cm */
+            reach_cm: number | null;
         };
         /**
          * Browser
@@ -1503,10 +2390,31 @@ export interface components {
             this: boolean;
         };
         /**
+         * Category
+         * @description What boards may be divided by, beside the year of birth.
+         * @enum {string}
+         */
+        Category: "" | "women" | "men" | "other";
+        /**
+         * CircuitFacts
+         * @description A circuit that has a board of its own.
+         */
+        CircuitFacts: {
+            /** Label */
+            label: string;
+            /** Colour */
+            colour: string;
+        };
+        /**
          * Comment
-         * @description A comment, under its author's name.
+         * @description A comment, under its author's name; `hidden`: shown to its author and the gym alone.
          */
         Comment: {
+            /**
+             * Person Id
+             * Format: uuid
+             */
+            person_id: string;
             /** Name */
             name: string;
             /** Comment */
@@ -1516,6 +2424,19 @@ export interface components {
              * Format: date-time
              */
             changed_at: string;
+            /** Hidden */
+            hidden: boolean;
+        };
+        /**
+         * Complaint
+         * @description Why a comment should not be there; may be empty.
+         */
+        Complaint: {
+            /**
+             * Reason
+             * @default
+             */
+            reason?: string;
         };
         /**
          * Confirmation
@@ -1547,6 +2468,43 @@ export interface components {
              * Format: password
              */
             password: string;
+            /**
+             * Code
+             * @description of the second factor, where it is on
+             */
+            code?: string | null;
+        };
+        /**
+         * Delivery
+         * @description A message that was not taken yet: `next_at` it is tried again.
+         */
+        Delivery: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Type */
+            type: string;
+            /**
+             * Created At
+             * Format: date-time
+             */
+            created_at: string;
+            /** Tries */
+            tries: number;
+            /**
+             * Next At
+             * Format: date-time
+             */
+            next_at: string;
+            /** Error */
+            error: string;
+        };
+        /** Digits */
+        Digits: {
+            /** Code */
+            code: string;
         };
         /**
          * Draft
@@ -1595,6 +2553,127 @@ export interface components {
             password: string;
         };
         /**
+         * Feed
+         * @description The last first; nothing where one has turned it off.
+         */
+        Feed: {
+            /** On */
+            on: boolean;
+            /** Items */
+            items: components["schemas"]["FeedItem"][];
+        };
+        /**
+         * FeedItem
+         * @description A session of somebody whom one follows.
+         */
+        FeedItem: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Person Id
+             * Format: uuid
+             */
+            person_id: string;
+            /**
+             * Day
+             * Format: date
+             */
+            day: string;
+            /**
+             * Began At
+             * Format: date-time
+             */
+            began_at: string;
+            /**
+             * Ended At
+             * Format: date-time
+             */
+            ended_at: string;
+            /** Running */
+            running: boolean;
+            /** Ascents */
+            ascents: number;
+            /** Tries */
+            tries: number;
+            /** Tops */
+            tops: number;
+            /** Flashes */
+            flashes: number;
+            /** Points */
+            points: number;
+            /** Hardest */
+            hardest: string;
+            /** Name */
+            name: string;
+        };
+        /**
+         * FeedWish
+         * @description Whether one likes to see a feed.
+         */
+        FeedWish: {
+            /** On */
+            on: boolean;
+        };
+        /**
+         * FloorPlanFacts
+         * @description The plan; without a picture `picture` is null, and the walls lie on an empty square.
+         */
+        FloorPlanFacts: {
+            /** Picture */
+            picture: string | null;
+            /** Width */
+            width: number;
+            /** Height */
+            height: number;
+            /** Walls */
+            walls: components["schemas"]["WallPlace"][];
+        };
+        /**
+         * FollowState
+         * @description Whether one was let follow already.
+         */
+        FollowState: {
+            /** Accepted */
+            accepted: boolean;
+        };
+        /**
+         * Follows
+         * @description Both ways; `feed`: one likes to see what those climb whom one follows.
+         */
+        Follows: {
+            /** Following */
+            following: components["schemas"]["KnownFacts"][];
+            /** Followers */
+            followers: components["schemas"]["KnownFacts"][];
+            /** Feed */
+            feed: boolean;
+        };
+        /**
+         * FriendFacts
+         * @description Somebody's best ascent of a route.
+         */
+        FriendFacts: {
+            /**
+             * Person Id
+             * Format: uuid
+             */
+            person_id: string;
+            /** Name */
+            name: string;
+            /** Kind */
+            kind: string;
+            /** Tries */
+            tries: number;
+            /**
+             * Climbed At
+             * Format: date-time
+             */
+            climbed_at: string;
+        };
+        /**
          * Grade
          * @description One grade; a circuit has a colour and a range in Font or V.
          */
@@ -1640,6 +2719,8 @@ export interface components {
             visibility?: ("public" | "unlisted" | "private") | null;
             /** Joining */
             joining?: ("open" | "invitation") | null;
+            /** Boards */
+            boards?: ("off" | "one" | "categories") | null;
         };
         /**
          * GymFacts
@@ -1670,12 +2751,55 @@ export interface components {
              */
             joining: "open" | "invitation";
             /**
+             * Boards
+             * @enum {string}
+             */
+            boards: "off" | "one" | "categories";
+            /**
              * Created At
              * Format: date-time
              */
             created_at: string;
             /** @default guest */
             role?: components["schemas"]["Role"];
+        };
+        /**
+         * GymName
+         * @description A gym that both belong to.
+         */
+        GymName: {
+            /** Slug */
+            slug: string;
+            /** Name */
+            name: string;
+        };
+        /**
+         * HandoverFacts
+         * @description How far an offer is; `code` and `browser` of who took it up, empty until somebody has.
+         */
+        HandoverFacts: {
+            /** Browser */
+            browser: string;
+            /** Code */
+            code: string;
+            /** Allowed */
+            allowed: boolean;
+        };
+        /**
+         * HangingFacts
+         * @description Of the routes of one grade that hang now: how many one has topped.
+         */
+        HangingFacts: {
+            /** System */
+            system: string;
+            /** Grade */
+            grade: string;
+            /** Colour */
+            colour: string;
+            /** Done */
+            done: number;
+            /** Of */
+            of: number;
         };
         /**
          * InvitationFacts
@@ -1702,6 +2826,80 @@ export interface components {
          * @enum {string}
          */
         Kind: "flash" | "top" | "zone" | "try" | "project";
+        /**
+         * KnownFacts
+         * @description Somebody whom one follows or who follows one; not `accepted`: it is only asked for.
+         */
+        KnownFacts: {
+            /**
+             * Person Id
+             * Format: uuid
+             */
+            person_id: string;
+            /** Name */
+            name: string;
+            /** Accepted */
+            accepted: boolean;
+        };
+        /**
+         * LineFacts
+         * @description A place on a board; equal points are an equal rank (1, 2, 2, 4).
+         */
+        LineFacts: {
+            /** Rank */
+            rank: number;
+            /**
+             * Person Id
+             * Format: uuid
+             */
+            person_id: string;
+            /** Name */
+            name: string;
+            /** Points */
+            points: number;
+            /** Tops */
+            tops: number;
+            /** Flashes */
+            flashes: number;
+        };
+        /**
+         * LogbookFacts
+         * @description Of the routes that hang: one's ascents, the last climbed first, and one's opinions.
+         */
+        LogbookFacts: {
+            /** Ascents */
+            ascents: components["schemas"]["OwnAscent"][];
+            /** Opinions */
+            opinions: components["schemas"]["OwnOpinion"][];
+        };
+        /**
+         * MadeClaim
+         * @description What signs in once the other device has said yes, and the code by which it knows this one.
+         */
+        MadeClaim: {
+            /** Claim */
+            claim: string;
+            /** Code */
+            code: string;
+        };
+        /**
+         * MadeHandover
+         * @description An offer: `link` is what the QR code shows, told this once.
+         */
+        MadeHandover: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Link */
+            link: string;
+            /**
+             * Expires At
+             * Format: date-time
+             */
+            expires_at: string;
+        };
         /**
          * MadeInvitation
          * @description An invitation just made: its link is told this once.
@@ -1789,6 +2987,22 @@ export interface components {
             created_at: string;
         };
         /**
+         * MonthFacts
+         * @description A month, such as "2026-03"; each route once in it.
+         */
+        MonthFacts: {
+            /** Month */
+            month: string;
+            /** Hardest */
+            hardest: string;
+            /** Hardest Worth */
+            hardest_worth: number;
+            /** Routes */
+            routes: number;
+            /** Flashes */
+            flashes: number;
+        };
+        /**
          * NewAscent
          * @description What one did on a route; `tries` of that day, `climbed_at` by one's own clock.
          */
@@ -1809,6 +3023,22 @@ export interface components {
              * Format: date-time
              */
             climbed_at: string;
+            /**
+             * Note
+             * @default
+             */
+            note?: string;
+        };
+        /**
+         * NewBan
+         * @description Why; for the gym's own memory.
+         */
+        NewBan: {
+            /**
+             * Reason
+             * @default
+             */
+            reason?: string;
         };
         /**
          * NewGradeSystem
@@ -1917,6 +3147,16 @@ export interface components {
             at?: string | null;
         };
         /**
+         * NewSecret
+         * @description For the phone: the secret to type, and as an address to show as a QR code.
+         */
+        NewSecret: {
+            /** Secret */
+            secret: string;
+            /** Uri */
+            uri: string;
+        };
+        /**
          * NewToken
          * @description A token for a program.
          */
@@ -1956,6 +3196,20 @@ export interface components {
             url: string;
         };
         /**
+         * OfGradeFacts
+         * @description Routes of one grade that were topped, each once; `worth`: points of a top.
+         */
+        OfGradeFacts: {
+            /** Grade */
+            grade: string;
+            /** Worth */
+            worth: number;
+            /** Routes */
+            routes: number;
+            /** Flashes */
+            flashes: number;
+        };
+        /**
          * OpinionWords
          * @description What one thinks of a route; all of it, each time.
          */
@@ -1979,12 +3233,90 @@ export interface components {
              */
             comment?: string;
         };
-        /** Page[AscentFacts] */
-        Page_AscentFacts_: {
-            /** Items */
-            items: components["schemas"]["AscentFacts"][];
-            /** Next */
-            next: string | null;
+        /**
+         * OverlapFacts
+         * @description Which photos hang together by what they show; `groups` of their ids, the largest first.
+         *
+         *     `pending`: photos came or went since, and it is being found out anew.
+         */
+        OverlapFacts: {
+            /** Pending */
+            pending: boolean;
+            /** Groups */
+            groups: string[][];
+        };
+        /**
+         * OwnAscent
+         * @description An ascent as its climber alone sees it.
+         */
+        OwnAscent: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Gym Id */
+            gym_id: string | null;
+            /** Route Id */
+            route_id: string | null;
+            /** Gym Name */
+            gym_name: string;
+            /** Route Name */
+            route_name: string;
+            /** Grade */
+            grade: string;
+            kind: components["schemas"]["Kind"];
+            /** Tries */
+            tries: number;
+            /**
+             * Climbed At
+             * Format: date-time
+             */
+            climbed_at: string;
+            /**
+             * Created At
+             * Format: date-time
+             */
+            created_at: string;
+            /** Note */
+            note: string;
+        };
+        /**
+         * OwnOpinion
+         * @description What one thinks of a route.
+         */
+        OwnOpinion: {
+            /**
+             * Grade
+             * @default
+             */
+            grade?: string;
+            /** Stars */
+            stars?: number | null;
+            /**
+             * Wish
+             * @default
+             * @enum {string}
+             */
+            wish?: "" | "keep" | "renew";
+            /**
+             * Comment
+             * @default
+             */
+            comment?: string;
+            /**
+             * Route Id
+             * Format: uuid
+             */
+            route_id: string;
+        };
+        /** OwnPassword */
+        OwnPassword: {
+            /**
+             * Password
+             * Format: password
+             */
+            password: string;
         };
         /** Page[AuditLine] */
         Page_AuditLine_: {
@@ -1993,10 +3325,31 @@ export interface components {
             /** Next */
             next: string | null;
         };
+        /** Page[Comment] */
+        Page_Comment_: {
+            /** Items */
+            items: components["schemas"]["Comment"][];
+            /** Next */
+            next: string | null;
+        };
         /** Page[GymFacts] */
         Page_GymFacts_: {
             /** Items */
             items: components["schemas"]["GymFacts"][];
+            /** Next */
+            next: string | null;
+        };
+        /** Page[OwnAscent] */
+        Page_OwnAscent_: {
+            /** Items */
+            items: components["schemas"]["OwnAscent"][];
+            /** Next */
+            next: string | null;
+        };
+        /** Page[ReportFacts] */
+        Page_ReportFacts_: {
+            /** Items */
+            items: components["schemas"]["ReportFacts"][];
             /** Next */
             next: string | null;
         };
@@ -2041,8 +3394,80 @@ export interface components {
             new: string;
         };
         /**
+         * Past
+         * @description A version of the wall in which the route hung; its number and holds there.
+         */
+        Past: {
+            /**
+             * Scan Id
+             * Format: uuid
+             */
+            scan_id: string;
+            /**
+             * Published At
+             * Format: date-time
+             */
+            published_at: string;
+            /** Number */
+            number: number;
+            /** Holds */
+            holds: number[];
+        };
+        /**
+         * PastVersion
+         * @description A version that was the wall once, or is; `published_at`: since when.
+         */
+        PastVersion: {
+            /**
+             * Scan Id
+             * Format: uuid
+             */
+            scan_id: string;
+            /**
+             * Published At
+             * Format: date-time
+             */
+            published_at: string;
+            /** Present */
+            present: boolean;
+        };
+        /**
+         * Permission
+         * @description The code that the other device shows.
+         */
+        Permission: {
+            /** Code */
+            code: string;
+        };
+        /**
+         * PersonFacts
+         * @description Somebody as the asker may see them; what is not shown is null, not empty.
+         */
+        PersonFacts: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Name */
+            name: string;
+            /**
+             * Since
+             * Format: date-time
+             */
+            since: string;
+            /** Gyms */
+            gyms: components["schemas"]["GymName"][];
+            /** Ascents */
+            ascents: components["schemas"]["SeenAscent"][] | null;
+            /** Pins */
+            pins: components["schemas"]["SeenAscent"][] | null;
+            body: components["schemas"]["BodyFacts"] | null;
+        };
+        /**
          * PhotoFacts
-         * @description A photo of a scan; `reason` says why it is of no use.
+         * @description A photo of a scan, or a video of so many `frames`; `reason` says why it is of no
+         *     use, or why a video was not seen to its end.
          */
         PhotoFacts: {
             /**
@@ -2062,6 +3487,8 @@ export interface components {
             width: number | null;
             /** Height */
             height: number | null;
+            /** Frames */
+            frames: number;
         };
         /**
          * PlanFacts
@@ -2089,6 +3516,33 @@ export interface components {
             error: string;
         };
         /**
+         * ProfileWords
+         * @description What one lets others know; all of it, each time. `on_boards`: whether one is ranked at all.
+         *
+         *     Body data is shown to whom `show_body` names, and used for nothing else.
+         */
+        ProfileWords: {
+            /**
+             * On Boards
+             * @default false
+             */
+            on_boards?: boolean;
+            /** @default  */
+            category?: components["schemas"]["Category"];
+            /** Birth Year */
+            birth_year?: number | null;
+            /** @default nobody */
+            show_ascents?: components["schemas"]["Audience"];
+            /** @default nobody */
+            show_pins?: components["schemas"]["Audience"];
+            /** @default nobody */
+            show_body?: components["schemas"]["Audience"];
+            /** Height Cm */
+            height_cm?: number | null;
+            /** Reach Cm */
+            reach_cm?: number | null;
+        };
+        /**
          * Progress
          * @description How far a running scan is: in words, and in numbers where they are known.
          */
@@ -2110,6 +3564,38 @@ export interface components {
             at: string;
         };
         /**
+         * ProgressFacts
+         * @description All of it; `streak` and `longest` are weeks in a row with a session.
+         */
+        ProgressFacts: {
+            /** Sessions */
+            sessions: number;
+            /** Ascents */
+            ascents: number;
+            /** Tries */
+            tries: number;
+            /** Routes */
+            routes: number;
+            /** Flashes */
+            flashes: number;
+            /** Streak */
+            streak: number;
+            /** Longest */
+            longest: number;
+            /** Grades */
+            grades: components["schemas"]["OfGradeFacts"][];
+            /** Months */
+            months: components["schemas"]["MonthFacts"][];
+            /** Weeks */
+            weeks: components["schemas"]["WeekFacts"][];
+            /** Hanging */
+            hanging: components["schemas"]["HangingFacts"][];
+            /** Steepness */
+            steepness: components["schemas"]["StyleFacts"][];
+            /** Holds */
+            holds: components["schemas"]["StyleFacts"][];
+        };
+        /**
          * Publication
          * @description The confirmed table; `revision` is the wall's, as it stood in the draft.
          */
@@ -2129,10 +3615,57 @@ export interface components {
             /** Revision */
             revision: number;
         };
+        /**
+         * RecoveryCodes
+         * @description Shown once; each is good once instead of the phone's digits.
+         */
+        RecoveryCodes: {
+            /** Recovery Codes */
+            recovery_codes: string[];
+        };
         /** Renaming */
         Renaming: {
             /** Name */
             name: string;
+        };
+        /**
+         * ReportFacts
+         * @description A comment that somebody reported, as it read then; who reported it stays with the server.
+         */
+        ReportFacts: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Route Id
+             * Format: uuid
+             */
+            route_id: string;
+            /**
+             * Wall Id
+             * Format: uuid
+             */
+            wall_id: string;
+            /** Route Name */
+            route_name: string;
+            /**
+             * Person Id
+             * Format: uuid
+             */
+            person_id: string;
+            /** Name */
+            name: string;
+            /** Comment */
+            comment: string;
+            /** Reason */
+            reason: string;
+            /**
+             * Created At
+             * Format: date-time
+             */
+            created_at: string;
         };
         /**
          * Role
@@ -2174,7 +3707,7 @@ export interface components {
         };
         /**
          * RouteFacts
-         * @description A route; `number` and `holds` are those of the version that is published.
+         * @description A route; `number`, `holds` and its style are those of the version that is published.
          */
         RouteFacts: {
             /**
@@ -2215,6 +3748,15 @@ export interface components {
              * @default []
              */
             holds?: number[];
+            /** Steepness Deg */
+            steepness_deg?: number | null;
+            /**
+             * Hold Types
+             * @default {}
+             */
+            hold_types?: {
+                [key: string]: number;
+            };
         };
         /**
          * RouteWords
@@ -2274,6 +3816,52 @@ export interface components {
          */
         Scope: "read" | "upload" | "publish" | "manage";
         /**
+         * SecondFactorFacts
+         * @description Whether it is asked for, and how many recovery codes are left.
+         */
+        SecondFactorFacts: {
+            /** On */
+            on: boolean;
+            /** Recovery Codes Left */
+            recovery_codes_left: number;
+        };
+        /** SecretOnly */
+        SecretOnly: {
+            /** Secret */
+            secret: string;
+        };
+        /**
+         * SeenAscent
+         * @description An ascent without its private note, and the address of the wall that it was climbed on.
+         */
+        SeenAscent: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Route Id */
+            route_id: string | null;
+            /** Gym Name */
+            gym_name: string;
+            /** Route Name */
+            route_name: string;
+            /** Grade */
+            grade: string;
+            kind: components["schemas"]["Kind"];
+            /** Tries */
+            tries: number;
+            /**
+             * Climbed At
+             * Format: date-time
+             */
+            climbed_at: string;
+            /** Gym Slug */
+            gym_slug?: string | null;
+            /** Wall Id */
+            wall_id?: string | null;
+        };
+        /**
          * ServerFacts
          * @description How one gets in; `oidc`: what to call the other server, with its way in `/oidc/sign-in`.
          */
@@ -2284,6 +3872,106 @@ export interface components {
             new_gyms: string;
             /** Oidc */
             oidc: string | null;
+        };
+        /**
+         * SessionFacts
+         * @description Ascents of one visit, counted; `tops`, `flashes` and `points` have each route once.
+         *
+         *     `day` is the gym's; `running`: an ascent made now would be one of it.
+         */
+        SessionFacts: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Person Id
+             * Format: uuid
+             */
+            person_id: string;
+            /**
+             * Day
+             * Format: date
+             */
+            day: string;
+            /**
+             * Began At
+             * Format: date-time
+             */
+            began_at: string;
+            /**
+             * Ended At
+             * Format: date-time
+             */
+            ended_at: string;
+            /** Running */
+            running: boolean;
+            /** Ascents */
+            ascents: number;
+            /** Tries */
+            tries: number;
+            /** Tops */
+            tops: number;
+            /** Flashes */
+            flashes: number;
+            /** Points */
+            points: number;
+            /** Hardest */
+            hardest: string;
+        };
+        /**
+         * SessionPage
+         * @description A session, whose it is, and what was climbed in it; `grades` from the hardest.
+         */
+        SessionPage: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Person Id
+             * Format: uuid
+             */
+            person_id: string;
+            /**
+             * Day
+             * Format: date
+             */
+            day: string;
+            /**
+             * Began At
+             * Format: date-time
+             */
+            began_at: string;
+            /**
+             * Ended At
+             * Format: date-time
+             */
+            ended_at: string;
+            /** Running */
+            running: boolean;
+            /** Ascents */
+            ascents: number;
+            /** Tries */
+            tries: number;
+            /** Tops */
+            tops: number;
+            /** Flashes */
+            flashes: number;
+            /** Points */
+            points: number;
+            /** Hardest */
+            hardest: string;
+            /** Name */
+            name: string;
+            /** Own */
+            own: boolean;
+            /** Grades */
+            grades: components["schemas"]["TopsOfGrade"][];
+            /** Done */
+            done: components["schemas"]["AscentFacts"][];
         };
         /**
          * SignUp
@@ -2309,14 +3997,48 @@ export interface components {
             };
         };
         /**
+         * SignedIn
+         * @description Who is signed in now; null while the other device has not said yes.
+         */
+        SignedIn: {
+            me: components["schemas"]["Me"] | null;
+        };
+        /**
          * State
          * @description From the first photo to a former version.
          * @enum {string}
          */
         State: "uploading" | "queued" | "running" | "review" | "published" | "superseded" | "failed" | "cancelled";
         /**
+         * Story
+         * @description What is told of a route besides its own words; `versions` from the last to the first.
+         */
+        Story: {
+            tally: components["schemas"]["TallyFacts"];
+            /** Versions */
+            versions: components["schemas"]["Past"][];
+        };
+        /**
+         * StyleFacts
+         * @description Routes of one steepness, or with most holds of one type; each once.
+         */
+        StyleFacts: {
+            /** Kind */
+            kind: string;
+            /** Tried */
+            tried: number;
+            /** Topped */
+            topped: number;
+            /** Flashed */
+            flashed: number;
+        };
+        /**
          * TallyFacts
-         * @description What climbers did on a route and think of it; nobody is named.
+         * @description What climbers did on a route and think of it.
+         *
+         *     `crowd` is the median of the grade `votes`, empty while they are too few. Who has not voted
+         *     does not see how the votes spread (`grades` is empty), so that each says what they felt;
+         *     setters always do.
          */
         TallyFacts: {
             /**
@@ -2332,6 +4054,10 @@ export interface components {
             climbers: number;
             /** Stars */
             stars: number | null;
+            /** Crowd */
+            crowd: string;
+            /** Votes */
+            votes: number;
             /** Grades */
             grades: {
                 [key: string]: number;
@@ -2365,6 +4091,16 @@ export interface components {
              * Format: date-time
              */
             expires_at: string;
+        };
+        /**
+         * TopsOfGrade
+         * @description How many routes of a grade were topped, each once.
+         */
+        TopsOfGrade: {
+            /** Grade */
+            grade: string;
+            /** Routes */
+            routes: number;
         };
         /**
          * Version
@@ -2429,8 +4165,32 @@ export interface components {
             created_at: string;
         };
         /**
+         * WallPlace
+         * @description Where a wall is: parts of the plan's width and height, from its upper left corner.
+         */
+        WallPlace: {
+            /**
+             * Wall Id
+             * Format: uuid
+             */
+            wall_id: string;
+            /** X */
+            x: number;
+            /** Y */
+            y: number;
+        };
+        /**
+         * WallPlaces
+         * @description All walls that are on the plan; others are off it by this.
+         */
+        WallPlaces: {
+            /** Walls */
+            walls: components["schemas"]["WallPlace"][];
+        };
+        /**
          * WebhookFacts
-         * @description A webhook; `waiting`: messages that were not taken yet, `error`: why the last one was not.
+         * @description A webhook; `waiting`: messages that were not taken yet, `error`: why the last one was not;
+         *     `told_at`: when one was taken last; `deliveries`: the first that wait.
          */
         WebhookFacts: {
             /**
@@ -2449,6 +4209,29 @@ export interface components {
             waiting: number;
             /** Error */
             error: string;
+            /** Told At */
+            told_at: string | null;
+            /** Deliveries */
+            deliveries: components["schemas"]["Delivery"][];
+        };
+        /**
+         * WeekFacts
+         * @description A week from its Monday on.
+         */
+        WeekFacts: {
+            /**
+             * Begins
+             * Format: date
+             */
+            begins: string;
+            /** Sessions */
+            sessions: number;
+            /** Ascents */
+            ascents: number;
+            /** Tops */
+            tops: number;
+            /** Points */
+            points: number;
         };
     };
     responses: never;
@@ -2665,6 +4448,39 @@ export interface operations {
             };
         };
     };
+    end_other_session: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                sign_in: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
     read_me: {
         parameters: {
             query?: never;
@@ -2817,6 +4633,144 @@ export interface operations {
         requestBody: {
             content: {
                 "application/json": components["schemas"]["NewPassword"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_second_factor: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SecondFactorFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    begin_second_factor: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["NewSecret"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    confirm_second_factor: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Digits"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RecoveryCodes"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    end_second_factor: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["OwnPassword"];
             };
         };
         responses: {
@@ -3352,6 +5306,113 @@ export interface operations {
                 "application/json": components["schemas"]["RoleChange"];
             };
         };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    list_bans: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BanFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    ban_person: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                person: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewBan"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    drop_ban: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                person: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
         responses: {
             /** @description Successful Response */
             204: {
@@ -4149,6 +6210,42 @@ export interface operations {
             };
         };
     };
+    read_overlap: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                scan: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["OverlapFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
     drop_photo: {
         parameters: {
             query?: never;
@@ -4275,6 +6372,189 @@ export interface operations {
         responses: {
             /** @description Successful Response */
             200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_floor_plan: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FloorPlanFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    put_floor_plan: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["WallPlaces"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FloorPlanFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_plan_picture: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "image/png": string;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    put_plan_picture: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "image/jpeg": string;
+                "image/png": string;
+                "image/webp": string;
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FloorPlanFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    drop_plan_picture: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -4788,6 +7068,41 @@ export interface operations {
             };
         };
     };
+    list_routes: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RouteFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
     read_route: {
         parameters: {
             query?: never;
@@ -4994,7 +7309,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["AscentFacts"];
+                    "application/json": components["schemas"]["OwnAscent"];
                 };
             };
             /** @description Why not, in words */
@@ -5034,7 +7349,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Page_AscentFacts_"];
+                    "application/json": components["schemas"]["Page_OwnAscent_"];
                 };
             };
             /** @description Why not, in words */
@@ -5195,7 +7510,12 @@ export interface operations {
     };
     list_comments: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description `next` of the page before */
+                cursor?: string | null;
+                /** @description rows of a page */
+                size?: number;
+            };
             header?: never;
             path: {
                 route: string;
@@ -5211,7 +7531,225 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Comment"][];
+                    "application/json": components["schemas"]["Page_Comment_"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    report_comment: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                route: string;
+                person: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Complaint"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    list_reports: {
+        parameters: {
+            query?: {
+                /** @description `next` of the page before */
+                cursor?: string | null;
+                /** @description rows of a page */
+                size?: number;
+            };
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Page_ReportFacts_"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    dismiss_report: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                report: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    hide_comment: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                route: string;
+                person: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    show_comment: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                route: string;
+                person: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_logbook: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LogbookFacts"];
                 };
             };
             /** @description Why not, in words */
@@ -5249,6 +7787,248 @@ export interface operations {
                 content: {
                     "application/json": components["schemas"]["TallyFacts"][];
                 };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    list_gym_tallies: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TallyFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_story: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                route: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Story"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_profile: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ProfileWords"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    put_profile: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ProfileWords"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ProfileWords"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_person: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                person: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PersonFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    pin_ascent: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                ascent: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    unpin_ascent: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                ascent: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
             };
             /** @description Why not, in words */
             "4XX": {
@@ -5475,6 +8255,185 @@ export interface operations {
             };
         };
     };
+    make_handover: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MadeHandover"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_handover: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                handover: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HandoverFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    allow_handover: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                handover: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Permission"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    claim_handover: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SecretOnly"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MadeClaim"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    begin_session_by_handover: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SecretOnly"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SignedIn"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
     read_data: {
         parameters: {
             query?: never;
@@ -5562,6 +8521,82 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    list_past: {
+        parameters: {
+            query?: {
+                /** @description only versions in which it hangs */
+                route?: string | null;
+            };
+            header?: never;
+            path: {
+                wall: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PastVersion"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_past: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                wall: string;
+                scan: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Version"];
+                };
             };
             /** @description Why not, in words */
             "4XX": {
@@ -5670,6 +8705,544 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    list_climbing_sessions: {
+        parameters: {
+            query?: {
+                /** @description begun before */
+                before?: string | null;
+                size?: number;
+            };
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    start_climbing_session: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_climbing_session: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                visit: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionPage"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    end_climbing_session: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                visit: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_progress: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ProgressFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_progress_table: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                part: "grades" | "months" | "weeks" | "hanging" | "steepness" | "holds";
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/plain": string;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_board: {
+        parameters: {
+            query?: {
+                /** @description "2026-03", "2026" or "all"; empty: this month */
+                period?: string;
+                circuit?: string;
+                category?: "" | "women" | "men" | "other";
+                age?: "" | "u18" | "40";
+                friends?: boolean;
+                size?: number;
+                skip?: number;
+            };
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BoardFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    list_follows: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Follows"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    follow_person: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                person: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FollowState"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    unfollow_person: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                person: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    accept_follower: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                person: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    drop_follower: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                person: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    set_feed: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["FeedWish"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_feed: {
+        parameters: {
+            query?: {
+                /** @description begun before */
+                before?: string | null;
+                size?: number;
+            };
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Feed"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    list_friends_here: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                route: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FriendFacts"][];
+                };
             };
             /** @description Why not, in words */
             "4XX": {

@@ -1,0 +1,246 @@
+"""Sessions and standings, counted from ascents: after each change, in its transaction.
+
+A change of an ascent touches the sessions of its day and the standings of its month, its year and
+of all time, of one person in one gym; these are counted anew from the rows themselves, so that the
+order in which a phone's ascents arrive does not matter. `recount` does it for a whole gym.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from datetime import date, datetime, timedelta
+from typing import Final, NamedTuple
+from uuid import UUID
+from zoneinfo import ZoneInfo
+
+from sqlalchemy import delete, insert, select, update
+from sqlalchemy.orm import Session
+
+from walltopo_gym.accounts.models import Person
+from walltopo_gym.climbing.counted_models import ClimbingSession, SessionMark, Standing
+from walltopo_gym.climbing.models import Ascent
+from walltopo_gym.climbing.points import FLASH, best_of, worth_of
+from walltopo_gym.climbing.visits import Event, Sort, Visit, day_begins, gym_day, visits
+from walltopo_gym.gyms.models import GradeSystem, Gym
+from walltopo_gym.publishing.models import Route
+
+__all__ = ["ALL_TIME", "count_again", "recount", "value", "zone_of"]
+
+ALL_TIME: Final = "all"
+_TOPS: Final = ("flash", "top")
+
+
+class _Climbed(NamedTuple):
+    """What is counted of an ascent."""
+
+    id: UUID
+    route: UUID
+    kind: str
+    tries: int
+    grade: str
+    worth: int
+    circuit: str
+    at: datetime
+
+    @property
+    def points(self) -> int:
+        return self.worth + (FLASH if self.kind == "flash" else 0)
+
+
+@dataclass
+class _Sum:
+    """Of some ascents, each route once."""
+
+    points: int
+    tops: int
+    flashes: int
+
+
+def zone_of(gym: Gym) -> ZoneInfo:
+    """The gym's time zone."""
+    return ZoneInfo(gym.time_zone)
+
+
+def value(session: Session, ascent: Ascent, route: Route) -> None:
+    """Write into a new ascent what a top of the route is worth on this day."""
+    system = (
+        None if route.grade_system_id is None else session.get(GradeSystem, route.grade_system_id)
+    )
+    ascent.climbed_route = route.id
+    ascent.worth, ascent.circuit = _valued(system, route.grade)
+
+
+def count_again(
+    session: Session, gym: Gym, person: UUID, moments: Iterable[datetime] | None
+) -> None:
+    """Count what these moments touch of one person in one gym.
+
+    Parameters
+    ----------
+    moments : of changed ascents and marks, before and after; None: all of the person's.
+    """
+    session.flush()
+    # One person's are counted one after the other, by whichever server.
+    session.execute(select(Person.id).where(Person.id == person).with_for_update())
+    _value_bare(session, gym, person)
+    days = None if moments is None else {gym_day(at, zone_of(gym)) for at in moments}
+    _stand(session, gym, person, days)
+    _regroup(session, gym, person, days)
+    session.flush()
+
+
+def recount(session: Session, gym: Gym) -> int:
+    """Count all of a gym anew; the number of people. Sessions keep their addresses."""
+    _value_bare(session, gym, None)
+    people: set[UUID] = set()
+    for kind in (Ascent, SessionMark, Standing, ClimbingSession):
+        named = select(kind.person_id).where(kind.gym_id == gym.id).distinct()
+        people.update(session.scalars(named))
+    for person in sorted(people):
+        count_again(session, gym, person, None)
+    return len(people)
+
+
+def _valued(system: GradeSystem | None, label: str) -> tuple[int, str]:
+    circuit = label if system is not None and system.kind == "circuits" else ""
+    return worth_of([] if system is None else system.grades, label), circuit
+
+
+def _value_bare(session: Session, gym: Gym, person: UUID | None) -> None:
+    """Value ascents that came in past `keep_ascent`: of before there were points, or in bulk."""
+    bare = [Ascent.gym_id == gym.id, Ascent.worth.is_(None)]
+    if person is not None:
+        bare.append(Ascent.person_id == person)
+    pairs = session.execute(
+        select(Ascent.route_id, Ascent.grade, Route.grade_system_id)
+        .outerjoin(Route, Route.id == Ascent.route_id)
+        .where(*bare)
+        .distinct()
+    ).all()
+    for route, grade, system_id in pairs:
+        system = None if system_id is None else session.get(GradeSystem, system_id)
+        worth, circuit = _valued(system, grade)
+        is_it = Ascent.route_id.is_(None) if route is None else Ascent.route_id == route
+        # Of a route that is gone nothing tells which one it was: each ascent is its own.
+        key = Ascent.id if route is None else Ascent.route_id
+        session.execute(
+            update(Ascent)
+            .where(*bare, is_it, Ascent.grade == grade)
+            .values(worth=worth, circuit=circuit, climbed_route=key),
+            execution_options={"synchronize_session": False},
+        )
+
+
+def _climbed(
+    session: Session, gym: Gym, person: UUID, since: datetime | None, until: datetime | None,
+    kinds: Sequence[str] = (),
+) -> list[_Climbed]:  # fmt: skip
+    wanted = select(
+        Ascent.id, Ascent.climbed_route, Ascent.kind, Ascent.tries, Ascent.grade, Ascent.worth,
+        Ascent.circuit, Ascent.climbed_at,
+    ).where(
+        Ascent.person_id == person, Ascent.gym_id == gym.id, Ascent.taken_back_at.is_(None)
+    )  # fmt: skip
+    if since is not None and until is not None:
+        wanted = wanted.where(Ascent.climbed_at >= since, Ascent.climbed_at < until)
+    if kinds:
+        wanted = wanted.where(Ascent.kind.in_(kinds))
+    return [
+        _Climbed(key, route, kind, tries, grade, worth, circuit, at)
+        for key, route, kind, tries, grade, worth, circuit, at in session.execute(wanted)
+        if route is not None and worth is not None  # all have been valued
+    ]
+
+
+def _sum(climbed: Iterable[_Climbed]) -> _Sum:
+    best: dict[UUID, int] = {}
+    flashed: set[UUID] = set()
+    for one in climbed:
+        best[one.route] = max(best.get(one.route, 0), one.points)
+        if one.kind == "flash":
+            flashed.add(one.route)
+    return _Sum(best_of(best.values()), len(best), len(flashed))
+
+
+def _periods(day: date) -> tuple[str, str, str]:
+    return f"{day:%Y-%m}", f"{day:%Y}", ALL_TIME
+
+
+def _stand(session: Session, gym: Gym, person: UUID, days: set[date] | None) -> None:
+    zone = zone_of(gym)
+    touched = None if days is None else {period for day in days for period in _periods(day)}
+    sorted_in: dict[tuple[str, str], list[_Climbed]] = {}
+    for one in _climbed(session, gym, person, None, None, _TOPS):
+        for period in _periods(gym_day(one.at, zone)):
+            if touched is None or period in touched:
+                for circuit in {"", one.circuit}:
+                    sorted_in.setdefault((period, circuit), []).append(one)
+    gone = delete(Standing).where(Standing.gym_id == gym.id, Standing.person_id == person)
+    session.execute(gone if touched is None else gone.where(Standing.period.in_(touched)))
+    rows = [
+        {"gym_id": gym.id, "person_id": person, "period": period, "circuit": circuit}
+        | vars(_sum(climbed))
+        for (period, circuit), climbed in sorted_in.items()
+    ]
+    if rows:
+        session.execute(insert(Standing), rows)
+
+
+def _regroup(session: Session, gym: Gym, person: UUID, days: set[date] | None) -> None:
+    """The sessions of these days. A row that is there is taken for the visit of its place in the
+    day, so that a session's address stays while ascents come in."""
+    zone = zone_of(gym)
+    mine = ClimbingSession.person_id == person, ClimbingSession.gym_id == gym.id
+    spans: list[tuple[datetime, datetime] | tuple[None, None]] = [(None, None)]
+    there = select(ClimbingSession).where(*mine)
+    if days is not None:
+        spans = [(day_begins(d, zone), day_begins(d + timedelta(days=1), zone)) for d in days]
+        there = there.where(ClimbingSession.day.in_(days))
+    climbed: dict[UUID, _Climbed] = {}
+    events: list[Event] = []
+    for since, until in spans:
+        for one in _climbed(session, gym, person, since, until):
+            climbed[one.id] = one
+            events.append(Event(one.at, Sort.ASCENT, one.id))
+        events += _marks(session, gym, person, since, until)
+    kept: dict[date, list[ClimbingSession]] = {}
+    for row in session.scalars(there.order_by(ClimbingSession.began_at)):
+        kept.setdefault(row.day, []).append(row)
+    for visit in visits(events, zone):
+        rows = kept.get(visit.day)
+        row = rows.pop(0) if rows else ClimbingSession(person_id=person, gym_id=gym.id)
+        _write(row, visit, [climbed[ascent] for ascent in visit.ascents])
+        session.add(row)
+    for rows in kept.values():
+        for row in rows:
+            session.delete(row)
+
+
+def _marks(
+    session: Session, gym: Gym, person: UUID, since: datetime | None, until: datetime | None
+) -> list[Event]:
+    wanted = select(SessionMark).where(
+        SessionMark.person_id == person, SessionMark.gym_id == gym.id
+    )
+    if since is not None and until is not None:
+        wanted = wanted.where(SessionMark.at >= since, SessionMark.at < until)
+    return [
+        Event(mark.at, Sort.START if mark.kind == "start" else Sort.END, mark.id)
+        for mark in session.scalars(wanted)
+    ]
+
+
+def _write(row: ClimbingSession, visit: Visit, climbed: Sequence[_Climbed]) -> None:
+    tops = [one for one in climbed if one.kind in _TOPS]
+    best: dict[UUID, int] = {}
+    for one in tops:
+        best[one.route] = max(best.get(one.route, 0), one.points)
+    hardest = max(tops, key=lambda one: one.worth, default=None)
+    row.day, row.began_at, row.ended_at = visit.day, visit.began_at, visit.ended_at
+    row.closed, row.ascents = visit.closed, len(climbed)
+    row.tries = sum(one.tries for one in climbed if one.kind != "project")
+    row.tops, row.points = len(best), sum(best.values())
+    row.flashes = len({one.route for one in tops if one.kind == "flash"})
+    row.hardest = "" if hardest is None else hardest.grade
+    row.hardest_worth = 0 if hardest is None else hardest.worth

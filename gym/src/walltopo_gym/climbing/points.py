@@ -1,0 +1,72 @@
+"""Points: what climbing a route is worth.
+
+A top is worth 100 points and 20 more for each step that its grade stands above 3 on the Font
+scale; a flash is worth half a step more. V grades count as the Font grade beside them, a circuit as
+the middle of its range. Labels of a gym's own that have no range are spread evenly from 4 to 7C. A
+route without a grade is worth what a 3 is.
+
+A standing is the sum of somebody's best `BEST` routes of a period, each route once: who comes once
+a week finds that many, and who comes daily gains by climbing harder, not more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Final
+
+from walltopo_gym.gyms.grades import FONT, V_SCALE
+
+__all__ = ["BEST", "FLASH", "best_of", "worth_of"]
+
+BEST: Final = 10
+FLASH: Final = 10
+_BASE: Final = 100
+_STEP: Final = 20
+# The Font grade beside each V grade, as guidebooks have them; above 9A there is none.
+_OF_V: Final = dict(zip(V_SCALE, (
+    "3", "4", "5", "5+", "6A", "6B", "6C", "7A", "7A+", "7B", "7C", "7C+", "8A", "8A+", "8B", "8B+",
+    "8C", "8C+", "9A",
+), strict=True))  # fmt: skip
+_OWN_FROM, _OWN_TO = FONT.index("4"), FONT.index("7C")
+
+
+def worth_of(grades: Sequence[Mapping[str, Any]], label: str) -> int:
+    """Points of a top.
+
+    Parameters
+    ----------
+    grades : of the route's grade system, from the easiest; empty where it has none.
+    label : of the route's grade.
+    """
+    return _BASE + round(_STEP * _steps(grades, label))
+
+
+def best_of(values: Iterable[int]) -> int:
+    """Points of a standing.
+
+    Parameters
+    ----------
+    values : of each route that was topped, its flash included.
+    """
+    return sum(sorted(values, reverse=True)[:BEST])
+
+
+def _steps(grades: Sequence[Mapping[str, Any]], label: str) -> float:
+    """How far above 3, in steps of the Font scale."""
+    labels = [grade["label"] for grade in grades]
+    if label in labels:
+        place = labels.index(label)
+        low, high = grades[place].get("low"), grades[place].get("high")
+        if low is not None and high is not None:
+            return (_on_scale(low) + _on_scale(high)) / 2
+    if label in FONT or label in _OF_V:
+        return _on_scale(label)
+    if label not in labels:
+        return 0.0
+    if len(labels) == 1:
+        return (_OWN_FROM + _OWN_TO) / 2
+    return _OWN_FROM + (_OWN_TO - _OWN_FROM) * place / (len(labels) - 1)
+
+
+def _on_scale(grade: str) -> float:
+    return float(FONT.index(_OF_V.get(grade, grade)))

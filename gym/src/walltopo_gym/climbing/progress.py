@@ -1,0 +1,311 @@
+"""How one gets on in a gym: of one's ascents and sessions, every time anew; both are few."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import date, datetime, timedelta
+from typing import Final, NamedTuple
+from uuid import UUID
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from walltopo_gym.climbing.counted_models import ClimbingSession
+from walltopo_gym.climbing.counting import zone_of
+from walltopo_gym.climbing.models import Ascent
+from walltopo_gym.climbing.visits import gym_day
+from walltopo_gym.gyms.models import GradeSystem, Gym, Wall
+from walltopo_gym.publishing.models import Placement, Route
+from walltopo_gym.scans.models import Scan
+
+__all__ = ["Hanging", "Month", "OfGrade", "Progress", "STEEPNESS", "Style", "Week",
+           "progress"]  # fmt: skip
+
+_TOPS: Final = ("flash", "top")
+_WEEK: Final = timedelta(days=7)
+_WEEKS: Final = 53
+_AT_ONCE: Final = 500  # a statement has a limited number of parameters
+# Kinds of walls, and below how many degrees of overhang one still is of that kind.
+STEEPNESS: Final = {"slab": -5.0, "vertical": 5.0, "slight": 20.0, "steep": 45.0, "roof": 181.0}
+
+
+class _Done(NamedTuple):
+    """What is asked of an ascent."""
+
+    route: UUID | None
+    kind: str
+    tries: int
+    grade: str
+    worth: int | None
+    at: datetime
+
+
+@dataclass
+class OfGrade:
+    """Routes of one grade that were topped, each once, and those flashed among them."""
+
+    grade: str
+    worth: int
+    routes: int = 0
+    flashes: int = 0
+
+
+@dataclass
+class Month:
+    """`month` is "2026-03"; `hardest` the label of its hardest top; routes count once in it."""
+
+    month: str
+    hardest: str = ""
+    hardest_worth: int = 0
+    routes: int = 0
+    flashes: int = 0
+
+
+@dataclass
+class Week:
+    """`begins` is its Monday; `tops` and `points` of its sessions together."""
+
+    begins: date
+    sessions: int = 0
+    ascents: int = 0
+    tops: int = 0
+    points: int = 0
+
+
+@dataclass
+class Hanging:
+    """Of the routes of one grade that hang: how many one has topped."""
+
+    system: str
+    grade: str
+    colour: str
+    done: int
+    of: int
+
+
+@dataclass
+class Style:
+    """Routes of one kind that were tried, each once, and those topped and flashed among them.
+
+    `kind` is of `STEEPNESS`, or a type of hold: the one that a route has most of.
+    """
+
+    kind: str
+    tried: int = 0
+    topped: int = 0
+    flashed: int = 0
+
+
+@dataclass
+class Progress:
+    """All of it.
+
+    Parameters
+    ----------
+    grades : from the easiest; months, weeks : from the first, with the empty ones between.
+    streak, longest : weeks in a row with a session; the present week may still be empty.
+    """
+
+    sessions: int = 0
+    ascents: int = 0
+    tries: int = 0
+    routes: int = 0
+    flashes: int = 0
+    streak: int = 0
+    longest: int = 0
+    grades: list[OfGrade] = field(default_factory=list)
+    months: list[Month] = field(default_factory=list)
+    weeks: list[Week] = field(default_factory=list)
+    hanging: list[Hanging] = field(default_factory=list)
+    steepness: list[Style] = field(default_factory=list)
+    holds: list[Style] = field(default_factory=list)
+
+
+def progress(session: Session, gym: Gym, person: UUID, at: datetime) -> Progress:
+    """Of one person in one gym.
+
+    Parameters
+    ----------
+    at : now.
+    """
+    zone = zone_of(gym)
+    mine = Ascent.person_id == person, Ascent.gym_id == gym.id, Ascent.taken_back_at.is_(None)
+    columns = (Ascent.climbed_route, Ascent.kind, Ascent.tries, Ascent.grade, Ascent.worth,
+               Ascent.climbed_at)  # fmt: skip
+    done = [_Done(*row) for row in session.execute(select(*columns).where(*mine))]
+    visits = session.scalars(
+        select(ClimbingSession)
+        .where(
+            ClimbingSession.person_id == person, ClimbingSession.gym_id == gym.id,
+            ClimbingSession.ascents > 0,
+        )
+        .order_by(ClimbingSession.began_at)
+    ).all()  # fmt: skip
+    tops = [one for one in done if one.kind in _TOPS]
+    today = gym_day(at, zone)
+    monday = _monday(today)
+    came = {_monday(visit.day) for visit in visits}
+    streak, longest = _streaks(came, monday)
+    steepness, holds = _styles(session, done)
+    return Progress(
+        sessions=len(visits),
+        ascents=len(done),
+        tries=sum(one.tries for one in done if one.kind != "project"),
+        routes=len({one.route for one in tops}),
+        flashes=len({one.route for one in tops if one.kind == "flash"}),
+        streak=streak,
+        longest=longest,
+        grades=_grades(tops),
+        months=_months([(f"{gym_day(one.at, zone):%Y-%m}", one) for one in tops], today),
+        weeks=_weeks(visits, monday),
+        hanging=_hanging(session, gym, {one.route for one in tops}),
+        steepness=steepness,
+        holds=holds,
+    )
+
+
+def _monday(day: date) -> date:
+    return day - timedelta(days=day.weekday())
+
+
+def _streaks(came: set[date], monday: date) -> tuple[int, int]:
+    """Weeks in a row until now, and the most there ever were."""
+    longest, row, before = 0, 0, None
+    for week in sorted(came):
+        row = row + 1 if before is not None and week - before == _WEEK else 1
+        longest, before = max(longest, row), week
+    is_present = before is not None and monday - before <= _WEEK
+    return (row if is_present else 0), longest
+
+
+def _grades(tops: Iterable[_Done]) -> list[OfGrade]:
+    """Each route under the grade of its last top; ordered by what they are worth."""
+    last: dict[UUID | None, _Done] = {}
+    flashed = set()
+    for one in sorted(tops, key=lambda one: one.at):
+        last[one.route] = one
+        if one.kind == "flash":
+            flashed.add(one.route)
+    found: dict[str, OfGrade] = {}
+    for one in last.values():
+        row = found.setdefault(one.grade, OfGrade(one.grade, 0))
+        row.worth = max(row.worth, one.worth or 0)
+        row.routes += 1
+        row.flashes += one.route in flashed
+    return sorted(found.values(), key=lambda row: (row.worth, row.grade))
+
+
+def _months(tops: Sequence[tuple[str, _Done]], today: date) -> list[Month]:
+    if not tops:
+        return []
+    found = {name: Month(name) for name in _names(min(name for name, _ in tops), today)}
+    routes = Counter(name for name, _ in {(name, one.route) for name, one in tops})
+    flashed = {(name, one.route) for name, one in tops if one.kind == "flash"}
+    flashes = Counter(name for name, _ in flashed)
+    for name, one in tops:
+        month = found[name]
+        if (one.worth or 0) > month.hardest_worth:
+            month.hardest, month.hardest_worth = one.grade, one.worth or 0
+    for name, month in found.items():
+        month.routes, month.flashes = routes[name], flashes[name]
+    return list(found.values())
+
+
+def _names(first: str, today: date) -> list[str]:
+    """Months from the first to this one."""
+    year, month = (int(part) for part in first.split("-"))
+    whole = (today.year - year) * 12 + today.month - month
+    return [
+        f"{year + (month - 1 + n) // 12:04d}-{(month - 1 + n) % 12 + 1:02d}"
+        for n in range(whole + 1)
+    ]
+
+
+def _weeks(visits: Sequence[ClimbingSession], monday: date) -> list[Week]:
+    """Of the last year at most."""
+    if not visits:
+        return []
+    first = max(_monday(visits[0].day), monday - (_WEEKS - 1) * _WEEK)
+    found = {
+        begins: Week(begins)
+        for begins in (first + n * _WEEK for n in range((monday - first).days // 7 + 1))
+    }
+    for visit in visits:
+        week = found.get(_monday(visit.day))
+        if week is not None:
+            week.sessions += 1
+            week.ascents += visit.ascents
+            week.tops += visit.tops
+            week.points += visit.points
+    return list(found.values())
+
+
+def _hanging(session: Session, gym: Gym, topped: set[UUID | None]) -> list[Hanging]:
+    """By the gym's grade systems, from the easiest grade; without grades of which nothing hangs."""
+    rows = session.execute(
+        select(Route.id, Route.grade_system_id, Route.grade)
+        .join(Wall, Wall.id == Route.wall_id)
+        .where(Wall.gym_id == gym.id, Route.stripped_at.is_(None), Route.grade != "")
+    ).all()
+    of = Counter((row.grade_system_id, row.grade) for row in rows)
+    done = Counter((row.grade_system_id, row.grade) for row in rows if row.id in topped)
+    systems = session.scalars(
+        select(GradeSystem)
+        .where(GradeSystem.gym_id == gym.id)
+        .order_by(GradeSystem.created_at, GradeSystem.id)
+    )
+    found = []
+    for system in systems:
+        for grade in system.grades:
+            key = (system.id, str(grade["label"]))
+            if of[key]:
+                found.append(_line(system.name, grade, done[key], of[key]))
+    return found
+
+
+def _styles(session: Session, done: Sequence[_Done]) -> tuple[list[Style], list[Style]]:
+    """By the steepness of the wall and by the type of hold, as the scans know them."""
+    best: dict[UUID, int] = {}  # 0: tried, 1: topped, 2: flashed
+    for one in done:
+        if one.route is not None and one.kind != "project":
+            came_to = _TOPS[::-1].index(one.kind) + 1 if one.kind in _TOPS else 0
+            best[one.route] = max(best.get(one.route, 0), came_to)
+    steep = {kind: Style(kind) for kind in STEEPNESS}
+    of_type: dict[str, Style] = {}
+    for route, (degrees, types) in _placed(session, list(best)).items():
+        styles = []
+        if degrees is not None:
+            styles.append(steep[next(k for k, below in STEEPNESS.items() if degrees < below)])
+        if types:
+            most = max(sorted(types), key=lambda name: types[name])
+            styles.append(of_type.setdefault(most, Style(most)))
+        for style in styles:
+            style.tried += 1
+            style.topped += best[route] > 0
+            style.flashed += best[route] > 1
+    return (
+        [style for style in steep.values() if style.tried],
+        sorted(of_type.values(), key=lambda style: (-style.tried, style.kind)),
+    )
+
+
+def _placed(
+    session: Session, routes: Sequence[UUID]
+) -> dict[UUID, tuple[float | None, dict[str, int]]]:
+    """Steepness and holds of routes, in the last scan that they were in."""
+    found: dict[UUID, tuple[float | None, dict[str, int]]] = {}
+    for begin in range(0, len(routes), _AT_ONCE):
+        rows = session.execute(
+            select(Placement.route_id, Placement.steepness_deg, Placement.hold_types)
+            .join(Scan, Scan.id == Placement.scan_id)
+            .where(Placement.route_id.in_(routes[begin : begin + _AT_ONCE]))
+            .order_by(Scan.created_at)
+        )
+        found |= {route: (degrees, types) for route, degrees, types in rows}
+    return found
+
+
+def _line(system: str, grade: Mapping[str, str], done: int, of: int) -> Hanging:
+    return Hanging(system, grade["label"], grade.get("colour") or "", done, of)

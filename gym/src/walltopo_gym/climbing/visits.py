@@ -1,0 +1,93 @@
+"""Which ascents are one session: pure, of moments alone.
+
+A gym's day begins at four in the morning by its own clock, so that an evening that goes on past
+midnight is one. Within a day a pause of four hours begins another session, and so does a start by
+hand; an end by hand closes the present one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from datetime import UTC, date, datetime, time, timedelta
+from enum import IntEnum
+from typing import Final
+from uuid import UUID
+from zoneinfo import ZoneInfo
+
+__all__ = ["PAUSE", "Event", "Sort", "Visit", "day_begins", "gym_day", "visits"]
+
+PAUSE: Final = timedelta(hours=4)
+_DAWN: Final = time(4)
+
+
+class Sort(IntEnum):
+    """What happened; of one moment in this order."""
+
+    START = 0
+    ASCENT = 1
+    END = 2
+
+
+@dataclass(frozen=True, order=True)
+class Event:
+    """An ascent, or a mark that was set by hand."""
+
+    at: datetime
+    sort: Sort
+    id: UUID
+
+
+@dataclass
+class Visit:
+    """One session.
+
+    Parameters
+    ----------
+    day : of the gym; began_at, ended_at : of its first and last event; ascents : their ids.
+    closed : ended by hand.
+    """
+
+    day: date
+    began_at: datetime
+    ended_at: datetime
+    ascents: list[UUID] = field(default_factory=list)
+    closed: bool = False
+
+
+def gym_day(at: datetime, zone: ZoneInfo) -> date:
+    """The gym's day of a moment."""
+    local = at.astimezone(zone)
+    return local.date() - timedelta(days=1) if local.time() < _DAWN else local.date()
+
+
+def day_begins(day: date, zone: ZoneInfo) -> datetime:
+    """The first moment of a gym's day."""
+    return datetime.combine(day, _DAWN, zone).astimezone(UTC)
+
+
+def visits(events: Iterable[Event], zone: ZoneInfo) -> list[Visit]:
+    """The sessions of one person in one gym, in their order in time."""
+    found: list[Visit] = []
+    for event in sorted(events):
+        day = gym_day(event.at, zone)
+        last = found[-1] if found else None
+        goes_on = (
+            last is not None
+            and not last.closed
+            and last.day == day
+            and event.at - last.ended_at < PAUSE
+        )
+        if event.sort == Sort.END:
+            if last is not None and goes_on:
+                last.ended_at, last.closed = event.at, True
+            continue
+        # A start after a start is the same one.
+        is_start = event.sort == Sort.START and last is not None and bool(last.ascents)
+        if last is None or not goes_on or is_start:
+            last = Visit(day, event.at, event.at)
+            found.append(last)
+        last.ended_at = event.at
+        if event.sort == Sort.ASCENT:
+            last.ascents.append(event.id)
+    return found

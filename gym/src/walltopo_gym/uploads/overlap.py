@@ -1,0 +1,110 @@
+"""Which photos of a scan overlap with which, said before the scan: a durable job of some seconds.
+
+Whenever the usable photos of a scan change, `ask` counts up in the table; what was asked and has no
+answer yet is handed to DBOS, a workflow an asking. It looks at the thumbnails alone
+(`walltopo.photos.overlap`).
+"""
+
+from __future__ import annotations
+
+from typing import Final
+from uuid import UUID
+
+import numpy as np
+from dbos import DBOS, SetWorkflowID
+from numpy.typing import NDArray
+from sqlalchemy import exists, select, update
+from sqlalchemy.orm import Session
+
+from walltopo.photos.overlap import find_overlap
+from walltopo_gym.database.engine import Database
+from walltopo_gym.storage.files import FileStore
+from walltopo_gym.uploads.models import Photo, PhotoOverlap
+
+__all__ = ["QUEUE", "Overlaps", "ask"]
+
+QUEUE: Final = "overlaps"
+_AT_ONCE: Final = 20
+
+_overlaps: Overlaps | None = None
+
+
+def ask(session: Session, scan: UUID) -> None:
+    """The usable photos of a scan have changed: what was said of them is to be found out anew."""
+    row = session.get(PhotoOverlap, scan)
+    if row is None:
+        session.add(PhotoOverlap(scan_id=scan, asked=1, answered=0, groups=[]))
+    else:
+        row.asked += 1
+
+
+class Overlaps:
+    """Hands what was asked to DBOS, and answers it."""
+
+    def __init__(self, database: Database, store: FileStore) -> None:
+        global _overlaps
+        self._database, self._store = database, store
+        self._begun: set[str] = set()
+        _overlaps = self
+
+    def begin_asked(self) -> None:
+        """Begin what was asked, unless more photos are about to come."""
+        coming = exists().where(
+            Photo.scan_id == PhotoOverlap.scan_id, Photo.state.in_(("receiving", "received"))
+        )
+        asked = select(PhotoOverlap.scan_id, PhotoOverlap.asked).where(
+            PhotoOverlap.answered < PhotoOverlap.asked, ~coming
+        )
+        with self._database.reading() as session:
+            rows = session.execute(asked.limit(_AT_ONCE)).all()
+        for scan, number in rows:
+            name = f"overlap-{scan}-{number}"
+            if name not in self._begun:
+                with SetWorkflowID(name):
+                    DBOS.enqueue_workflow(QUEUE, _answer, str(scan), number)
+                self._begun.add(name)
+
+    def answer(self, scan: UUID, number: int) -> None:
+        """Find out what hangs together; may be done again at any point."""
+        with self._database.reading() as session:
+            usable = select(Photo).where(Photo.scan_id == scan, Photo.state == "usable")
+            photos = list(session.scalars(usable.order_by(Photo.created_at, Photo.id)))
+        # A video hangs together by itself; it is compared by several of its frames.
+        shown = [(photo.id, key) for photo in photos for key in photo.thumbnails]
+        found = find_overlap([_grey(self._store.read(key)) for _, key in shown])
+        groups = [list(dict.fromkeys(str(shown[n][0]) for n in group)) for group in found.groups]
+        # Where too much would have had to be compared, nothing is said.
+        told = _joined(groups) if found.is_whole else []
+        later = PhotoOverlap.scan_id == scan, PhotoOverlap.answered < number
+        with self._database.writing() as session:
+            change = update(PhotoOverlap).where(*later)
+            session.execute(change.values(answered=number, groups=told))
+
+
+def _grey(content: bytes) -> NDArray[np.uint8]:
+    import cv2
+
+    picture = cv2.imdecode(np.frombuffer(content, dtype=np.uint8), cv2.IMREAD_GRAYSCALE)
+    assert picture is not None, "a thumbnail of ours is a JPEG"
+    return np.asarray(picture, dtype=np.uint8)
+
+
+def _joined(groups: list[list[str]]) -> list[list[str]]:
+    """Groups that share a photo (a video) are one; the largest first."""
+    joined: list[list[str]] = []
+    for group in groups:
+        mine = [other for other in joined if set(other) & set(group)]
+        for other in mine:
+            joined.remove(other)
+        joined.append(list(dict.fromkeys([*(name for other in mine for name in other), *group])))
+    return sorted(joined, key=len, reverse=True)
+
+
+@DBOS.workflow(name="overlap")
+def _answer(scan: str, number: int) -> None:
+    DBOS.run_step({"name": "look"}, _look, scan, number)
+
+
+def _look(scan: str, number: int) -> None:
+    assert _overlaps is not None, "the worker has not begun"
+    _overlaps.answer(UUID(scan), number)

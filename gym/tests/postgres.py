@@ -1,0 +1,81 @@
+"""A PostgreSQL server of our own in a folder of its own, which can be killed and started again."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import socket
+import subprocess
+import tempfile
+from pathlib import Path
+
+import psutil
+
+__all__ = ["Postgres", "postgres_programs"]
+
+
+def postgres_programs() -> Path | None:
+    """The folder of initdb and pg_ctl, which Debian does not put on the path."""
+    found = shutil.which("initdb")
+    folders = [Path(found).parent] if found else []
+    folders += sorted(Path("/usr/lib/postgresql").glob("*/bin"), reverse=True)
+    wanted = ("initdb", "pg_ctl")
+    return next((f for f in folders if all((f / name).is_file() for name in wanted)), None)
+
+
+class Postgres:
+    """A server that trusts whoever comes; `address` is `tester@host:port`.
+
+    Parameters
+    ----------
+    programs : the folder of PostgreSQL's programs.
+    fsync : off is faster, and no worse as long as the machine itself goes on.
+    """
+
+    def __init__(self, programs: Path, *, fsync: bool) -> None:
+        self._programs = programs
+        self._place = Path(tempfile.mkdtemp(prefix="walltopo-postgres-"))
+        # The server refuses to run as root.
+        self._user = "nobody" if os.getuid() == 0 else None
+        if self._user:
+            shutil.chown(self._place, self._user)
+        port = _free_port()
+        self.address = f"tester@127.0.0.1:{port}"
+        self._options = f"-k {self._place} -p {port} -c listen_addresses=127.0.0.1"
+        self._options += f" -c fsync={'on' if fsync else 'off'}"
+        self._call("initdb", "-D", self._data, "-A", "trust", "-U", "tester", "--no-sync")
+
+    @property
+    def _data(self) -> str:
+        return f"{self._place}/db"
+
+    def start(self) -> None:
+        """Start it, after a kill too: it then recovers what it had acknowledged."""
+        self._call("pg_ctl", "-D", self._data, "-w", "-o", self._options, "-l",
+                   f"{self._place}/server.log", "start")  # fmt: skip
+
+    def kill(self) -> None:
+        """SIGKILL to the server and to all of its processes."""
+        server = psutil.Process(int((self._place / "db/postmaster.pid").read_text().split()[0]))
+        processes = [server, *server.children(recursive=True)]
+        for process in processes:
+            process.kill()
+        psutil.wait_procs(processes)
+
+    def close(self) -> None:
+        """Stop it, and remove all that it kept."""
+        if (self._place / "db/postmaster.pid").is_file():
+            self._call("pg_ctl", "-D", self._data, "-m", "immediate", "stop")
+        shutil.rmtree(self._place)
+
+    def _call(self, program: str, *words: str) -> None:
+        command = [str(self._programs / program), *words]
+        with (self._place / "log").open("ab") as log:
+            subprocess.run(command, check=True, user=self._user, cwd=self._place, stdout=log,
+                           stderr=log)  # fmt: skip
+
+
+def _free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])

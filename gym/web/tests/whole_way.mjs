@@ -1,0 +1,115 @@
+// node whole_way.mjs PLACES.json: from signing up to what a climber sees, in one go. Prints one JSON
+// line a part, with its seconds; `gym/benchmarks/whole_way.py` starts the server and adds up.
+
+import assert from "node:assert/strict";
+import { readdirSync, readFileSync } from "node:fs";
+import { join } from "node:path";
+import { start } from "../../../viewer/tests/browser.mjs";
+import { mailed, visit, wallDrawn } from "./place.mjs";
+
+// A scan takes minutes; nothing else does.
+const SCAN_MS = 3_600_000;
+
+const places = JSON.parse(readFileSync(process.argv[2], "utf8"));
+const photos = readdirSync(places.photos).sort().map((name) => join(places.photos, name));
+const browser = await start();
+const setter = await visit(browser, places);
+const { page, go } = setter;
+
+async function part(name, act) {
+  const began = Date.now();
+  const told = await act();
+  process.stdout.write(`${JSON.stringify({ name, seconds: (Date.now() - began) / 1000, told })}\n`);
+}
+
+await part("sign up", async () => {
+  await go("/sign-up");
+  await page.getByLabel("E-mail").fill("sam@example.com");
+  await page.getByRole("button", { name: "Mail me the link" }).click();
+  await go(`/sign-up#${await mailed(places, "/sign-up")}`);
+  // The same page with another hash is not loaded anew.
+  await page.reload();
+  await page.getByLabel("Name", { exact: true }).fill("Sam");
+  await page.getByLabel("Password").fill(places.password);
+  await page.getByRole("button", { name: "Make account" }).click();
+  await page.getByRole("link", { name: "Open a gym" }).waitFor();
+});
+
+await part("gym", async () => {
+  await page.getByRole("link", { name: "Open a gym" }).click();
+  await page.getByLabel("Name", { exact: true }).fill("Sam's hall");
+  await page.getByRole("button", { name: "Open the gym" }).click();
+  await page.getByRole("link", { name: "Settings" }).click();
+  await page.getByText("Add a grade system").first().click();
+  await page.getByLabel("Kind").selectOption("font");
+  await page.getByRole("button", { name: "Add a grade system" }).click();
+  await page.getByRole("listitem").filter({ hasText: "Font" }).first().waitFor();
+});
+
+await part("wall", async () => {
+  await page.goBack();
+  await page.getByLabel("Name of the wall").fill("Cave");
+  await page.getByRole("button", { name: "Add a wall" }).click();
+  await page.getByRole("link", { name: "Cave" }).first().click();
+  await page.getByRole("button", { name: "New photos" }).click();
+  await page.waitForSelector("input[type=file]", { state: "attached" });
+});
+
+await part("photos", async () => {
+  await page.setInputFiles("input[type=file]", photos);
+  await page.getByText(`${photos.length} usable photos`).waitFor();
+  return `${photos.length} photos`;
+});
+
+await part("scan", async () => {
+  await page.getByRole("button", { name: "Make the wall" }).click();
+  await page.locator("ol li[aria-current=step]").waitFor();
+  const stages = new Set();
+  // What the page says on the way is for people; here it is enough that it changes.
+  for (const end = Date.now() + SCAN_MS; ; await page.waitForTimeout(250)) {
+    assert.ok(Date.now() < end, "the scan takes too long");
+    const step = page.locator("ol li[aria-current=step]");
+    if ((await step.count()) === 0) break;
+    stages.add(await step.innerText({ timeout: 1000 }).catch(() => ""));
+  }
+  stages.delete("");
+  const failure = page.locator(".failed");
+  assert.equal(await failure.count(), 0, (await failure.allInnerTexts()).join());
+  await page.locator("[data-field=name]").first().waitFor();
+  assert.ok(stages.size > 5, `the page told of ${stages.size} steps`);
+});
+
+let rows = 0;
+await part("review", async () => {
+  await wallDrawn(page);
+  rows = await page.locator("[data-field=name]").count();
+  await page.locator("[data-field=name]").first().focus();
+  for (let row = 1; row <= rows; row++) {
+    await page.keyboard.type(`Moon ${row}`);
+    await page.keyboard.press("Enter");
+  }
+  await page.locator("[data-field=grade]").first().focus();
+  await page.keyboard.type("6A");
+  await page.keyboard.press("Enter");
+  return `${rows} routes named`;
+});
+
+await part("publish", async () => {
+  await page.getByRole("button", { name: "Publish" }).click();
+  await page.getByText("This is what everybody sees.").waitFor();
+});
+
+await part("a climber sees it", async () => {
+  const climber = await visit(browser, places);
+  await climber.go("/");
+  await climber.page.getByRole("link", { name: "Sam's hall" }).first().click();
+  await climber.page.getByRole("link", { name: "Cave" }).first().click();
+  await wallDrawn(climber.page);
+  await climber.page.getByText("Moon 1", { exact: true }).first().waitFor();
+  await climber.page.getByText("6A").filter({ visible: true }).first().waitFor();
+  await climber.shot("whole-way");
+  await climber.close();
+});
+
+await setter.close();
+await browser.close();

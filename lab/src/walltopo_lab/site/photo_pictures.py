@@ -1,0 +1,100 @@
+"""The setter's pictures of good and bad photos, made from the demo photos.
+
+    python -m walltopo_lab.site.photo_pictures examples/demo-photos docs/pictures/setter
+
+What spoils a photo is done to a good one here: a hand that moves, too little light, too near.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import InputError
+from walltopo.imaging.srgb import linear_from_srgb8, srgb8_from_linear
+
+__all__ = ["draw"]
+
+Photo = NDArray[np.uint8]
+
+WIDTH = 480
+QUALITY = 80
+# Of the twenty demo photos: one that shows the plate, three steps along the wall.
+PLATE = "IMG_0017.jpg"
+STEPS = ("IMG_0003.jpg", "IMG_0005.jpg", "IMG_0006.jpg")
+GOOD = "IMG_0012.jpg"
+
+
+def draw(photos: Path, out: Path) -> None:
+    """Write `plate.jpg`, `steps.jpg`, `good.jpg`, `blurred.jpg`, `dark.jpg` and `near.jpg`."""
+    out.mkdir(parents=True, exist_ok=True)
+    steps = [_read(photos / name, WIDTH * 2 // 3) for name in STEPS]
+    gap = np.full((steps[0].shape[0], 8, 3), 255, np.uint8)
+    good = _read(photos / GOOD)
+    pictures = {
+        "plate": _read(photos / PLATE),
+        "steps": np.hstack([steps[0], gap, steps[1], gap, steps[2]]),
+        "good": good,
+        "blurred": _moved(good),
+        "dark": _dim(good),
+        "near": _near(_whole(photos / GOOD)),
+    }
+    for name, picture in pictures.items():
+        cv2.imwrite(str(out / f"{name}.jpg"), picture, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])
+
+
+def _read(path: Path, width: int = WIDTH) -> Photo:
+    return _sized(_whole(path), width)
+
+
+def _whole(path: Path) -> Photo:
+    photo = cv2.imread(str(path))
+    if photo is None:
+        raise InputError(f"{path}: no photo", "Give the folder examples/demo-photos.")
+    return np.asarray(photo, np.uint8)
+
+
+def _sized(photo: Photo, width: int) -> Photo:
+    height = round(photo.shape[0] * width / photo.shape[1])
+    return np.asarray(cv2.resize(photo, (width, height), interpolation=cv2.INTER_AREA), np.uint8)
+
+
+def _moved(photo: Photo) -> Photo:
+    """The hand moved along a line while the shutter was open."""
+    length = WIDTH // 32
+    path = np.eye(length, dtype=np.float32) / length
+    return np.asarray(cv2.filter2D(photo, -1, path), np.uint8)
+
+
+def _dim(photo: Photo) -> Photo:
+    """A twentieth of the light, and the sensor's noise."""
+    rng = np.random.default_rng(0)
+    light = linear_from_srgb8(photo) / 20.0
+    light += rng.normal(0.0, 0.004, light.shape)
+    return srgb8_from_linear(np.clip(light, 0.0, 1.0))
+
+
+def _near(photo: Photo) -> Photo:
+    """Two holds fill the picture: nothing says where on the wall they are."""
+    height, width = photo.shape[:2]
+    part = photo[height // 2 : height * 3 // 4, width // 4 : width // 2]
+    return _sized(part, WIDTH)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    parser.add_argument("photos", type=Path)
+    parser.add_argument("out", type=Path)
+    args = parser.parse_args(arguments)
+    draw(args.photos, args.out)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
