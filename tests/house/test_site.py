@@ -31,6 +31,7 @@ MOST_PICTURE_BYTES = 500_000
 MOST_FILM_BYTES = 3_000_000
 # Looked at by axe, as the main pages.
 MAIN = ("./", "setter/", "developer/", "researcher/")
+TUTORIALS = ("setter", "setter.de", "setter.cs", "setter.fr", "developer", "researcher", "operator")
 
 
 class Page(HTMLParser):
