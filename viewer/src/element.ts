@@ -175,6 +175,12 @@ export class WallTopo extends HTMLElement {
     if (options.move && route) this.views?.route(route, this.tables);
   }
 
+  /** Show only these routes, in the list and on the wall, where the others fade; null: all. */
+  showRoutes(ids: Iterable<number> | null): void {
+    this.panel.limit(ids);
+    this.repaint();
+  }
+
   /** Choose a hold and light up its route. */
   selectHold(id: number | null): void {
     const hold = id === null ? undefined : this.tables.holds.get(id);

@@ -2,6 +2,7 @@
 
 import createClient from "openapi-fetch";
 import { language, said, t } from "../i18n.svelte";
+import { heard, lost } from "../offline/reception.svelte";
 import type { components, paths } from "./schema";
 
 export type Schemas = components["schemas"];
@@ -14,6 +15,15 @@ api.use({
   onRequest({ request }) {
     // Mails come in the language that is spoken here, whatever the browser's own is.
     request.headers.set("accept-language", language());
+  },
+  onResponse({ request, response }) {
+    if (request.cache === "only-if-cached") return;
+    const kept = response.headers.get("x-walltopo-kept");
+    if (kept) lost(new Date(kept));
+    else heard();
+  },
+  onError({ request, error }) {
+    if (request.cache !== "only-if-cached" && error instanceof TypeError) lost();
   },
 });
 

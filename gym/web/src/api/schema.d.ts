@@ -3922,7 +3922,7 @@ export interface components {
         };
         /**
          * SessionPage
-         * @description A session, whose it is, and what was climbed in it.
+         * @description A session, whose it is, and what was climbed in it; `grades` from the hardest.
          */
         SessionPage: {
             /**
@@ -3968,6 +3968,8 @@ export interface components {
             name: string;
             /** Own */
             own: boolean;
+            /** Grades */
+            grades: components["schemas"]["TopsOfGrade"][];
             /** Done */
             done: components["schemas"]["AscentFacts"][];
         };
@@ -4089,6 +4091,16 @@ export interface components {
              * Format: date-time
              */
             expires_at: string;
+        };
+        /**
+         * TopsOfGrade
+         * @description How many routes of a grade were topped, each once.
+         */
+        TopsOfGrade: {
+            /** Grade */
+            grade: string;
+            /** Routes */
+            routes: number;
         };
         /**
          * Version
