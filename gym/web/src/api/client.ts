@@ -1,7 +1,7 @@
 /** The server's API, as its OpenAPI document has it. `schema.d.ts` is generated: `npm run api`. */
 
 import createClient from "openapi-fetch";
-import { language, said, t } from "../i18n.svelte";
+import { said, t } from "../i18n.svelte";
 import { heard, lost } from "../offline/reception.svelte";
 import type { components, paths } from "./schema";
 
@@ -12,10 +12,6 @@ export const PREFIX = "/api/v1";
 export const api = createClient<paths>({ baseUrl: location.origin });
 
 api.use({
-  onRequest({ request }) {
-    // Mails come in the language that is spoken here, whatever the browser's own is.
-    request.headers.set("accept-language", language());
-  },
   onResponse({ request, response }) {
     if (request.cache === "only-if-cached") return;
     const kept = response.headers.get("x-walltopo-kept");
