@@ -88,7 +88,9 @@ def put_floor_plan(body: WallPlaces, session: Db, access: OwnerMay) -> FloorPlan
         }
     },
 )
-async def put_plan_picture(request: Request, services: ServicesOf, access: OwnerMay) -> FloorPlanFacts:
+async def put_plan_picture(
+    request: Request, services: ServicesOf, access: OwnerMay
+) -> FloorPlanFacts:
     """Let a picture be the plan; walls keep their places on it."""
     content = await request.body()
     return await to_thread.run_sync(_kept, services, access, content)
