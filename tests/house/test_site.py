@@ -22,7 +22,7 @@ ROOT = Path(__file__).parents[2]
 # What a visitor of the first page loads, and the pictures of any page that leads somebody.
 MOST_FIRST_BYTES = 500_000
 MOST_PICTURE_BYTES = 500_000
-TUTORIALS = ("setter", "setter.de", "developer", "researcher", "operator")
+TUTORIALS = ("setter", "setter.de", "setter.cs", "setter.fr", "developer", "researcher", "operator")
 
 
 class Page(HTMLParser):

@@ -317,6 +317,10 @@ CASES = {
         "token": _mailed("sign-up")(w), "name": "New", "password": PASSWORD}),
     "begin_session": Case("anyone", Scope.READ, body=lambda w: {
         "email": w.server.person().email, "password": PASSWORD}),
+    "read_second_factor": Case("signed-in"),
+    "begin_second_factor": Case("signed-in"),
+    "confirm_second_factor": Case("signed-in", body=lambda w: {"code": "123456"}),
+    "end_second_factor": Case("signed-in", body=lambda w: {"password": PASSWORD}),
     "end_session": Case("signed-in"),
     "read_me": Case("signed-in"),
     "rename_me": Case("signed-in", body=lambda w: {"name": "Other"}),
@@ -480,6 +484,7 @@ def operations(server: Server) -> dict[str, tuple[str, str, dict[str, Any]]]:
 # an ascent its climber's.
 EXCEPT = (
     {(name, "owner"): 409 for name in ("leave_gym", "delete_me")}
+    | {("confirm_second_factor", kind): 409 for kind in PEOPLE}  # none was begun
     | {
         (name, kind): 404
         for name in ("drop_token", "drop_ascent", "drop_passkey", "pin_ascent", "unpin_ascent")

@@ -68,3 +68,9 @@ export function day(text: string): string {
 export function moment(text: string): string {
   return new Intl.DateTimeFormat(spoken, { ...DAY, timeStyle: "short" }).format(new Date(text));
 }
+
+/** A moment as short as it can be told: the hour today, else the day too. */
+export function time(at: Date): string {
+  const isToday = at.toDateString() === new Date().toDateString();
+  return new Intl.DateTimeFormat(spoken, isToday ? { timeStyle: "short" } : { ...DAY, timeStyle: "short" }).format(at);
+}

@@ -18,10 +18,15 @@ export const { p, navigate, route } = createRouter({
   "/me": () => import("./pages/Me.svelte"),
   "/me/profile": () => import("./pages/MyProfile.svelte"),
   "/me/security": () => import("./pages/Security.svelte"),
+  "/me/waiting": () => import("./pages/Waiting.svelte"),
   "/me/data": () => import("./pages/MyData.svelte"),
   "/people/:person": () => import("./pages/PersonPage.svelte"),
   "/new-gym": () => import("./pages/NewGym.svelte"),
   "/g/:gym": () => import("./pages/GymPage.svelte"),
+  "/g/:gym/progress": () => import("./pages/Progress.svelte"),
+  "/g/:gym/sessions/:visit": () => import("./pages/SessionPage.svelte"),
+  "/g/:gym/board": () => import("./pages/Board.svelte"),
+  "/g/:gym/feed": () => import("./pages/Feed.svelte"),
   "/g/:gym/settings": () => import("./pages/GymSettings.svelte"),
   "/g/:gym/settings/zones": () => import("./settings/Zones.svelte"),
   "/g/:gym/settings/comments": () => import("./settings/Reports.svelte"),
@@ -42,6 +47,6 @@ export const { p, navigate, route } = createRouter({
 });
 
 /** A part of the present address; the page that asks has it. */
-export function part(name: "gym" | "wall" | "route" | "scan" | "person"): string {
+export function part(name: "gym" | "wall" | "route" | "scan" | "person" | "visit"): string {
   return route.params[name] ?? "";
 }

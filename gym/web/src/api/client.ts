@@ -2,6 +2,7 @@
 
 import createClient from "openapi-fetch";
 import { t } from "../i18n.svelte";
+import { heard, lost } from "../offline/reception.svelte";
 import type { components, paths } from "./schema";
 
 export type Schemas = components["schemas"];
@@ -9,6 +10,18 @@ export type Schemas = components["schemas"];
 export const PREFIX = "/api/v1";
 
 export const api = createClient<paths>({ baseUrl: location.origin });
+
+api.use({
+  onResponse({ request, response }) {
+    if (request.cache === "only-if-cached") return;
+    const kept = response.headers.get("x-walltopo-kept");
+    if (kept) lost(new Date(kept));
+    else heard();
+  },
+  onError({ request, error }) {
+    if (request.cache !== "only-if-cached" && error instanceof TypeError) lost();
+  },
+});
 
 /** Why something was not done: the server's words, or ours where it could not be reached. */
 export class Problem extends Error {

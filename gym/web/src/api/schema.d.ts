@@ -56,6 +56,8 @@ export interface paths {
         /**
          * Begin Session
          * @description Sign in. An address that is not known and a password that is wrong sound the same.
+         *
+         *     Where a second factor is on, the right password alone is told that its code is needed.
          */
         post: operations["begin_session"];
         /**
@@ -192,6 +194,70 @@ export interface paths {
          *     The browser is known from now on: who was shut out by others' guesses signs in with it.
          */
         post: operations["reset_password"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/second-factor": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Second Factor
+         * @description Whether one signs in with a second factor.
+         */
+        get: operations["read_second_factor"];
+        put?: never;
+        /**
+         * Begin Second Factor
+         * @description A secret for a program on the phone; asked for when its digits were confirmed.
+         */
+        post: operations["begin_second_factor"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/second-factor/confirm": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Confirm Second Factor
+         * @description Show that the phone makes the right digits; from now on signing in wants them.
+         */
+        post: operations["confirm_second_factor"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/second-factor/off": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * End Second Factor
+         * @description Sign in by the password alone again.
+         */
+        post: operations["end_second_factor"];
         delete?: never;
         options?: never;
         head?: never;
@@ -2402,6 +2468,11 @@ export interface components {
              * Format: password
              */
             password: string;
+            /**
+             * Code
+             * @description of the second factor, where it is on
+             */
+            code?: string | null;
         };
         /**
          * Delivery
@@ -2429,6 +2500,11 @@ export interface components {
             next_at: string;
             /** Error */
             error: string;
+        };
+        /** Digits */
+        Digits: {
+            /** Code */
+            code: string;
         };
         /**
          * Draft
@@ -3071,6 +3147,16 @@ export interface components {
             at?: string | null;
         };
         /**
+         * NewSecret
+         * @description For the phone: the secret to type, and as an address to show as a QR code.
+         */
+        NewSecret: {
+            /** Secret */
+            secret: string;
+            /** Uri */
+            uri: string;
+        };
+        /**
          * NewToken
          * @description A token for a program.
          */
@@ -3223,6 +3309,14 @@ export interface components {
              * Format: uuid
              */
             route_id: string;
+        };
+        /** OwnPassword */
+        OwnPassword: {
+            /**
+             * Password
+             * Format: password
+             */
+            password: string;
         };
         /** Page[AuditLine] */
         Page_AuditLine_: {
@@ -3521,6 +3615,14 @@ export interface components {
             /** Revision */
             revision: number;
         };
+        /**
+         * RecoveryCodes
+         * @description Shown once; each is good once instead of the phone's digits.
+         */
+        RecoveryCodes: {
+            /** Recovery Codes */
+            recovery_codes: string[];
+        };
         /** Renaming */
         Renaming: {
             /** Name */
@@ -3713,6 +3815,16 @@ export interface components {
          * @enum {string}
          */
         Scope: "read" | "upload" | "publish" | "manage";
+        /**
+         * SecondFactorFacts
+         * @description Whether it is asked for, and how many recovery codes are left.
+         */
+        SecondFactorFacts: {
+            /** On */
+            on: boolean;
+            /** Recovery Codes Left */
+            recovery_codes_left: number;
+        };
         /** SecretOnly */
         SecretOnly: {
             /** Secret */
@@ -3810,7 +3922,7 @@ export interface components {
         };
         /**
          * SessionPage
-         * @description A session, whose it is, and what was climbed in it.
+         * @description A session, whose it is, and what was climbed in it; `grades` from the hardest.
          */
         SessionPage: {
             /**
@@ -3856,6 +3968,8 @@ export interface components {
             name: string;
             /** Own */
             own: boolean;
+            /** Grades */
+            grades: components["schemas"]["TopsOfGrade"][];
             /** Done */
             done: components["schemas"]["AscentFacts"][];
         };
@@ -3977,6 +4091,16 @@ export interface components {
              * Format: date-time
              */
             expires_at: string;
+        };
+        /**
+         * TopsOfGrade
+         * @description How many routes of a grade were topped, each once.
+         */
+        TopsOfGrade: {
+            /** Grade */
+            grade: string;
+            /** Routes */
+            routes: number;
         };
         /**
          * Version
@@ -4509,6 +4633,144 @@ export interface operations {
         requestBody: {
             content: {
                 "application/json": components["schemas"]["NewPassword"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    read_second_factor: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SecondFactorFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    begin_second_factor: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["NewSecret"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    confirm_second_factor: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Digits"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RecoveryCodes"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                    };
+                };
+            };
+        };
+    };
+    end_second_factor: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["OwnPassword"];
             };
         };
         responses: {
