@@ -20,6 +20,7 @@ help:
 	@echo "make site     build the documentation as static files in site/"
 	@echo "make sbom     what the packages are made of (CycloneDX) and their licences in dist/"
 	@echo "make docs     write the generated parts of docs/"
+	@echo "make audit    known weaknesses of the dependencies (needs the network)"
 	@echo "make viewer   build the web viewer into the package (needs node)"
 	@echo "make app      build the platform's web app into its package (needs node)"
 	@echo "make pictures GYM=SCAN SPRAYWALL=SCAN DEMO=SCAN   retake the pictures of README and tutorial"
@@ -120,6 +121,12 @@ viewer:
 app: $(VENV)/dev-ready
 	mkdir -p gym/web/build && $(BIN)/python -m walltopo_gym.api.document gym/web/build/openapi.json
 	cd gym/web && npm ci --no-audit --no-fund && npm run api && npm run build
+
+# Asks PyPI and npm what is known of the versions that are pinned: needs the network.
+audit: $(VENV)/dev-ready
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check pip-audit
+	$(BIN)/python -m pip_audit --skip-editable
+	for folder in viewer gym/web; do (cd $$folder && npm audit --omit=dev) || exit 1; done
 
 pictures:
 	cd viewer && node tests/pictures.mjs --readme $(abspath $(GYM)) $(abspath $(SPRAYWALL))

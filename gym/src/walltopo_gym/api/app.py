@@ -57,8 +57,8 @@ __all__ = ["PREFIX", "build_app"]
 
 PREFIX = "/api/v1"
 _ROOMS = (sign_up, sessions, me, passwords, second_factor, tokens, gyms, members, grades, walls,
-          scans, uploads, floor_plan, publishing, plans, editing, routes, pictures, climbing, comments, logbook,
-          tallies, profiles, passkeys, handovers, own_data, past, webhooks,
+          scans, uploads, floor_plan, publishing, plans, editing, routes, pictures, climbing,
+          comments, logbook, tallies, profiles, passkeys, handovers, own_data, past, webhooks,
           climbing_sessions, progress, boards, follows, about)  # fmt: skip
 
 

@@ -4274,6 +4274,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4311,6 +4316,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4348,6 +4358,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4379,6 +4394,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4412,6 +4432,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4443,6 +4468,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4476,6 +4506,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4509,6 +4544,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4546,6 +4586,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4581,6 +4626,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4618,6 +4668,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4653,6 +4708,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4686,6 +4746,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4719,6 +4784,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4756,6 +4826,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4791,6 +4866,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4824,6 +4904,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4861,6 +4946,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4894,6 +4984,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4932,6 +5027,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4969,6 +5069,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5002,6 +5107,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5037,6 +5147,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5070,6 +5185,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5109,6 +5229,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5149,6 +5274,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5184,6 +5314,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5217,6 +5352,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5252,6 +5392,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5286,6 +5431,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5324,6 +5474,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5359,6 +5514,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5397,6 +5557,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5431,6 +5596,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5466,6 +5636,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5505,6 +5680,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5539,6 +5719,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5576,6 +5761,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5611,6 +5801,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5650,6 +5845,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5690,6 +5890,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5724,6 +5929,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5759,6 +5969,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5798,6 +6013,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5834,6 +6054,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5868,6 +6093,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5908,6 +6138,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5949,6 +6184,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5985,6 +6225,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6021,6 +6266,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6057,6 +6307,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6093,6 +6348,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6129,6 +6389,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6165,6 +6430,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6205,6 +6475,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6241,6 +6516,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6277,6 +6557,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6315,6 +6600,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6353,6 +6643,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6387,6 +6682,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6422,6 +6722,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6461,6 +6766,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6496,6 +6806,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6537,6 +6852,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6570,6 +6890,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6606,6 +6931,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6646,6 +6976,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6686,6 +7021,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6724,6 +7064,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6759,6 +7104,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6794,6 +7144,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6834,6 +7189,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6868,6 +7228,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6904,6 +7269,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6946,6 +7316,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6988,6 +7363,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7024,6 +7404,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7063,6 +7448,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7098,6 +7488,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7134,6 +7529,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7174,6 +7574,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7210,6 +7615,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7246,6 +7656,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7282,6 +7697,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7322,6 +7742,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7362,6 +7787,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7395,6 +7825,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7431,6 +7866,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7469,6 +7909,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7503,6 +7948,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7544,6 +7994,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7583,6 +8038,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7623,6 +8083,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7657,6 +8122,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7692,6 +8162,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7727,6 +8202,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7762,6 +8242,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7798,6 +8283,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7833,6 +8323,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7869,6 +8364,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7902,6 +8402,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7939,6 +8444,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7974,6 +8484,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8007,6 +8522,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8040,6 +8560,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8075,6 +8600,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8108,6 +8638,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8145,6 +8680,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8178,6 +8718,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8213,6 +8758,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8250,6 +8800,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8283,6 +8838,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8318,6 +8878,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8355,6 +8920,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8392,6 +8962,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8429,6 +9004,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8464,6 +9044,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8497,6 +9082,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8532,6 +9122,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8571,6 +9166,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8608,6 +9208,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8643,6 +9248,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8682,6 +9292,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8716,6 +9331,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8755,6 +9375,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8790,6 +9415,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8826,6 +9456,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8862,6 +9497,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8897,6 +9537,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8933,6 +9578,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8977,6 +9627,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -9010,6 +9665,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -9045,6 +9705,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -9078,6 +9743,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -9111,6 +9781,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -9144,6 +9819,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -9179,6 +9859,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -9218,6 +9903,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -9254,6 +9944,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -9287,6 +9982,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
