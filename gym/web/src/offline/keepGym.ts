@@ -10,6 +10,14 @@ export async function keepGym(gym: string, isMember: boolean): Promise<void> {
   const connection = (navigator as unknown as { connection?: { saveData?: boolean } }).connection;
   if (kept.has(gym) || connection?.saveData || !("serviceWorker" in navigator)) return;
   kept.add(gym);
+  try {
+    await fetchAll(gym, isMember);
+  } catch {
+    kept.delete(gym); // no reception: next time
+  }
+}
+
+async function fetchAll(gym: string, isMember: boolean): Promise<void> {
   await navigator.serviceWorker.ready;
   if (!keeps()) await new Promise((resolve) => navigator.serviceWorker.addEventListener("controllerchange", resolve, { once: true }));
   const params = { path: { gym } };

@@ -82,7 +82,8 @@ export async function all(): Promise<Item[]> {
 export async function keep(words: Words): Promise<void> {
   await update<Item>(keyOf(words), (old) => ({
     ...words,
-    ...(words.what === "ascent" && old?.what === "ascent" ? { known: words.known || old.known } : {}),
+    // One that is taken back and not here any more is at the server.
+    ...(words.what === "ascent" ? { known: words.known || (old?.what === "ascent" ? old.known : words.takenBack) } : {}),
     at: old?.at ?? Date.now(),
     version: (old?.version ?? 0) + 1,
     sent: old?.sent ?? 0,

@@ -26,7 +26,7 @@ export function presentGym(): Loaded<Schemas["GymFacts"]> {
     if (gym.problem?.status === 404 && part("gym") === slug) remember("");
     else if (gym.data && !gym.problem) {
       remember(gym.data.slug);
-      void keepGym(gym.data.slug, gym.data.role !== "guest").catch(() => undefined); // no reception: next time
+      void keepGym(gym.data.slug, gym.data.role !== "guest");
     }
   });
   return gym;
