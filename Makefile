@@ -6,7 +6,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 DEMO ?= demo-scan
 
-.PHONY: help demo gym test test-ultralytics test-pythons lint docs site wheels viewer app pictures system system-venv system-compiler browser database clean
+.PHONY: help demo gym test test-ultralytics test-pythons lint docs site wheels sbom npm-package film viewer app pictures system system-venv system-compiler browser database clean
 .DEFAULT_GOAL := help
 
 help:
@@ -18,10 +18,13 @@ help:
 	@echo "make lint     ruff, mypy, import floors"
 	@echo "make wheels   wheels and source archives of all distributions in dist/"
 	@echo "make site     build the documentation as static files in site/"
+	@echo "make sbom     what the packages are made of (CycloneDX) and their licences in dist/"
 	@echo "make docs     write the generated parts of docs/"
+	@echo "make audit    known weaknesses of the dependencies (needs the network)"
 	@echo "make viewer   build the web viewer into the package (needs node)"
 	@echo "make app      build the platform's web app into its package (needs node)"
 	@echo "make pictures GYM=SCAN SPRAYWALL=SCAN DEMO=SCAN   retake the pictures of README and tutorial"
+	@echo "make film DEMO=SCAN   make the README's film anew"
 	@echo "make system   install the system packages that the two commands want (Debian, root)"
 
 # Debian splits venv from python; containers often come without it.
@@ -97,6 +100,20 @@ wheels: $(VENV)/dev-ready
 	$(BIN)/python -m build --outdir dist lab
 	$(BIN)/python -m build --outdir dist gym
 
+# What the product and the platform are made of: CycloneDX, and a list of licences to read.
+sbom: $(VENV)/dev-ready
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[release]'
+	rm -rf build/released && $(PYTHON) -m venv build/released && mkdir -p dist
+	build/released/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt . ./gym
+	build/released/bin/python -m pip uninstall --quiet -y pip setuptools
+	$(BIN)/cyclonedx-py environment build/released --output-file dist/walltopo-$$(cat VERSION).cdx.json
+	$(BIN)/pip-licenses --python build/released/bin/python --format markdown --with-urls \
+	  --output-file dist/licences.md
+	cd viewer && npm sbom --package-lock-only --omit dev --sbom-format cyclonedx > ../dist/wall-topo-$$(cat ../VERSION).cdx.json
+
+npm-package:
+	cd viewer && npm ci --no-audit --no-fund && mkdir -p ../dist && npm pack --pack-destination ../dist
+
 viewer:
 	cd viewer && npm ci --no-audit --no-fund && npm run build
 
@@ -105,10 +122,23 @@ app: $(VENV)/dev-ready
 	mkdir -p gym/web/build && $(BIN)/python -m walltopo_gym.api.document gym/web/build/openapi.json
 	cd gym/web && npm ci --no-audit --no-fund && npm run api && npm run build
 
+# Asks PyPI and npm what is known of the versions that are pinned: needs the network.
+audit: $(VENV)/dev-ready
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check pip-audit
+	$(BIN)/python -m pip_audit --skip-editable
+	for folder in viewer gym/web; do (cd $$folder && npm audit --omit=dev) || exit 1; done
+
 pictures:
 	cd viewer && node tests/pictures.mjs --readme $(abspath $(GYM)) $(abspath $(SPRAYWALL))
 	cd viewer && node tests/pictures.mjs --setter $(abspath $(DEMO))
 	$(BIN)/python -m walltopo_lab.site.photo_pictures examples/demo-photos docs/pictures/setter
+
+# The README's film, of a finished scan.
+film: $(VENV)/dev-ready
+	mkdir -p build/film
+	for kind in whole route phone-route; do (cd viewer && node tests/pictures.mjs \
+	  $(abspath $(DEMO))/index.html ../build/film/$$kind.jpg $$kind) || exit 1; done
+	$(BIN)/python -m walltopo_lab.site.film $(DEMO) build/film docs/pictures/film.webp
 
 # The browser tests want Chromium and node; where they cannot be had, those tests skip and say so.
 browser:

@@ -82,10 +82,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         data = Path(name)
         parts = walked(data, args.photos, args.quick)
         itself = stage_seconds(data)
+    refused = parts.pop()
     for part in parts:
         told = f" ({part['told']})" if part.get("told") else ""
         print(f"{part['name']}{told}: {part['seconds']:.1f} s")
     scan = next(part["seconds"] for part in parts if part["name"] == "scan")
+    print(f"{refused['name']}: {refused['told']}")
     print(f"stages of the scan: {itself:.1f} s; the server adds: {scan - itself:.1f} s")
     return 0
 

@@ -1,22 +1,32 @@
 import { svelte } from "@sveltejs/vite-plugin-svelte";
 import { createHash } from "node:crypto";
-import { readFileSync } from "node:fs";
-import { defineConfig, type Plugin } from "vite";
+import { build, defineConfig, type Plugin } from "vite";
 
 /** The service worker with the list of what the shell is made of, and a name for that list. */
 const serviceWorker: Plugin = {
   name: "service-worker",
-  generateBundle(_, bundle) {
+  async generateBundle(_, bundle) {
     const shell = Object.keys(bundle)
       .filter((name) => /\.(js|css)$/.test(name))
       .sort()
       .map((name) => `/${name}`);
-    const version = createHash("sha256").update(shell.join()).digest("hex").slice(0, 12);
+    const worker = await bundled("src/offline/service-worker.js");
+    const version = createHash("sha256").update(shell.join() + worker).digest("hex").slice(0, 12);
     const told = `const SHELL = ${JSON.stringify(shell)};\nconst VERSION = "${version}";\n`;
-    const source = told + readFileSync("src/service-worker.js", "utf8");
-    this.emitFile({ type: "asset", fileName: "sw.js", source });
+    this.emitFile({ type: "asset", fileName: "sw.js", source: told + worker });
   },
 };
+
+/** In one classic script: not every browser runs modules as service workers. */
+async function bundled(input: string): Promise<string> {
+  const made = await build({
+    configFile: false,
+    logLevel: "warn",
+    build: { target: "es2022", write: false, rollupOptions: { input, output: { format: "iife" } } },
+  });
+  if (Array.isArray(made) || !("output" in made)) throw new Error(`${input}: expected one bundle`);
+  return made.output[0].code;
+}
 
 export default defineConfig({
   plugins: [svelte(), serviceWorker],

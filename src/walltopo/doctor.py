@@ -25,11 +25,13 @@ class Finding:
     topic : what was looked at.
     state : "ok", "missing" (optional things) or "problem" (a scan will not work well).
     detail : what was found and what it means.
+    install : the line to type that mends it; empty where there is nothing to mend.
     """
 
     topic: str
     state: str
     detail: str
+    install: str = ""
 
 
 _CORE = ("numpy", "scipy", "numba", "pycolmap", "cv2", "PIL", "pillow_heif", "av")
@@ -37,7 +39,17 @@ _CORE_MORE = ("networkit", "trimesh", "embreex", "potpourri3d", "fast_simplifica
 _RUNTIME = ("faster_coco_eval", "jinja2", "msgspec", "onnxruntime", "rich", "segno", "shtab")
 # Other distributions report on themselves by entry points of this group.
 _ENTRY_POINTS = "walltopo.doctor"
-_LAB = "not installed (optional): adds synth, dataset, train, evaluate, tune"
+# Distributions beside this one: module, what it adds.
+_BESIDE = {
+    "walltopo-lab": ("walltopo_lab", "synth, dataset, train, evaluate, tune"),
+    "walltopo-gym": ("walltopo_gym", "a gym's walls online"),
+}
+# Programs that no scan needs: any of the names will do, what it is for, Debian's package.
+_OTHERS = {
+    "Chromium": (("chromium", "chromium-browser", "google-chrome"), "tests of pages", "chromium"),
+    "node": (("node",), "building the viewer and the gym's app", "nodejs npm"),
+    "C++ compiler": (("c++", "g++", "clang++"), "building the extra web", "g++ python3-dev"),
+}
 
 
 def examine(folder: Path) -> Iterator[Finding]:
@@ -46,6 +58,7 @@ def examine(folder: Path) -> Iterator[Finding]:
     yield from _packages()
     yield from _cores_and_memory()
     yield from _disk(folder)
+    yield from _formats()
     yield from _accelerators()
     yield from _programs()
     yield from _models()
@@ -55,19 +68,38 @@ def examine(folder: Path) -> Iterator[Finding]:
 def _packages() -> Iterator[Finding]:
     missing = [n for n in (*_CORE, *_CORE_MORE, *_RUNTIME) if not importlib.util.find_spec(n)]
     if missing:
-        yield Finding("packages", "problem", f"missing: {', '.join(missing)}; reinstall walltopo")
+        told = f"missing: {', '.join(missing)}"
+        yield Finding("packages", "problem", told, "pip install --force-reinstall walltopo")
     else:
-        yield Finding("packages", "ok", "all that the core needs")
-    absent = importlib.util.find_spec("meshoptimizer") is None
-    detail = "pip install 'walltopo[web]' (a C++ compiler builds it): smaller pages"
-    yield Finding("extra web", "missing" if absent else "ok", detail if absent else "installed")
+        from walltopo.colmap import pycolmap
+
+        told = f"all that a scan needs; COLMAP {pycolmap.__version__}"
+        yield Finding("packages", "ok", told)
+    if importlib.util.find_spec("meshoptimizer") is None:
+        yield Finding("extra web", "missing", "makes pages small", "pip install 'walltopo[web]'")
+    else:
+        yield Finding("extra web", "ok", "pages are small")
+
+
+def _formats() -> Iterator[Finding]:
+    """Photos as iPhones take them: a decoder is asked for by name, for a wheel may lack it."""
+    if not importlib.util.find_spec("pillow_heif"):
+        return
+    import pillow_heif
+
+    able = bool(pillow_heif.libheif_info()["decoders"])
+    detail = "photos of iPhones are read" if able else "this build of pillow-heif has no decoder"
+    mend = "" if able else "pip install --force-reinstall pillow-heif"
+    yield Finding("HEIC", "ok" if able else "problem", detail, mend)
 
 
 def _distributions() -> Iterator[Finding]:
-    points = entry_points(group=_ENTRY_POINTS)
-    if "walltopo-lab" not in points.names:
-        yield Finding("walltopo-lab", "missing", _LAB)
-    for point in points:
+    for name, (module, adds) in _BESIDE.items():
+        if importlib.util.find_spec(module) is None:
+            yield Finding(name, "missing", f"adds {adds}", f"pip install {name}")
+    if importlib.util.find_spec("walltopo_gym"):
+        yield Finding("walltopo-gym", "ok", "`walltopo gym doctor --data DIR` looks at a gym")
+    for point in entry_points(group=_ENTRY_POINTS):
         yield from point.load()()
 
 
@@ -87,29 +119,42 @@ def _disk(folder: Path) -> Iterator[Finding]:
 
 
 def _accelerators() -> Iterator[Finding]:
+    """Both libraries come without CUDA; where there is a device, others can take their place."""
+    device = Path("/proc/driver/nvidia/version").is_file() or shutil.which("nvidia-smi") is not None
+    if not device:
+        yield Finding("GPU", "missing", "no NVIDIA device; not needed, all runs on the CPU")
+        return
     if importlib.util.find_spec("pycolmap"):
         from walltopo.dense.colmap import has_cuda
 
-        cuda = has_cuda()
-        detail = "dense backend `colmap` available" if cuda else "none, or no device for it"
-        yield Finding("pycolmap CUDA", "ok" if cuda else "missing", detail)
+        yield _for_gpu(
+            "COLMAP", has_cuda(), "dense backend `colmap`", "pycolmap", "pycolmap-cuda12"
+        )
     if importlib.util.find_spec("onnxruntime"):
         import onnxruntime
 
         cuda = "CUDAExecutionProvider" in onnxruntime.get_available_providers()
-        detail = "detection runs on the GPU" if cuda else "CPU only: detection runs on the CPU"
-        yield Finding("onnxruntime CUDA", "ok" if cuda else "missing", detail)
+        yield _for_gpu("detection", cuda, "detection", "onnxruntime", "onnxruntime-gpu")
+
+
+def _for_gpu(topic: str, able: bool, what: str, plain: str, other: str) -> Finding:
+    if able:
+        return Finding(f"GPU, {topic}", "ok", f"{what} runs on it")
+    line = f"pip uninstall -y {plain} && pip install {other}"
+    return Finding(f"GPU, {topic}", "missing", f"{what} runs on the CPU", line)
 
 
 def _programs() -> Iterator[Finding]:
     absent = [name for name in PROGRAMS if shutil.which(name) is None]
     if absent:
-        yield Finding("OpenMVS", "missing", f"not on PATH: {', '.join(absent)} (optional)")
+        told = f"another dense backend, built from its source; not on PATH: {', '.join(absent)}"
+        yield Finding("OpenMVS", "missing", told)
     else:
         yield Finding("OpenMVS", "ok", "`openmvs` available to dense and texture")
-    ffmpeg = shutil.which("ffmpeg")
-    detail = ffmpeg or "not on PATH; not needed, videos are read by PyAV's own"
-    yield Finding("ffmpeg", "ok" if ffmpeg else "missing", detail)
+    for topic, (names, use, package) in _OTHERS.items():
+        found = next((path for path in map(shutil.which, names) if path), None)
+        mend = "" if found else f"sudo apt-get install {package}"
+        yield Finding(topic, "ok" if found else "missing", found or f"for {use} alone", mend)
 
 
 def _models() -> Iterator[Finding]:
@@ -118,4 +163,5 @@ def _models() -> Iterator[Finding]:
     if found:
         yield Finding("models", "ok", ", ".join(found))
     else:
-        yield Finding("models", "problem", "no detector is installed; reinstall walltopo")
+        mend = "pip install --force-reinstall walltopo"
+        yield Finding("models", "problem", "no detector is installed", mend)

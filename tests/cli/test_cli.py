@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib.util
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -79,5 +81,25 @@ def test_settings_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
 def test_doctor_reports(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["doctor"]) in (0, 5)
     out = capsys.readouterr().out
-    for topic in ("memory", "disk", "OpenMVS", "models", "pycolmap CUDA"):
+    for topic in ("memory", "disk", "HEIC", "OpenMVS", "models", "GPU", "Chromium"):
         assert topic in out
+
+
+def test_doctor_names_the_line_that_mends(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = importlib.util.find_spec
+    gone = ("networkit", "walltopo_gym")
+    monkeypatch.setattr(
+        "importlib.util.find_spec", lambda name, *rest: None if name in gone else found(name, *rest)
+    )
+    monkeypatch.setattr("shutil.which", lambda name, *rest, **more: None)
+    assert main(["doctor", "--json"]) == 5
+    told = json.loads(capsys.readouterr().out)
+    by_topic = {finding["topic"]: finding for finding in told["findings"]}
+    assert told["ready"] is False
+    assert by_topic["packages"]["state"] == "problem"
+    assert "networkit" in by_topic["packages"]["detail"]
+    assert by_topic["packages"]["install"] == "pip install --force-reinstall walltopo"
+    assert by_topic["walltopo-gym"]["install"] == "pip install walltopo-gym"
+    assert by_topic["Chromium"]["install"] == "sudo apt-get install chromium"

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import functools
+import json
 import re
 import shutil
 import subprocess
 import sys
+import threading
 import tomllib
+from collections.abc import Callable, Iterator
 from html.parser import HTMLParser
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from typing import NoReturn
 from urllib.parse import unquote, urlsplit
 
 import pytest
@@ -22,7 +28,10 @@ ROOT = Path(__file__).parents[2]
 # What a visitor of the first page loads, and the pictures of any page that leads somebody.
 MOST_FIRST_BYTES = 500_000
 MOST_PICTURE_BYTES = 500_000
-TUTORIALS = ("setter", "setter.de", "developer", "researcher", "operator")
+MOST_FILM_BYTES = 3_000_000
+# Looked at by axe, as the main pages.
+MAIN = ("./", "setter/", "developer/", "researcher/")
+TUTORIALS = ("setter", "setter.de", "setter.cs", "setter.fr", "developer", "researcher", "operator")
 
 
 class Page(HTMLParser):
@@ -117,7 +126,8 @@ def test_every_page_can_be_reached(site: Path, pages: dict[Path, Page]) -> None:
     while ahead:
         path = ahead.pop()
         reached.add(path)
-        near = {leads_to(path, link) for link in pages[path].links if not foreign(link)}
+        links = {urlsplit(link).path for link in pages[path].links if not foreign(link)}
+        near = {leads_to(path, link) for link in links if link}
         ahead += [file for file in near if file in pages and file not in reached]
     assert {path.parent.name for path in pages} - {path.parent.name for path in reached} == set()
 
@@ -148,3 +158,37 @@ def test_every_option_and_setting_is_on_it(site: Path) -> None:
     gym = pytest.importorskip("walltopo_gym.settings").GymSettings.model_fields
     shown = (site / "gym-settings" / "index.html").read_text(encoding="utf-8")
     assert [name for name in gym if f"<code>{name}</code>" not in shown] == []
+
+
+def test_the_film_is_small() -> None:
+    assert 100_000 < (ROOT / "docs" / "pictures" / "film.webp").stat().st_size <= MOST_FILM_BYTES
+
+
+class Quiet(SimpleHTTPRequestHandler):
+    def log_message(self, *args: object) -> None:
+        """Nothing: the tests' output is for failures."""
+
+
+@pytest.fixture
+def address(site: Path) -> Iterator[str]:
+    """The site on a server, as visitors have it."""
+    handler = functools.partial(Quiet, directory=str(site))
+    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}/"
+        server.shutdown()
+
+
+def test_main_pages_are_for_everybody(address: str, lacks: Callable[[str], NoReturn]) -> None:
+    """WCAG 2.2 AA by axe, in light and dark, wide and narrow; no other host is asked."""
+    viewer = ROOT / "viewer"
+    if shutil.which("chromium") is None or not (viewer / "node_modules" / "axe-core").is_dir():
+        lacks("Chromium, or the viewer's node_modules (make browser)")
+    done = subprocess.run(
+        ["node", "tests/site.mjs", address, *MAIN],
+        cwd=viewer, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    looked = [json.loads(line) for line in done.stdout.splitlines()]
+    assert len(looked) == 2 * len(MAIN), done.stderr
+    assert min(look["passed"] for look in looked) > 15
+    assert [look for look in looked if look["wrong"] or look["foreign"]] == []

@@ -82,6 +82,45 @@ def test_matching_survives_a_shift_and_a_turn_of_the_scan(
     assert len(set(pairs.values())) == len(pairs)
 
 
+def set_again(holds: list[Hold], seed: int) -> list[Hold]:
+    """Other holds in their sockets and near them, as many as before: none is the same."""
+    rng = np.random.default_rng(seed)
+    away = np.where(rng.random((len(holds), 1)) < 0.15, 0.01, 0.15)
+    there = np.array([hold.position for hold in holds]) + away * rng.normal(size=(len(holds), 3))
+    return [
+        replace(hold, id=100 + hold.id, position=tuple(place), size=float(rng.uniform(0.05, 0.4)))
+        for hold, place in zip(holds, there.tolist(), strict=True)
+    ]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_holds_that_were_all_replaced_are_not_taken_for_the_old_ones(seed: int) -> None:
+    holds = some_holds(100, seed)
+    assert len(match_holds(holds, set_again(holds, seed))) <= 3
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_of_a_part_that_was_reset_the_rest_is_found(seed: int) -> None:
+    holds = some_holds(100, seed)
+    rng = np.random.default_rng(seed)
+    kept = [
+        replace(hold, id=100 + hold.id, size=hold.size * float(rng.uniform(0.97, 1.03)),
+                position=tuple(np.add(hold.position, rng.normal(0.0, 0.003, 3)).tolist()))
+        for hold in holds[:50]
+    ]  # fmt: skip
+    pairs = match_holds(holds, [*kept, *set_again(holds[50:], seed)])
+    right = sum(new == old + 100 and old <= 50 for old, new in pairs.items())
+    assert right >= 47
+    assert right >= 0.95 * len(pairs)
+
+
+def test_volumes_that_stay_are_found_though_no_hold_does() -> None:
+    holds = some_holds(100)
+    volumes = [Hold(200 + k, "volume", position=(2.0 * k, 0.0, 1.0), size=0.5) for k in range(3)]
+    pairs = match_holds([*holds, *volumes], [*set_again(holds, 5), *volumes])
+    assert {old: new for old, new in pairs.items() if old >= 200} == {k: k for k in (200, 201, 202)}
+
+
 def test_what_came_and_went() -> None:
     holds = some_holds(30)
     gone, *rest = holds

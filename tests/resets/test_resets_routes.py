@@ -75,8 +75,14 @@ def test_another_wall_keeps_nothing(routes: int, seed: int) -> None:
 
 def test_another_colour_at_the_same_places_is_another_route() -> None:
     routes, old = wall(1, 0)
-    new = [changed(h, colour="black") for h in old]
+    new = [changed(h, colour="black", colour_rgb=(30, 30, 30)) for h in old]
     assert [line.fate for line in compare(routes, old, routes, new)] == [Fate.NEW, Fate.STRIPPED]
+
+
+def test_a_shade_between_two_names_may_bear_either() -> None:
+    routes, old = wall(1, 0)
+    new = [changed(h, colour="pink", colour_rgb=(140, 120, 128)) for h in old]
+    assert [line.fate for line in compare(routes, old, routes, new)] == [Fate.KEPT]
 
 
 @pytest.mark.parametrize(("taken", "fate"), [(0, Fate.KEPT), (2, Fate.CHANGED), (5, Fate.NEW)])

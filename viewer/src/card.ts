@@ -2,6 +2,7 @@
 
 import { h, icon } from "./dom";
 import { say } from "./languages";
+import type { RouteMoves } from "./moves";
 import type { Hold, Route, Tables } from "./types";
 import {
   capital,
@@ -21,6 +22,8 @@ export interface CardActions {
   previous(): void;
   next(): void;
   climber(): void;
+  /** Shows how it may go; null where nothing is known of that. */
+  moves: (() => void) | null;
   close(): void;
   route(id: number): void;
 }
@@ -55,13 +58,28 @@ function actions(act: CardActions): HTMLElement {
   );
 }
 
-export function routeCard(route: Route, tables: Tables, act: CardActions): HTMLElement[] {
+/** The range of grades, and the way to see how it may go. */
+function mayGo(grade: RouteMoves["grade"], act: CardActions): HTMLElement | null {
+  if (!act.moves) return null;
+  const { words, gradeRange } = say();
+  const range = grade ? h("span", { class: "range" }, gradeRange(grade.low, grade.high, grade.graded ?? 0)) : null;
+  return h("div", { class: "may" }, h("button", { class: "pill", onClick: () => act.moves!() }, icon("play"), words.mayGo), range);
+}
+
+export function routeCard(
+  route: Route,
+  tables: Tables,
+  act: CardActions,
+  grade: RouteMoves["grade"] = null,
+): HTMLElement[] {
   const close = button(say().words.showAll, "close", () => act.close());
   const text = routeFacts(route, tables.metric);
   const parts = [top(swatch(route, tables), routeName(route), text, close)];
   const origin = routeOrigin(route);
   if (origin) parts.push(h("p", { class: "told" }, origin));
   if (route.description) parts.push(h("p", { class: "told" }, route.description));
+  const may = mayGo(grade, act);
+  if (may) parts.push(may);
   return [...parts, actions(act)];
 }
 

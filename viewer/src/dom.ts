@@ -32,6 +32,8 @@ const SHAPES = {
   previous: "M15 5l-7 7 7 7",
   next: "M9 5l7 7-7 7",
   close: "M6 6l12 12M18 6L6 18",
+  play: "M8 5l11 7-11 7z",
+  pause: "M8 5v14M16 5v14",
   list: "M8 6h13M8 12h13M8 18h13M3.5 6h.01M3.5 12h.01M3.5 18h.01",
   undo: "M9 7L4 12l5 5M4 12h10a6 6 0 010 8h-2",
   redo: "M15 7l5 5-5 5M20 12H10a6 6 0 000 8h2",

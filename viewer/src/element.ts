@@ -18,8 +18,11 @@ import type { Place } from "./link";
 import { readWall, reasonOf } from "./load";
 import type { Wall } from "./load";
 import { Message } from "./message";
+import { readMoves } from "./moves";
+import type { Moves } from "./moves";
 import { Overlay } from "./overlay";
 import { Panel } from "./panel";
+import { Player } from "./player";
 import { compose } from "./picture";
 import type { Caption } from "./picture";
 import { Address, copyLink, download, linkTo } from "./sharing";
@@ -65,6 +68,9 @@ export class WallTopo extends HTMLElement {
   private touched: Vector3 | null = null;
   private measuring = false;
   private editor: Editor | null = null;
+  /** How routes may go, where the scan has it; and the one that is shown. */
+  private moves: Moves | null = null;
+  private player: Player | null = null;
   /** Reads the tiers; started before they have come. */
   private reader: Background | null = null;
   private loading: AbortController | null = null;
@@ -133,6 +139,7 @@ export class WallTopo extends HTMLElement {
     this.address.dispose();
     this.editor?.dispose();
     this.editor = null;
+    this.stopMoves();
     this.reader?.end();
     this.stage?.dispose();
     this.stage = null;
@@ -173,6 +180,12 @@ export class WallTopo extends HTMLElement {
     this.choose(id !== null && this.tables.routes.has(id) ? id : null, null);
     const route = this.route === null ? null : this.tables.routes.get(this.route)!;
     if (options.move && route) this.views?.route(route, this.tables);
+  }
+
+  /** Show only these routes, in the list and on the wall, where the others fade; null: all. */
+  showRoutes(ids: Iterable<number> | null): void {
+    this.panel.limit(ids);
+    this.repaint();
   }
 
   /** Choose a hold and light up its route. */
@@ -298,9 +311,35 @@ export class WallTopo extends HTMLElement {
     this.views!.wall(false);
     this.applyPlace(false);
     if (this.hasAttribute("edit")) this.startEditor();
+    else void this.askMoves(this.loading!.signal);
     stage.drawNow();
     this.setAttribute("data-ready", "first");
     this.emit("wall-load", { routes: this.tables.routes.size, holds: this.tables.holds.size });
+  }
+
+  private async askMoves(signal: AbortSignal): Promise<void> {
+    const source = this.getAttribute("moves");
+    this.stopMoves();
+    this.moves = source ? await readMoves(source, this.tables, signal) : null;
+    if (!signal.aborted && this.moves) this.showCard();
+  }
+
+  /** A figure that climbs the chosen route; gives its player, or null where no moves are known. */
+  showMoves(): Player | null {
+    this.stopMoves();
+    const one = this.moves?.routes.get(this.route ?? -1);
+    if (!this.stage || !this.moves || !one?.climbers.some(({ moves }) => moves.length > 0)) return null;
+    this.player = new Player(this.stage, this.tables, one, this.moves.unit, () => {
+      this.stopMoves();
+      this.showCard();
+    });
+    this.showCard();
+    return this.player;
+  }
+
+  private stopMoves(): void {
+    this.player?.dispose();
+    this.player = null;
   }
 
   private startEditor(): void {
@@ -378,6 +417,7 @@ export class WallTopo extends HTMLElement {
 
   private choose(route: number | null, hold: number | null): void {
     const changed = route !== this.route || hold !== this.hold;
+    if (route !== this.route || hold !== null) this.stopMoves();
     this.route = route;
     this.hold = hold;
     this.repaint();
@@ -418,12 +458,21 @@ export class WallTopo extends HTMLElement {
       previous: () => this.step(-1),
       next: () => this.step(1),
       climber: () => this.climberView(),
+      moves: null,
       close: () => this.choose(this.hold !== null && this.route !== null ? this.route : null, null),
       route: (id) => this.selectRoute(id),
     };
     const hold = this.hold === null ? undefined : this.tables.holds.get(this.hold);
     const route = this.route === null ? undefined : this.tables.routes.get(this.route);
-    const plain = hold ? holdCard(hold, this.tables, act) : route ? routeCard(route, this.tables, act) : [];
+    const may = this.moves?.routes.get(this.route ?? -1);
+    if (may?.climbers.some(({ moves }) => moves.length > 0)) act.moves = () => void this.showMoves()?.play();
+    const plain = this.player
+      ? [this.player.root]
+      : hold
+        ? holdCard(hold, this.tables, act)
+        : route
+          ? routeCard(route, this.tables, act, may?.grade)
+          : [];
     const { editor } = this;
     // The fields say what the plain card says, and a phone has no room for both.
     const parts = editor ? (editor.card() ?? [...plain.slice(0, 1), ...editor.controls(route ?? null, hold ?? null)]) : plain;

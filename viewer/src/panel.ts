@@ -27,6 +27,8 @@ export class Panel {
   private tables: Tables | null = null;
   private readonly colours = new Set<string>();
   private steep = "";
+  /** Only these, whatever the filters say; null: all. */
+  private only: ReadonlySet<number> | null = null;
   private readonly list = h("ul", { class: "routes" });
   private buttons = new Map<number, HTMLButtonElement>();
   private active: number | null = null;
@@ -44,6 +46,7 @@ export class Panel {
     const test = STEEPNESS.find(([key]) => key === this.steep)?.[1];
     return [...(this.tables?.routes.values() ?? [])].filter(
       (route) =>
+        (!this.only || this.only.has(route.id)) &&
         (this.colours.size === 0 || this.colours.has(route.colour ?? "")) &&
         (!test || (route.steepness_deg != null && test(route.steepness_deg))),
     );
@@ -51,7 +54,7 @@ export class Panel {
 
   /** Holds of the routes that pass the filters; null while nothing is filtered. */
   get lit(): Set<number> | null {
-    if (this.colours.size === 0 && this.steep === "") return null;
+    if (this.colours.size === 0 && this.steep === "" && !this.only) return null;
     return new Set(this.shown().flatMap((route) => route.holds));
   }
 
@@ -64,6 +67,12 @@ export class Panel {
     if (count > 0) this.list.before(this.filters(tables));
     this.root.classList.toggle("bare", count === 0);
     this.refresh();
+  }
+
+  /** Only these routes are listed; null: all. */
+  limit(ids: Iterable<number> | null): void {
+    this.only = ids && new Set(ids);
+    if (this.tables) this.refresh();
   }
 
   activate(id: number | null): void {

@@ -5,9 +5,12 @@ import {
   Box3,
   BufferGeometry,
   Color,
+  DirectionalLight,
+  HemisphereLight,
   Matrix4,
   Mesh,
   MeshBasicMaterial,
+  Object3D,
   PerspectiveCamera,
   Quaternion,
   Raycaster,
@@ -70,6 +73,8 @@ export class Stage {
 
   private readonly scene = new Scene();
   private readonly strokes = new Scene();
+  /** Stands before the wall, over the outlines of holds. */
+  private readonly added = new Scene();
   private readonly outlines = new Outlines();
   private readonly look: WallLook;
   private readonly ray = new Raycaster();
@@ -80,6 +85,7 @@ export class Stage {
   private regions: Region[] = [];
   private readonly labels = new WeakMap<BufferGeometry, Relabelled>();
   private outlined = false;
+  private lit = false;
   private fadeGoal = 0;
   private dirty = true;
   /** The frame that is asked for; 0 while nothing moves: then no frame is asked for at all. */
@@ -290,6 +296,27 @@ export class Stage {
     };
   }
 
+  /** Draw something of one's own among the wall. */
+  add(object: Object3D): void {
+    this.light();
+    this.added.add(object);
+    this.redraw();
+  }
+
+  remove(object: Object3D): void {
+    this.added.remove(object);
+    this.redraw();
+  }
+
+  /** The wall has its light in its picture; what is added to it needs some. */
+  private light(): void {
+    if (this.lit || !this.front) return;
+    this.lit = true;
+    const sun = new DirectionalLight("#ffffff", 1.8);
+    sun.position.copy(this.front.direction).add(new Vector3(0.4, 0, 1));
+    this.added.add(new HemisphereLight("#ffffff", "#8a8f98", 1.6), sun);
+  }
+
   /** What lies under a point of the canvas, in CSS pixels from its top left. */
   pick(x: number, y: number): Hit | null {
     const { clientWidth, clientHeight } = this.canvas;
@@ -409,6 +436,7 @@ export class Stage {
     this.renderer.render(this.scene, this.camera);
     if (this.strokes.children.length) this.renderer.render(this.strokes, this.camera);
     if (this.outlined && this.drawn) this.outlines.draw(this.renderer, this.scene, this.camera, this.drawn.masks);
+    if (this.added.children.length) this.renderer.render(this.added, this.camera);
     this.frames++;
     this.onFrame();
   }

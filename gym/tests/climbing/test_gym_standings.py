@@ -341,6 +341,7 @@ def test_a_session_is_begun_and_ended_by_hand(world: World, routes: list[str]) -
     tick(world, member, routes[0], kind="try")
     told = asked(world, f"/sessions/{begun['id']}")
     assert (told["tops"], told["points"], told["hardest"], len(told["done"])) == (1, 200, "6A", 2)
+    assert told["grades"] == [{"grade": "6A", "routes": 1}]
     ended = server.ask("POST", f"{path}/{begun['id']}/end", member)
     assert ended.json()["running"] is False
     assert server.ask("POST", f"{path}/{begun['id']}/end", member).status_code == 409

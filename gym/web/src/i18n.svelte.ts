@@ -16,11 +16,20 @@ export type Key = Paths<typeof en>;
 const KEPT = "walltopo-language";
 const LOADERS = import.meta.glob<object>("./locales/*.json", { import: "default" });
 
+// English are the server's own words.
+const SAID = import.meta.glob<Record<string, string>>("./said/*.json", { import: "default" });
+let saidHere: Record<string, string> = {};
 let spoken = $state<Language>("en");
 
 /** A text; whoever shows it is drawn again when the language changes. */
 export function t(key: Key, values: Record<string, unknown> = {}): string {
   return i18next.t(key as string, { lng: spoken, ...values });
+}
+
+/** What the server says, by its code, in the reader's language; null where there are no words for it. */
+export function said(code: string, values: Record<string, string>): string | null {
+  const text = saidHere[code];
+  return text === undefined ? null : text.replace(/\{(\w+)\}/g, (whole, name: string) => values[name] ?? whole);
 }
 
 export function language(): Language {
@@ -38,6 +47,7 @@ function wished(): Language {
 }
 
 export async function speak(code: Language, keep = true): Promise<void> {
+  saidHere = (await SAID[`./said/${code}.json`]?.()) ?? {};
   const words = await LOADERS[`./locales/${code}.json`]!();
   i18next.addResourceBundle(code, "translation", words);
   spoken = code;
@@ -67,4 +77,10 @@ export function day(text: string): string {
 
 export function moment(text: string): string {
   return new Intl.DateTimeFormat(spoken, { ...DAY, timeStyle: "short" }).format(new Date(text));
+}
+
+/** A moment as short as it can be told: the hour today, else the day too. */
+export function time(at: Date): string {
+  const isToday = at.toDateString() === new Date().toDateString();
+  return new Intl.DateTimeFormat(spoken, isToday ? { timeStyle: "short" } : { ...DAY, timeStyle: "short" }).format(at);
 }

@@ -2,6 +2,7 @@ import { mount } from "svelte";
 import App from "./App.svelte";
 import "./app.css";
 import { begin } from "./i18n.svelte";
+import { begin as beginOutbox } from "./outbox/outbox.svelte";
 import { recall } from "./session.svelte";
 import { lastGym } from "./shell/lastGym.svelte";
 
@@ -12,4 +13,7 @@ await Promise.all([begin(), recall()]);
 mount(App, { target: document.getElementById("app")! });
 
 // Below `/embed` the page is somebody else's: nothing is kept there.
-if ("serviceWorker" in navigator && window.top === window) void navigator.serviceWorker.register("/sw.js");
+if (window.top === window) {
+  beginOutbox();
+  if ("serviceWorker" in navigator) void navigator.serviceWorker.register("/sw.js");
+}

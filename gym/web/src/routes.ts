@@ -18,11 +18,22 @@ export const { p, navigate, route } = createRouter({
   "/me": () => import("./pages/Me.svelte"),
   "/me/profile": () => import("./pages/MyProfile.svelte"),
   "/me/security": () => import("./pages/Security.svelte"),
+  "/me/waiting": () => import("./pages/Waiting.svelte"),
   "/me/data": () => import("./pages/MyData.svelte"),
   "/people/:person": () => import("./pages/PersonPage.svelte"),
   "/new-gym": () => import("./pages/NewGym.svelte"),
   "/g/:gym": () => import("./pages/GymPage.svelte"),
+  "/g/:gym/progress": () => import("./pages/Progress.svelte"),
+  "/g/:gym/sessions/:visit": () => import("./pages/SessionPage.svelte"),
+  "/g/:gym/board": () => import("./pages/Board.svelte"),
+  "/g/:gym/feed": () => import("./pages/Feed.svelte"),
   "/g/:gym/settings": () => import("./pages/GymSettings.svelte"),
+  "/g/:gym/settings/zones": () => import("./settings/Zones.svelte"),
+  "/g/:gym/settings/comments": () => import("./settings/Reports.svelte"),
+  "/g/:gym/settings/people": () => import("./settings/People.svelte"),
+  "/g/:gym/settings/plan": () => import("./settings/PlanEditor.svelte"),
+  "/g/:gym/settings/webhooks": () => import("./settings/Webhooks.svelte"),
+  "/g/:gym/settings/log": () => import("./settings/Log.svelte"),
   "/g/:gym/w/:wall": wall,
   "/g/:gym/w/:wall/r/:route": wall,
   "/g/:gym/w/:wall/past": past,
@@ -36,6 +47,6 @@ export const { p, navigate, route } = createRouter({
 });
 
 /** A part of the present address; the page that asks has it. */
-export function part(name: "gym" | "wall" | "route" | "scan" | "person"): string {
+export function part(name: "gym" | "wall" | "route" | "scan" | "person" | "visit"): string {
   return route.params[name] ?? "";
 }

@@ -1,6 +1,7 @@
 /** Who is signed in here. The secret is a cookie that no script can read; this is only whose it is. */
 
 import { answer, api, Problem, type Schemas } from "./api/client";
+import { forgetAnswers, KEPT, keeps } from "./offline/reception.svelte";
 
 const SIGNED_IN = "walltopo-signed-in";
 
@@ -11,6 +12,8 @@ export function me(): Schemas["Me"] | null {
 }
 
 export function signedIn(as: Schemas["Me"]): void {
+  // What was said before was said to somebody else.
+  if (person?.id !== as.id) void forgetAnswers();
   person = as;
   localStorage.setItem(SIGNED_IN, "yes");
 }
@@ -18,11 +21,18 @@ export function signedIn(as: Schemas["Me"]): void {
 export function signedOut(): void {
   person = null;
   localStorage.removeItem(SIGNED_IN);
+  void forgetAnswers();
 }
 
-/** Ask the server, where somebody was signed in here; visitors are not asked for. */
+/** Who was signed in here last; visitors are not asked for. What is kept of them does for the moment. */
 export async function recall(): Promise<void> {
   if (localStorage.getItem(SIGNED_IN) === null) return;
+  const asked = ask();
+  if (keeps()) person = (await answer(api.GET("/api/v1/me", KEPT)).catch(() => null)) ?? null;
+  if (!person) await asked;
+}
+
+async function ask(): Promise<void> {
   try {
     person = await answer(api.GET("/api/v1/me"));
   } catch (error) {

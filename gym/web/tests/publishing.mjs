@@ -57,7 +57,7 @@ export const publishing = {
     assert.equal(await climber.page.locator("main li a").count(), 1);
     await climber.page.locator("main li a").click();
     await climber.page.getByRole("heading", { name: "Moon 1" }).waitFor();
-    await climber.page.getByText("6A").waitFor();
+    await climber.page.locator("article .grade", { hasText: "6A" }).waitFor();
     await climber.page.waitForFunction(() => document.querySelector("wall-topo").selectedRoute !== null);
     assert.deepEqual(await grave(climber.page), []);
     await climber.shot("route");
@@ -105,7 +105,8 @@ export const publishing = {
     await guest.page.reload();
     await guest.context.setOffline(true);
     await guest.page.reload();
-    await guest.page.getByText("The server cannot be reached.").first().waitFor();
+    await guest.page.getByText("Offline.").waitFor();
+    await guest.page.getByRole("heading", { name: "Gyms" }).waitFor();
     await guest.context.setOffline(false);
     guest.log.length = 0; // what could not be fetched
     await guest.close();

@@ -26,9 +26,11 @@ export const setting = {
     await page.getByText("Add a grade system").first().click();
     await page.getByRole("button", { name: "Add a grade system" }).click();
     await page.getByText("Yellow – Black").waitFor();
+    await shot("settings");
+    await page.getByRole("link", { name: "People" }).click();
     await page.getByRole("button", { name: "Make a link" }).click();
     await page.getByRole("img", { name: "QR code" }).waitFor();
-    await shot("settings");
+    await shot("people");
     await page.getByRole("link", { name: "Walls" }).click();
     await page.getByLabel("Name of the wall").fill("Cave");
     await page.getByRole("button", { name: "Add a wall" }).click();

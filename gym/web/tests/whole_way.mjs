@@ -16,6 +16,12 @@ const browser = await start();
 const setter = await visit(browser, places);
 const { page, go } = setter;
 
+// A server may refuse and the app try again: told at the end, with what was asked for.
+const refused = [];
+page.on("response", (response) => {
+  if (response.status() >= 400) refused.push(`${response.status()} ${response.request().method()} ${new URL(response.url()).pathname}`);
+});
+
 async function part(name, act) {
   const began = Date.now();
   const told = await act();
@@ -111,5 +117,7 @@ await part("a climber sees it", async () => {
   await climber.close();
 });
 
+await part("refused on the way", async () => refused.map((line) => line.replace(/[0-9a-f-]{36}/g, "…")).join(", ") || "nothing");
+setter.log.splice(0, setter.log.length, ...setter.log.filter((line) => !line.startsWith("Failed to load resource")));
 await setter.close();
 await browser.close();

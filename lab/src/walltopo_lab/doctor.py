@@ -16,5 +16,6 @@ def examine() -> Iterator[Finding]:
     yield Finding("walltopo-lab", "ok", "installed")
     for extra, names in EXTRAS.items():
         absent = [name for name in names if importlib.util.find_spec(name) is None]
-        detail = f"pip install 'walltopo-lab[{extra}]'" if absent else "installed"
-        yield Finding(f"lab, extra {extra}", "missing" if absent else "ok", detail)
+        state, detail = ("missing", f"lacks {', '.join(absent)}") if absent else ("ok", "installed")
+        mend = f"pip install 'walltopo-lab[{extra}]'" if absent else ""
+        yield Finding(f"lab, extra {extra}", state, detail, mend)

@@ -33,6 +33,7 @@ GROUPS = (
     "export",
     "palette",
     "inventory",
+    "moves",
     "completion",
 )
 

@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from walltopo.doctor import Finding
 
 __all__ = ["register"]
 
@@ -12,18 +17,37 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     """Add this group's command."""
     doctor = commands.add_parser(
         "doctor",
-        help="what this machine can do: CUDA, OpenMVS, ffmpeg, models, memory, disk",
+        help="what works on this machine, what is missing for what, and the line that installs it",
         description="Exit code 0 when a scan can run here, 5 when something needed is missing.",
     )
+    doctor.add_argument("--json", action="store_true", help="for programs")
     doctor.set_defaults(run=_doctor)
 
 
 def _doctor(args: argparse.Namespace) -> int:
+    from walltopo.doctor import examine
+
+    findings = tuple(examine(Path.cwd()))
+    ready = all(finding.state != "problem" for finding in findings)
+    (_as_json if args.json else _as_table)(findings, ready)
+    return 0 if ready else 5
+
+
+def _as_json(findings: Sequence[Finding], ready: bool) -> None:
+    import dataclasses
+    import json
+    import sys
+
+    rows = [dataclasses.asdict(finding) for finding in findings]
+    json.dump({"version": 1, "ready": ready, "findings": rows}, sys.stdout, indent=1)
+    sys.stdout.write("\n")
+
+
+def _as_table(findings: Sequence[Finding], ready: bool) -> None:
     from rich.table import Table
     from rich.text import Text
 
     from walltopo.cli.console import console
-    from walltopo.doctor import examine
 
     marks = {
         "ok": Text("ok", "green"),
@@ -31,9 +55,10 @@ def _doctor(args: argparse.Namespace) -> int:
         "problem": Text("problem", "red"),
     }
     table = Table(show_header=False, box=None, pad_edge=False)
-    problems = 0
-    for finding in examine(Path.cwd()):
-        table.add_row(finding.topic, marks[finding.state], finding.detail)
-        problems += finding.state == "problem"
+    for finding in findings:
+        told = Text(finding.detail)
+        if finding.install:
+            told.append(f"\n{finding.install}", "bold")
+        table.add_row(finding.topic, marks[finding.state], told)
     console.print(table)
-    return 5 if problems else 0
+    console.print("A scan can run here." if ready else "A scan cannot run here, or not well.")

@@ -79,6 +79,14 @@ class Camera:
     model : a key of `CAMERA_MODELS` (COLMAP's names).
     width, height : image size in pixels.
     params : the model's parameters in COLMAP's order, pixels and pure numbers.
+
+    Examples
+    --------
+    A point 2 m ahead and 1 m to the right:
+
+    >>> camera = Camera("PINHOLE", 640, 480, (520.0, 520.0, 320.0, 240.0))
+    >>> camera.project([1.0, 0.0, 2.0]).tolist()
+    [580.0, 240.0]
     """
 
     model: str

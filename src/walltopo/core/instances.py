@@ -41,6 +41,15 @@ class Instances:
     face_instance : (F,) int32, 0 = none, else an instance's id.
     face_score : (F,) float32 in [0, 1], support of the face's label (0 where none).
     records : one `Instance` per id, in the order of ids.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> labels = np.array([0, 7, 7], dtype=np.int32)
+    >>> support = np.array([0.0, 0.8, 0.6], dtype=np.float32)
+    >>> found = Instances(labels, support, (Instance(id=7, label=1, score=0.9),))
+    >>> len(found), found.faces_of(7).tolist()
+    (1, [1, 2])
     """
 
     face_instance: NDArray[np.int32]

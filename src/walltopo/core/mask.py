@@ -24,6 +24,15 @@ class Mask:
         photo's size (then the mask is scaled when used).
     label : class id, >= 1 (0 means none).
     score : confidence in (0, 1].
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> image = np.zeros((480, 640), dtype=np.bool_)
+    >>> image[100:110, 200:220] = True
+    >>> mask = Mask.from_full(image, label=1, score=0.9)
+    >>> mask.box, mask.area
+    ((200, 100, 20, 10), 200)
     """
 
     bitmap: NDArray[np.bool_]

@@ -26,6 +26,14 @@ class Mesh:
     vertex_colours : (V, 3) uint8 sRGB, or None.
     guessed : (F,) bool, triangles that span a hole: no photo measured them; becomes None where it
         names none.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    >>> mesh = Mesh(corners, np.array([[0, 1, 2]], dtype=np.int32))
+    >>> mesh.areas.tolist(), mesh.normals.tolist()
+    ([0.5], [[0.0, 0.0, 1.0]])
     """
 
     vertices: Floats

@@ -27,6 +27,17 @@ class View:
     cam_from_world : (3, 4) float, rotation | translation; world metres to the camera frame of
         COLMAP (x right, y down, z forward).
     masks : the masks of the photo.
+
+    Examples
+    --------
+    A camera at the origin that looks along z:
+
+    >>> import numpy as np
+    >>> from walltopo.core import Camera
+    >>> camera = Camera("PINHOLE", 640, 480, (520.0, 520.0, 320.0, 240.0))
+    >>> view = View("IMG_0001.jpg", camera, np.eye(4)[:3])
+    >>> view.direction.tolist()
+    [0.0, 0.0, 1.0]
     """
 
     name: str

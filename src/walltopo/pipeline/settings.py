@@ -88,6 +88,11 @@ def load_settings(
     SettingsError : an unknown key (the nearest known one is named), a value of the wrong type or
         out of range, a program named by a file that may not.
     InputError : the file does not exist, or is not TOML.
+
+    Examples
+    --------
+    >>> load_settings(None, ["texture.size=2048"]).texture.size
+    2048
     """
     values: dict[str, dict[str, Any]] = {}
     if file is not None:

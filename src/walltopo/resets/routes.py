@@ -27,6 +27,8 @@ Key = TypeVar("Key")
 _LEAST_AGREEMENT: Final = 0.5
 # A hold that turned up so far from where it was has been moved, in metres.
 _MOVED: Final = 0.05
+# Colours (sRGB, 0 to 255) that are less apart are one paint, whatever their names.
+_SHADE: Final = 40.0
 
 
 class Fate(StrEnum):
@@ -98,8 +100,10 @@ def compare(
 
 
 def same_paint(old: Hold, new: Hold) -> bool:
-    """Not of another colour, as far as it was seen."""
-    return old.colour == new.colour or UNKNOWN in (old.colour, new.colour)
+    """Not of another colour, as far as it was seen; a shade between two names may bear either."""
+    if old.colour == new.colour or UNKNOWN in (old.colour, new.colour):
+        return True
+    return float(np.linalg.norm(np.subtract(old.colour_rgb, new.colour_rgb))) < _SHADE
 
 
 def _agreement(old: Sequence[int], new: Sequence[int], same: Mapping[int, int]) -> float:

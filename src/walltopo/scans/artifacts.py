@@ -71,6 +71,7 @@ ARTIFACTS: dict[str, Artifact] = {
     "report": Artifact("walltopo.scans.made:Made", "export"),
     "page": Artifact("walltopo.scans.made:Made", "export"),
     "page_assets": Artifact("walltopo.scans.made:Made", "export"),
+    "moves": Artifact("walltopo.scans.moves:Moves", "", optional=True),
     "edits": Artifact("walltopo.scans.edits:EditLog", "", optional=True),
     "hold_edits": Artifact("walltopo.scans.old_edits:HoldEdits", ""),
     "route_edits": Artifact("walltopo.scans.old_edits:RouteEdits", ""),

@@ -125,6 +125,16 @@ class ScanFolder:
         return self.root / "holds.json"
 
     @property
+    def moves(self) -> Path:
+        """`moves.json`: how each route may go, by `walltopo moves`; may be absent."""
+        return self.root / "moves.json"
+
+    @property
+    def moves_script(self) -> Path:
+        """The same for a page that is opened from disk, which may not fetch files."""
+        return self.root / "moves.js"
+
+    @property
     def glb(self) -> Path:
         return self.root / "wall.glb"
 

@@ -23,6 +23,7 @@ from walltopo.scans.edits import EditLog
 from walltopo.scans.holds import Holds
 from walltopo.scans.instances import InstanceRecords
 from walltopo.scans.manifest import Manifest
+from walltopo.scans.moves import Moves
 from walltopo.scans.old_edits import HoldEdits, RouteEdits
 from walltopo.scans.photo_list import PhotoList
 from walltopo.scans.routes import Routes
@@ -41,6 +42,7 @@ SCHEMAS: dict[str, type[msgspec.Struct]] = {
     "cutouts/index.json": CutoutIndex,
     "routes.json": Routes,
     "holds.json": Holds,
+    "moves.json": Moves,
     "edits.json": EditLog,
     "holds.edits.json": HoldEdits,
     "routes.edits.toml": RouteEdits,

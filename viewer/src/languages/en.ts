@@ -30,6 +30,11 @@ export interface Language {
     without: (entry: number, why: string) => string;
   };
   /** Sentences with something in them. */
+  people: Record<"child" | "short" | "adult" | "tall" | "you", string>;
+  limbs: Record<"start" | "left hand" | "right hand" | "left foot" | "right foot", string>;
+  leap: (metres: string) => string;
+  unreached: string;
+  gradeRange: (low: string, high: string, graded: number) => string;
   holdName: (colour: string, type: string) => string;
   holdLine: (id: number, where: string) => string;
   overhang: (degrees: number) => string;
@@ -108,6 +113,13 @@ const words = {
   twoFingers: "Use two fingers to move the wall.",
   clickFirst: "Click the wall to zoom with the wheel.",
   noAnswer: "walltopo view does not answer any more",
+  mayGo: "How it may go",
+  play: "Play",
+  pause: "Pause",
+  moveBack: "The move before",
+  moveOn: "The next move",
+  climberIs: "Climber",
+  crux: "the hardest move",
   noGlb: "the file is not a GLB",
   noSurface: "the file holds no surface",
 };
@@ -182,6 +194,18 @@ export const en: Language = {
     notWritten: (why) => `Saved, but the pages could not be written: ${why}`,
     without: (entry, why) => `Edit ${entry} was left out: ${why}`,
   },
+  people: { child: "Child", short: "Short adult", adult: "Adult", tall: "Tall adult", you: "You" },
+  limbs: {
+    start: "Start",
+    "left hand": "Left hand",
+    "right hand": "Right hand",
+    "left foot": "Left foot",
+    "right foot": "Right foot",
+  },
+  leap: (metres) => `${metres} m beyond reach: a leap`,
+  unreached: "the top is out of reach",
+  gradeRange: (low, high, graded) =>
+    `about ${low} to ${high}, ${graded ? `by ${graded} grades of this wall` : "guessed from a training board"}`,
   holdName: (colour, type) => `${colour} ${type}`.trim(),
   holdLine: (id, where) => `Hold ${id} · ${where}`,
   overhang: (degrees) => `${degrees}° overhang`,

@@ -15,7 +15,14 @@ from walltopo_gym.accounts.models import Try
 from walltopo_gym.clock import now
 from walltopo_gym.errors import TooManyError
 
-__all__ = ["Limit", "count_mail", "count_old_password", "count_report", "count_sign_in"]
+__all__ = [
+    "Limit",
+    "count_code",
+    "count_mail",
+    "count_old_password",
+    "count_report",
+    "count_sign_in",
+]
 
 _KEPT: Final = timedelta(days=1)
 
@@ -38,6 +45,7 @@ _ELSEWHERE: Final = Limit("sign-in-account", 100, 900)
 _CLIENT: Final = Limit("sign-in-client", 100, 900)
 _OLD_PASSWORD: Final = Limit("old-password", 10, 900)
 _REPORTS: Final = Limit("report", 30, 86400)
+_CODE: Final = Limit("second-factor", 10, 900)
 _MAILS_TO: Final = Limit("mail-address", 3, 3600)
 _MAILS_FROM: Final = Limit("mail-client", 30, 3600)
 
@@ -69,6 +77,11 @@ def count_old_password(session: Session, person: UUID) -> None:
 def count_report(session: Session, person: UUID) -> None:
     """Count a comment that somebody reports, likewise."""
     _count_try(session, _REPORTS, str(person))
+
+
+def count_code(session: Session, person: UUID) -> None:
+    """Count a try at the second factor of somebody whose password was right, likewise."""
+    _count_try(session, _CODE, str(person))
 
 
 def count_mail(session: Session, email: str, network: str) -> None:

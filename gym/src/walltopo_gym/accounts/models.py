@@ -21,6 +21,8 @@ __all__ = [
     "MailedLink",
     "Passkey",
     "Person",
+    "RecoveryCode",
+    "SecondFactor",
     "Profile",
     "SignIn",
     "Try",
@@ -95,6 +97,27 @@ class Challenge(Keyed, Base):
     person_id: Mapped[UUID | None] = mapped_column(ForeignKey(_PERSON, ondelete="CASCADE"))
     challenge_hash: Mapped[str] = mapped_column(String(64), unique=True)
     expires_at: Mapped[datetime]
+
+
+class SecondFactor(Keyed, Base):
+    """What a phone makes six digits of. The secret stands as it is, for the server makes them, too;
+    asked for once `confirmed_at`. `last_step`: the half minute of the last code that was used."""
+
+    __tablename__ = "second_factors"
+
+    person_id: Mapped[UUID] = mapped_column(ForeignKey(_PERSON, ondelete="CASCADE"), unique=True)
+    secret: Mapped[str] = mapped_column(String(64))
+    last_step: Mapped[int]
+    confirmed_at: Mapped[datetime | None]
+
+
+class RecoveryCode(Keyed, Base):
+    """Signs in once where the phone is lost."""
+
+    __tablename__ = "recovery_codes"
+
+    person_id: Mapped[UUID] = mapped_column(ForeignKey(_PERSON, ondelete="CASCADE"), index=True)
+    code_hash: Mapped[str] = mapped_column(String(64))
 
 
 class Identity(Keyed, Base):

@@ -13,6 +13,7 @@ from walltopo_gym.api import (
     climbing_sessions,
     comments,
     editing,
+    floor_plan,
     follows,
     grades,
     gyms,
@@ -35,6 +36,7 @@ from walltopo_gym.api import (
     publishing,
     routes,
     scans,
+    second_factor,
     sessions,
     sign_up,
     tallies,
@@ -54,9 +56,9 @@ from walltopo_gym.api.services import Services
 __all__ = ["PREFIX", "build_app"]
 
 PREFIX = "/api/v1"
-_ROOMS = (sign_up, sessions, me, passwords, tokens, gyms, members, grades, walls, scans, uploads,
-          publishing, plans, editing, routes, pictures, climbing, comments, logbook, tallies,
-          profiles, passkeys, handovers, own_data, past, webhooks,
+_ROOMS = (sign_up, sessions, me, passwords, second_factor, tokens, gyms, members, grades, walls,
+          scans, uploads, floor_plan, publishing, plans, editing, routes, pictures, climbing,
+          comments, logbook, tallies, profiles, passkeys, handovers, own_data, past, webhooks,
           climbing_sessions, progress, boards, follows, about)  # fmt: skip
 
 

@@ -19,7 +19,7 @@ from walltopo_gym.api.rules import Access, gym_rule
 from walltopo_gym.api.services import Db
 from walltopo_gym.climbing.counted_models import ClimbingSession
 from walltopo_gym.climbing.people import may_see
-from walltopo_gym.climbing.sessions import ascents_of, begin, end, goes_on
+from walltopo_gym.climbing.sessions import ascents_of, begin, end, goes_on, tops_by_grade
 from walltopo_gym.clock import now
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.models import Gym
@@ -53,11 +53,19 @@ class SessionFacts(BaseModel):
     hardest: str
 
 
+class TopsOfGrade(BaseModel):
+    """How many routes of a grade were topped, each once."""
+
+    grade: str
+    routes: int
+
+
 class SessionPage(SessionFacts):
-    """A session, whose it is, and what was climbed in it."""
+    """A session, whose it is, and what was climbed in it; `grades` from the hardest."""
 
     name: str
     own: bool
+    grades: list[TopsOfGrade]
     done: list[AscentFacts]
 
 
@@ -93,12 +101,12 @@ def read_climbing_session(visit: UUID, session: Db, access: ReaderMay) -> Sessio
     if not may_see(session, access.actor.known, whose, profile_of(session, whose).show_ascents):
         raise NotFoundError("no such session")
     facts = session_facts(row, access.gym)
-    done = [
-        AscentFacts.model_validate(ascent, from_attributes=True)
-        for ascent in ascents_of(session, row)
-    ]
+    climbed = ascents_of(session, row)
+    done = [AscentFacts.model_validate(ascent, from_attributes=True) for ascent in climbed]
     name = session.get_one(Person, whose).name
-    return SessionPage(**dict(facts), name=name, own=whose == access.actor.known, done=done)
+    grades = [TopsOfGrade(grade=grade, routes=routes) for grade, routes in tops_by_grade(climbed)]
+    own = whose == access.actor.known
+    return SessionPage(**dict(facts), name=name, own=own, grades=grades, done=done)
 
 
 @router.post("/gyms/{gym}/sessions/{visit}/end")

@@ -131,9 +131,10 @@ def change_gym(body: GymChange, session: Db, access: OwnerMay) -> GymFacts:
     if "time_zone" in changes:
         check_time_zone(changes["time_zone"])
     gym = session.get_one(Gym, access.gym.id)
+    zone = gym.time_zone
     for name, value in changes.items():
         setattr(gym, name, value)
-    if "time_zone" in changes:  # a gym's days begin otherwise
+    if gym.time_zone != zone:  # its days begin otherwise
         recount(session, gym)
     log_change(session, "gym.change", person=access.actor.known, gym=gym.id, subject=gym.slug,
                **changes)  # fmt: skip

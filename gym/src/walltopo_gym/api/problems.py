@@ -13,6 +13,7 @@ from starlette.exceptions import HTTPException
 from starlette.responses import JSONResponse
 
 from walltopo.core import EnvironmentLacksError, InputError, WalltopoError
+from walltopo_gym.api.messages import message_of
 from walltopo_gym.errors import (
     ConflictError,
     ForbiddenError,
@@ -47,6 +48,9 @@ PROBLEMS: Final[dict[int | str, dict[str, Any]]] = {
                         "title": {"type": "string"},
                         "status": {"type": "integer"},
                         "hint": {"type": "string"},
+                        "code": {"type": "string"},
+                        "hint_code": {"type": "string"},
+                        "values": {"type": "object", "additionalProperties": {"type": "string"}},
                     },
                     "required": ["title", "status"],
                 }
@@ -59,8 +63,19 @@ PROBLEMS: Final[dict[int | str, dict[str, Any]]] = {
 def problem(
     status: int, title: str, hint: str = "", headers: Mapping[str, str] | None = None
 ) -> JSONResponse:
-    """An answer that says what happened, and what can be done."""
-    body = {"title": title, "status": status} | ({"hint": hint} if hint else {})
+    """An answer that says what happened, and what can be done; with codes of both where they have
+    one, so that the app can say it in the reader's language."""
+    body: dict[str, object] = {"title": title, "status": status}
+    values: dict[str, str] = {}
+    if hint:
+        body["hint"] = hint
+    for name, text in (("code", title), ("hint_code", hint)):
+        message = message_of(text)
+        if message is not None:
+            body[name] = message.code
+            values |= message.values
+    if values:
+        body["values"] = values
     return JSONResponse(body, status, headers, media_type="application/problem+json")
 
 

@@ -6,18 +6,20 @@ from datetime import datetime
 from uuid import UUID
 
 from fastapi import APIRouter, Request, Response
-from pydantic import BaseModel, EmailStr
+from pydantic import BaseModel, EmailStr, Field
 from sqlalchemy import delete, select
 
+from walltopo_gym.accounts import second_factor
 from walltopo_gym.accounts.addresses import one_spelling
 from walltopo_gym.accounts.audit import log_change
-from walltopo_gym.accounts.limits import count_sign_in
+from walltopo_gym.accounts.limits import count_code, count_sign_in
 from walltopo_gym.accounts.models import Person, SignIn
 from walltopo_gym.accounts.people import find_person, sign_out_everywhere
 from walltopo_gym.api.cookies import begin_here, end_here, known_by
 from walltopo_gym.api.fields import Body, Password
 from walltopo_gym.api.me import Me, me_of
 from walltopo_gym.api.rules import AnyoneMay, SignedInMay
+from walltopo_gym.api.second_factor import Code
 from walltopo_gym.api.services import Db, ServicesOf, network_of
 from walltopo_gym.clock import now
 from walltopo_gym.errors import NotFoundError, SignInNeededError
@@ -32,6 +34,7 @@ class Credentials(Body):
 
     email: EmailStr
     password: Password
+    code: Code | None = Field(None, description="of the second factor, where it is on")
 
 
 class Browser(BaseModel):
@@ -47,7 +50,10 @@ class Browser(BaseModel):
 def begin_session(
     body: Credentials, request: Request, response: Response, services: ServicesOf, actor: AnyoneMay
 ) -> Me:
-    """Sign in. An address that is not known and a password that is wrong sound the same."""
+    """Sign in. An address that is not known and a password that is wrong sound the same.
+
+    Where a second factor is on, the right password alone is told that its code is needed.
+    """
     email = one_spelling(body.email)
     with services.database.writing() as session:
         person = find_person(session, email)
@@ -58,6 +64,9 @@ def begin_session(
     password = body.password.get_secret_value()
     if not services.passwords.matches(kept, password) or person is None or kept is None:
         raise SignInNeededError("address or password is not right")
+    if body.code is not None:
+        with services.database.writing() as session:
+            count_code(session, person.id)
     fresh = services.passwords.hash(password) if services.passwords.is_dated(kept) else None
     with services.database.writing() as session:
         # Not if the password was changed meanwhile.
@@ -66,6 +75,7 @@ def begin_session(
         )
         if found is None:
             raise SignInNeededError("address or password is not right")
+        second_factor.check(session, found.id, body.code)
         found.password_hash = fresh or kept
         begin_here(session, services, request, response, found.id)
         return me_of(found)

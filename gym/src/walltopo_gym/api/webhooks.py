@@ -23,20 +23,35 @@ __all__ = ["router"]
 router = APIRouter(tags=["webhooks"])
 
 _MOST = 10
+_SHOWN = 20
 
 
 class NewWebhook(Body):
     url: str = Field(max_length=500, pattern=r"^[\x21-\x7e]+$")
 
 
+class Delivery(BaseModel):
+    """A message that was not taken yet: `next_at` it is tried again."""
+
+    id: UUID
+    type: str
+    created_at: datetime
+    tries: int
+    next_at: datetime
+    error: str
+
+
 class WebhookFacts(BaseModel):
-    """A webhook; `waiting`: messages that were not taken yet, `error`: why the last one was not."""
+    """A webhook; `waiting`: messages that were not taken yet, `error`: why the last one was not;
+    `told_at`: when one was taken last; `deliveries`: the first that wait."""
 
     id: UUID
     url: str
     created_at: datetime
     waiting: int
     error: str
+    told_at: datetime | None
+    deliveries: list[Delivery]
 
 
 class MadeWebhook(BaseModel):
@@ -86,5 +101,11 @@ def _facts(session: Session, row: Webhook) -> WebhookFacts:
     events = session.scalars(waiting.order_by(WebhookEvent.created_at.desc())).all()
     error = next((event.error for event in events if event.error), "")
     return WebhookFacts(
-        id=row.id, url=row.url, created_at=row.created_at, waiting=len(events), error=error
-    )
+        id=row.id, url=row.url, created_at=row.created_at, waiting=len(events), error=error,
+        told_at=row.told_at,
+        deliveries=[
+            Delivery(id=event.id, type=str(event.body.get("type", "")), tries=event.tries,
+                     created_at=event.created_at, next_at=event.next_at, error=event.error)
+            for event in events[:_SHOWN]
+        ],
+    )  # fmt: skip

@@ -44,8 +44,11 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     migrate = inner.add_parser("migrate", help="bring the database to this version (serve does it)")
     add_place(migrate)
     migrate.set_defaults(run=_migrate)
-    user = inner.add_parser("user", help="make an account, give it another password, or delete it")
-    user.add_argument("what", choices=("add", "password", "delete"))
+    user = inner.add_parser(
+        "user",
+        help="make an account, give it another password, end its second factor, or delete it",
+    )
+    user.add_argument("what", choices=("add", "password", "no-second-factor", "delete"))
     user.add_argument("email")
     user.add_argument("--name", help="(add) as others see it; default: what stands before the @")
     user.add_argument("--operator", action="store_true", help="(add) may open gyms")
@@ -108,6 +111,7 @@ def _migrate(args: argparse.Namespace) -> int:
 
 def _user(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
+    from walltopo_gym.accounts import second_factor
     from walltopo_gym.accounts.addresses import one_spelling
     from walltopo_gym.accounts.passwords import Passwords, check_password
     from walltopo_gym.accounts.people import add_person, find_person, set_password
@@ -128,6 +132,8 @@ def _user(args: argparse.Namespace) -> int:
                 raise InputError(f"{email}: no account")
             if args.what == "delete":
                 forget(session, person.id)
+            elif args.what == "no-second-factor":
+                second_factor.end(session, person.id)
             else:
                 set_password(session, person, asked_password(), passwords)
     console.print(f"{email}: done", soft_wrap=True)

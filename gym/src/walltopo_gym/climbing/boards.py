@@ -81,20 +81,25 @@ def board(
         Standing.circuit == asked.circuit, *_about(asked, year),
     ]  # fmt: skip
     seen = [*these, Profile.on_boards.is_(True)]
-    of = session.scalar(_joined(select(func.count()).select_from(Standing), gym).where(*seen)) or 0
     columns = Standing.person_id, Person.name, Standing.points, Standing.tops, Standing.flashes
     named = _joined(select(*columns), gym).join(Person, Person.id == Standing.person_id)
     order = Standing.points.desc(), Person.name, Standing.person_id
     rows = session.execute(named.where(*seen).order_by(*order).offset(skip).limit(size)).all()
+    mine = session.execute(named.where(*these, Standing.person_id == viewer)).one_or_none()
+    better = [
+        func.count().filter(Standing.points > row.points)
+        for row in (*rows[:1], *([] if mine is None else [mine]))
+    ]
+    counted = _joined(select(func.count(), *better).select_from(Standing), gym).where(*seen)
+    of, *above = session.execute(counted).one()
     lines: list[Line] = []
     for place, row in enumerate(rows):
         if lines and lines[-1].points == row.points:
             rank = lines[-1].rank
         else:
-            rank = skip + place + 1 if place else _rank(session, gym, seen, row.points)
+            rank = 1 + (skip + place if place else above[0])
         lines.append(Line(rank, *row))
-    mine = session.execute(named.where(*these, Standing.person_id == viewer)).one_or_none()
-    own = None if mine is None else Line(_rank(session, gym, seen, mine.points), *mine)
+    own = None if mine is None else Line(1 + above[-1], *mine)
     return Board(lines, of, own)
 
 
@@ -136,8 +141,3 @@ def _about(asked: Asked, year: int) -> list[ColumnElement[bool]]:
         mine = Standing.person_id == asked.friends_of
         found.append(or_(mine, Standing.person_id.in_(followed_by(asked.friends_of))))
     return found
-
-
-def _rank(session: Session, gym: Gym, seen: list[ColumnElement[bool]], points: int) -> int:
-    better = _joined(select(func.count()).select_from(Standing), gym)
-    return 1 + (session.scalar(better.where(*seen, Standing.points > points)) or 0)

@@ -92,6 +92,7 @@ def count_again(
 
 def recount(session: Session, gym: Gym) -> int:
     """Count all of a gym anew; the number of people. Sessions keep their addresses."""
+    _value_bare(session, gym, None)
     people: set[UUID] = set()
     for kind in (Ascent, SessionMark, Standing, ClimbingSession):
         named = select(kind.person_id).where(kind.gym_id == gym.id).distinct()
@@ -106,9 +107,11 @@ def _valued(system: GradeSystem | None, label: str) -> tuple[int, str]:
     return worth_of([] if system is None else system.grades, label), circuit
 
 
-def _value_bare(session: Session, gym: Gym, person: UUID) -> None:
+def _value_bare(session: Session, gym: Gym, person: UUID | None) -> None:
     """Value ascents that came in past `keep_ascent`: of before there were points, or in bulk."""
-    bare = Ascent.person_id == person, Ascent.gym_id == gym.id, Ascent.worth.is_(None)
+    bare = [Ascent.gym_id == gym.id, Ascent.worth.is_(None)]
+    if person is not None:
+        bare.append(Ascent.person_id == person)
     pairs = session.execute(
         select(Ascent.route_id, Ascent.grade, Route.grade_system_id)
         .outerjoin(Route, Route.id == Ascent.route_id)

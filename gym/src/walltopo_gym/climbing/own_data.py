@@ -20,6 +20,8 @@ from walltopo_gym.accounts.models import (
     Passkey,
     Person,
     Profile,
+    RecoveryCode,
+    SecondFactor,
     SignIn,
 )
 from walltopo_gym.climbing.counted_models import ClimbingSession, SessionMark, Standing
@@ -47,10 +49,20 @@ _KINDS: Final[dict[str, Any]] = {
     "browsers": KnownBrowser,
     "tokens": ApiToken,
     "passkeys": Passkey,
+    "second_factor": SecondFactor,
+    "recovery_codes": RecoveryCode,
     "identities": Identity,
     "changes": AuditEntry,
 }
-_LEFT_OUT: Final = {"password_hash", "token_hash", "public_key", "credential_id", "person_id"}
+_LEFT_OUT: Final = {
+    "password_hash",
+    "token_hash",
+    "public_key",
+    "credential_id",
+    "person_id",
+    "secret",
+    "code_hash",
+}
 _COLUMNS: Final = ("climbed_at", "gym_name", "route_name", "grade", "kind", "tries", "note")
 
 

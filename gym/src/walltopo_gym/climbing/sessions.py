@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from datetime import datetime
 from uuid import UUID
 
@@ -16,7 +17,7 @@ from walltopo_gym.climbing.visits import PAUSE, gym_day
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.gyms.models import Gym
 
-__all__ = ["ascents_of", "begin", "end", "goes_on", "last_of"]
+__all__ = ["ascents_of", "begin", "end", "goes_on", "last_of", "tops_by_grade"]
 
 
 def last_of(session: Session, gym: Gym, person: UUID) -> ClimbingSession | None:
@@ -64,6 +65,14 @@ def ascents_of(session: Session, row: ClimbingSession) -> Sequence[Ascent]:
         Ascent.taken_back_at.is_(None),
     )  # fmt: skip
     return session.scalars(within.order_by(Ascent.climbed_at, Ascent.id)).all()
+
+
+def tops_by_grade(ascents: Iterable[Ascent]) -> list[tuple[str, int]]:
+    """Routes that were topped, each once, by grade; the hardest first."""
+    tops = {(a.grade, a.worth or 0, a.climbed_route) for a in ascents if a.kind in ("flash", "top")}
+    routes = Counter(grade for grade, _, _ in tops)
+    worth = {grade: worth for grade, worth, _ in tops}
+    return sorted(routes.items(), key=lambda row: (-worth[row[0]], row[0]))
 
 
 def _mark(session: Session, gym: Gym, person: UUID, kind: str, at: datetime) -> None:

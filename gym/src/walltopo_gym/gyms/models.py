@@ -12,7 +12,7 @@ from sqlalchemy.orm import Mapped, mapped_column
 from walltopo_gym.clock import now
 from walltopo_gym.database.base import Base, Keyed
 
-__all__ = ["Ban", "GradeSystem", "Gym", "Invitation", "Membership", "Wall"]
+__all__ = ["Ban", "FloorPlan", "GradeSystem", "Gym", "Invitation", "Membership", "Wall"]
 
 _GYM = "gyms.id"
 
@@ -93,11 +93,23 @@ class GradeSystem(Keyed, Base):
     grades: Mapped[list[dict[str, Any]]] = mapped_column(JSON)
 
 
+class FloorPlan(Base):
+    """A picture of a gym from above; `sha256` is its content's, in the store below `plans/`."""
+
+    __tablename__ = "floor_plans"
+
+    gym_id: Mapped[UUID] = mapped_column(ForeignKey(_GYM, ondelete="CASCADE"), primary_key=True)
+    sha256: Mapped[str] = mapped_column(String(64))
+    width: Mapped[int]
+    height: Mapped[int]
+
+
 class Wall(Keyed, Base):
     """A section with its own series of scans; `place` orders them from left to right.
 
     `zone`: walls that are set together, empty for none; `published_scan_id` is what the public
-    sees; `revision` grows with every change of it.
+    sees; `revision` grows with every change of it; `plan_x`, `plan_y`: where it is on the gym's
+    floor plan, as parts of its width and height from the upper left corner.
     """
 
     __tablename__ = "walls"
@@ -111,3 +123,5 @@ class Wall(Keyed, Base):
         ForeignKey("scans.id", use_alter=True, ondelete="SET NULL")
     )
     revision: Mapped[int] = mapped_column(default=0)
+    plan_x: Mapped[float | None]
+    plan_y: Mapped[float | None]

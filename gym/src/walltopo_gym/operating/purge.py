@@ -15,6 +15,7 @@ from sqlalchemy.orm import Session
 from walltopo_gym.accounts.models import (
     ApiToken,
     Challenge,
+    Handover,
     KnownBrowser,
     MailedLink,
     OidcAttempt,
@@ -23,7 +24,7 @@ from walltopo_gym.accounts.models import (
 )
 from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
-from walltopo_gym.gyms.models import Invitation
+from walltopo_gym.gyms.models import FloorPlan, Invitation
 from walltopo_gym.operating.upkeep import alone
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.states import State
@@ -35,7 +36,8 @@ __all__ = ["Purged", "purge"]
 
 # A file is written before its row names it: younger ones may be waiting for theirs.
 _YOUNG: Final = timedelta(days=1)
-_EXPIRING: Final = (SignIn, ApiToken, Challenge, KnownBrowser, MailedLink, OidcAttempt, Invitation)
+_EXPIRING: Final = (SignIn, ApiToken, Challenge, KnownBrowser, MailedLink, OidcAttempt, Handover,
+                    Invitation)  # fmt: skip
 
 
 @dataclass
@@ -124,11 +126,17 @@ def _has_photo(session: Session, rest: str, settings: GymSettings) -> bool:
     return bool(session.scalar(select(named)))
 
 
+def _is_a_plan(session: Session, rest: str, settings: GymSettings) -> bool:
+    named = exists().where(FloorPlan.sha256 == rest.removesuffix(".png"))
+    return bool(session.scalar(select(named)))
+
+
 _NAMES: Final[dict[str, Callable[[Session, str, GymSettings], bool]]] = {
     "scans": _scan_is_there,
     "content": _is_shown,
     "originals": _is_wanted,
     "thumbnails": _has_photo,
+    "plans": _is_a_plan,
 }
 
 

@@ -14,7 +14,7 @@ from typing import Final
 from uuid import UUID
 
 from dbos import DBOS, SetWorkflowID
-from sqlalchemy import select
+from sqlalchemy import select, update
 
 from walltopo.core import InputError
 from walltopo_gym.clock import now
@@ -82,6 +82,9 @@ class Delivery:
                 kept.error = error[:300]
             elif kept is not None:
                 session.delete(kept)
+                session.execute(
+                    update(Webhook).where(Webhook.id == webhook.id).values(told_at=now())
+                )
 
 
 @DBOS.workflow(name="webhook")

@@ -16,13 +16,17 @@ __all__ = ["Webhook", "WebhookEvent"]
 
 
 class Webhook(Keyed, Base):
-    """An address of a gym's own program; `secret` signs what is sent there, so it is kept whole."""
+    """An address of a gym's own program; `secret` signs what is sent there, so it is kept whole.
+
+    `told_at`: when a message was taken last.
+    """
 
     __tablename__ = "webhooks"
 
     gym_id: Mapped[UUID] = mapped_column(ForeignKey("gyms.id", ondelete="CASCADE"), index=True)
     url: Mapped[str] = mapped_column(String(500))
     secret: Mapped[str] = mapped_column(String(100))
+    told_at: Mapped[datetime | None]
 
 
 class WebhookEvent(Keyed, Base):

@@ -56,6 +56,8 @@ export interface paths {
         /**
          * Begin Session
          * @description Sign in. An address that is not known and a password that is wrong sound the same.
+         *
+         *     Where a second factor is on, the right password alone is told that its code is needed.
          */
         post: operations["begin_session"];
         /**
@@ -192,6 +194,70 @@ export interface paths {
          *     The browser is known from now on: who was shut out by others' guesses signs in with it.
          */
         post: operations["reset_password"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/second-factor": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Second Factor
+         * @description Whether one signs in with a second factor.
+         */
+        get: operations["read_second_factor"];
+        put?: never;
+        /**
+         * Begin Second Factor
+         * @description A secret for a program on the phone; asked for when its digits were confirmed.
+         */
+        post: operations["begin_second_factor"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/second-factor/confirm": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Confirm Second Factor
+         * @description Show that the phone makes the right digits; from now on signing in wants them.
+         */
+        post: operations["confirm_second_factor"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/second-factor/off": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * End Second Factor
+         * @description Sign in by the password alone again.
+         */
+        post: operations["end_second_factor"];
         delete?: never;
         options?: never;
         head?: never;
@@ -820,6 +886,58 @@ export interface paths {
         put?: never;
         post?: never;
         delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/floor-plan": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Floor Plan
+         * @description Where the gym's walls are.
+         */
+        get: operations["read_floor_plan"];
+        /**
+         * Put Floor Plan
+         * @description Say where the gym's walls are.
+         */
+        put: operations["put_floor_plan"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/floor-plan/picture": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Plan Picture
+         * @description The plan's picture.
+         */
+        get: operations["read_plan_picture"];
+        /**
+         * Put Plan Picture
+         * @description Let a picture be the plan; walls keep their places on it.
+         */
+        put: operations["put_plan_picture"];
+        post?: never;
+        /**
+         * Drop Plan Picture
+         * @description Do without a picture; again, too.
+         */
+        delete: operations["drop_plan_picture"];
         options?: never;
         head?: never;
         patch?: never;
@@ -2350,6 +2468,43 @@ export interface components {
              * Format: password
              */
             password: string;
+            /**
+             * Code
+             * @description of the second factor, where it is on
+             */
+            code?: string | null;
+        };
+        /**
+         * Delivery
+         * @description A message that was not taken yet: `next_at` it is tried again.
+         */
+        Delivery: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Type */
+            type: string;
+            /**
+             * Created At
+             * Format: date-time
+             */
+            created_at: string;
+            /** Tries */
+            tries: number;
+            /**
+             * Next At
+             * Format: date-time
+             */
+            next_at: string;
+            /** Error */
+            error: string;
+        };
+        /** Digits */
+        Digits: {
+            /** Code */
+            code: string;
         };
         /**
          * Draft
@@ -2461,6 +2616,20 @@ export interface components {
         FeedWish: {
             /** On */
             on: boolean;
+        };
+        /**
+         * FloorPlanFacts
+         * @description The plan; without a picture `picture` is null, and the walls lie on an empty square.
+         */
+        FloorPlanFacts: {
+            /** Picture */
+            picture: string | null;
+            /** Width */
+            width: number;
+            /** Height */
+            height: number;
+            /** Walls */
+            walls: components["schemas"]["WallPlace"][];
         };
         /**
          * FollowState
@@ -2978,6 +3147,16 @@ export interface components {
             at?: string | null;
         };
         /**
+         * NewSecret
+         * @description For the phone: the secret to type, and as an address to show as a QR code.
+         */
+        NewSecret: {
+            /** Secret */
+            secret: string;
+            /** Uri */
+            uri: string;
+        };
+        /**
          * NewToken
          * @description A token for a program.
          */
@@ -3130,6 +3309,14 @@ export interface components {
              * Format: uuid
              */
             route_id: string;
+        };
+        /** OwnPassword */
+        OwnPassword: {
+            /**
+             * Password
+             * Format: password
+             */
+            password: string;
         };
         /** Page[AuditLine] */
         Page_AuditLine_: {
@@ -3428,6 +3615,14 @@ export interface components {
             /** Revision */
             revision: number;
         };
+        /**
+         * RecoveryCodes
+         * @description Shown once; each is good once instead of the phone's digits.
+         */
+        RecoveryCodes: {
+            /** Recovery Codes */
+            recovery_codes: string[];
+        };
         /** Renaming */
         Renaming: {
             /** Name */
@@ -3620,6 +3815,16 @@ export interface components {
          * @enum {string}
          */
         Scope: "read" | "upload" | "publish" | "manage";
+        /**
+         * SecondFactorFacts
+         * @description Whether it is asked for, and how many recovery codes are left.
+         */
+        SecondFactorFacts: {
+            /** On */
+            on: boolean;
+            /** Recovery Codes Left */
+            recovery_codes_left: number;
+        };
         /** SecretOnly */
         SecretOnly: {
             /** Secret */
@@ -3717,7 +3922,7 @@ export interface components {
         };
         /**
          * SessionPage
-         * @description A session, whose it is, and what was climbed in it.
+         * @description A session, whose it is, and what was climbed in it; `grades` from the hardest.
          */
         SessionPage: {
             /**
@@ -3763,6 +3968,8 @@ export interface components {
             name: string;
             /** Own */
             own: boolean;
+            /** Grades */
+            grades: components["schemas"]["TopsOfGrade"][];
             /** Done */
             done: components["schemas"]["AscentFacts"][];
         };
@@ -3886,6 +4093,16 @@ export interface components {
             expires_at: string;
         };
         /**
+         * TopsOfGrade
+         * @description How many routes of a grade were topped, each once.
+         */
+        TopsOfGrade: {
+            /** Grade */
+            grade: string;
+            /** Routes */
+            routes: number;
+        };
+        /**
          * Version
          * @description What the public sees of a wall; `files` by their path in the page, with their addresses.
          */
@@ -3948,8 +4165,32 @@ export interface components {
             created_at: string;
         };
         /**
+         * WallPlace
+         * @description Where a wall is: parts of the plan's width and height, from its upper left corner.
+         */
+        WallPlace: {
+            /**
+             * Wall Id
+             * Format: uuid
+             */
+            wall_id: string;
+            /** X */
+            x: number;
+            /** Y */
+            y: number;
+        };
+        /**
+         * WallPlaces
+         * @description All walls that are on the plan; others are off it by this.
+         */
+        WallPlaces: {
+            /** Walls */
+            walls: components["schemas"]["WallPlace"][];
+        };
+        /**
          * WebhookFacts
-         * @description A webhook; `waiting`: messages that were not taken yet, `error`: why the last one was not.
+         * @description A webhook; `waiting`: messages that were not taken yet, `error`: why the last one was not;
+         *     `told_at`: when one was taken last; `deliveries`: the first that wait.
          */
         WebhookFacts: {
             /**
@@ -3968,6 +4209,10 @@ export interface components {
             waiting: number;
             /** Error */
             error: string;
+            /** Told At */
+            told_at: string | null;
+            /** Deliveries */
+            deliveries: components["schemas"]["Delivery"][];
         };
         /**
          * WeekFacts
@@ -4029,6 +4274,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4066,6 +4316,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4103,6 +4358,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4134,6 +4394,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4167,6 +4432,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4198,6 +4468,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4231,6 +4506,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4264,6 +4544,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4301,6 +4586,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4336,6 +4626,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4373,6 +4668,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4408,6 +4708,169 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_second_factor: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SecondFactorFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    begin_second_factor: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["NewSecret"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    confirm_second_factor: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Digits"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RecoveryCodes"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    end_second_factor: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["OwnPassword"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4441,6 +4904,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4478,6 +4946,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4511,6 +4984,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4549,6 +5027,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4586,6 +5069,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4619,6 +5107,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4654,6 +5147,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4687,6 +5185,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4726,6 +5229,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4766,6 +5274,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4801,6 +5314,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4834,6 +5352,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4869,6 +5392,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4903,6 +5431,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4941,6 +5474,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -4976,6 +5514,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5014,6 +5557,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5048,6 +5596,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5083,6 +5636,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5122,6 +5680,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5156,6 +5719,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5193,6 +5761,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5228,6 +5801,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5267,6 +5845,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5307,6 +5890,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5341,6 +5929,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5376,6 +5969,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5415,6 +6013,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5451,6 +6054,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5485,6 +6093,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5525,6 +6138,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5566,6 +6184,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5602,6 +6225,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5638,6 +6266,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5674,6 +6307,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5710,6 +6348,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5746,6 +6389,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5782,6 +6430,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5822,6 +6475,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5858,6 +6516,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5894,6 +6557,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5932,6 +6600,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -5970,6 +6643,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6004,6 +6682,219 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_floor_plan: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FloorPlanFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_floor_plan: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["WallPlaces"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FloorPlanFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_plan_picture: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "image/png": string;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_plan_picture: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "image/jpeg": string;
+                "image/png": string;
+                "image/webp": string;
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FloorPlanFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    drop_plan_picture: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6040,6 +6931,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6080,6 +6976,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6120,6 +7021,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6158,6 +7064,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6193,6 +7104,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6228,6 +7144,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6268,6 +7189,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6302,6 +7228,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6338,6 +7269,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6380,6 +7316,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6422,6 +7363,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6458,6 +7404,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6497,6 +7448,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6532,6 +7488,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6568,6 +7529,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6608,6 +7574,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6644,6 +7615,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6680,6 +7656,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6716,6 +7697,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6756,6 +7742,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6796,6 +7787,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6829,6 +7825,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6865,6 +7866,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6903,6 +7909,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6937,6 +7948,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -6978,6 +7994,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7017,6 +8038,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7057,6 +8083,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7091,6 +8122,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7126,6 +8162,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7161,6 +8202,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7196,6 +8242,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7232,6 +8283,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7267,6 +8323,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7303,6 +8364,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7336,6 +8402,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7373,6 +8444,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7408,6 +8484,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7441,6 +8522,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7474,6 +8560,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7509,6 +8600,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7542,6 +8638,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7579,6 +8680,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7612,6 +8718,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7647,6 +8758,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7684,6 +8800,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7717,6 +8838,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7752,6 +8878,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7789,6 +8920,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7826,6 +8962,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7863,6 +9004,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7898,6 +9044,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7931,6 +9082,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -7966,6 +9122,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8005,6 +9166,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8042,6 +9208,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8077,6 +9248,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8116,6 +9292,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8150,6 +9331,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8189,6 +9375,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8224,6 +9415,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8260,6 +9456,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8296,6 +9497,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8331,6 +9537,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8367,6 +9578,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8411,6 +9627,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8444,6 +9665,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8479,6 +9705,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8512,6 +9743,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8545,6 +9781,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8578,6 +9819,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8613,6 +9859,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8652,6 +9903,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8688,6 +9944,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };
@@ -8721,6 +9982,11 @@ export interface operations {
                         title: string;
                         status: number;
                         hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
                     };
                 };
             };

@@ -1,31 +1,62 @@
 /** What is asked of the server: waiting, here, or why not. Asked again, what was here stays until the new has come. */
 
 import { Problem } from "../api/client";
+import { KEPT, keeps, returned } from "../offline/reception.svelte";
+
+/** How something is asked for: of the server, or of what is kept here. */
+export type How = typeof KEPT | Record<string, never>;
 
 export class Loaded<T> {
   data = $state.raw<T>();
   problem = $state.raw<Problem | null>(null);
   private turn = 0;
+  private answered = 0;
 
-  constructor(private readonly ask: () => Promise<T>) {}
+  constructor(private readonly ask: (how: How) => Promise<T>) {}
 
   /** Ask (again); an answer that another question has overtaken is dropped. */
   async load(): Promise<void> {
     const turn = ++this.turn;
     try {
-      const data = await this.ask();
+      const data = await this.ask({});
       if (turn !== this.turn) return;
+      this.answered = turn;
       this.data = data;
       this.problem = null;
     } catch (error) {
-      if (turn === this.turn) this.problem = Problem.of(error);
+      if (turn !== this.turn) return;
+      const problem = Problem.of(error);
+      // Of being without reception the app tells once, for all of the page.
+      this.problem = problem.status === 0 && this.data !== undefined ? null : problem;
     }
+  }
+
+  /** Show what is kept until the server has answered. */
+  async loadKept(): Promise<void> {
+    const coming = this.load();
+    const turn = this.turn;
+    const early = keeps() ? await this.ask(KEPT).catch(() => undefined) : undefined;
+    if (early !== undefined && turn === this.turn && this.answered !== turn) this.data = early;
+    await coming;
   }
 }
 
 /** Loads now, and again whenever something changes that `ask` reads before its first wait. */
 export function loading<T>(ask: () => Promise<T>): Loaded<T> {
   const loaded = new Loaded(ask);
-  $effect(() => void loaded.load());
+  $effect(() => {
+    void returned();
+    void loaded.load();
+  });
+  return loaded;
+}
+
+/** The same, with what is kept in this browser at once; `ask` hands `how` on to each of its requests. */
+export function loadingKept<T>(ask: (how: How) => Promise<T>): Loaded<T> {
+  const loaded = new Loaded(ask);
+  $effect(() => {
+    void returned();
+    void loaded.loadKept();
+  });
   return loaded;
 }

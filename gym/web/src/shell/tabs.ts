@@ -26,5 +26,18 @@ export function tabs(gym: string, signedIn: boolean): Tab[] {
     at: /^\/(g\/.*)?$/,
     icon: "M4 21 8 3h8l4 18M9 17l4-4-3-4 3-4",
   };
-  return [walls, me];
+  if (!gym || !signedIn) return [walls, me];
+  const progress: Tab = {
+    label: "bar.progress",
+    href: p("/g/:gym/progress", { params: { gym } }),
+    at: /^\/g\/[^/]+\/(progress|sessions|feed)(\/|$)/,
+    icon: "M4 20h16M6 20v-6m4 6V9m4 11v-4m4 4V4",
+  };
+  const board: Tab = {
+    label: "bar.board",
+    href: p("/g/:gym/board", { params: { gym } }),
+    at: /^\/g\/[^/]+\/board$/,
+    icon: "M7 4h10v5a5 5 0 0 1-10 0V4ZM7 6H4c0 3 1 4 3 4m10-4h3c0 3-1 4-3 4m-5 4v4m-4 2h8",
+  };
+  return [walls, progress, board, me];
 }

@@ -1,18 +1,18 @@
 /** What everybody sees of a wall; shared by its page and its embedded form. */
 
 import { answer, api, PREFIX, type Schemas } from "../api/client";
-import { loading } from "../lib/loaded.svelte";
+import { loadingKept } from "../lib/loaded.svelte";
 import { part } from "../routes";
 
 export type Published = { wall: Schemas["WallFacts"]; version: Schemas["Version"] | null };
 
 export function publishedWall() {
   const path = $derived({ gym: part("gym"), wall: part("wall") });
-  return loading<Published>(async () => {
+  return loadingKept<Published>(async (how) => {
     const params = { path };
-    const wall = await answer(api.GET("/api/v1/gyms/{gym}/walls/{wall}", { params }));
+    const wall = await answer(api.GET("/api/v1/gyms/{gym}/walls/{wall}", { params, ...how }));
     if (!wall.published_scan_id) return { wall, version: null };
-    return { wall, version: await answer(api.GET("/api/v1/gyms/{gym}/walls/{wall}/published", { params })) };
+    return { wall, version: await answer(api.GET("/api/v1/gyms/{gym}/walls/{wall}/published", { params, ...how })) };
   });
 }
 

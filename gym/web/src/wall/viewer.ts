@@ -3,6 +3,7 @@
 export interface WallElement extends HTMLElement {
   selectedRoute: number | null;
   selectRoute(id: number | null, options?: { move?: boolean }): void;
+  showRoutes(ids: Iterable<number> | null): void;
   home(): void;
   climberView(): void;
 }

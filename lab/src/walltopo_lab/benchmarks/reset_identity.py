@@ -4,7 +4,9 @@
 
 OLD and NEW are scans of the two truths, NEW made with `--reference OLD`. True is what hangs in both
 truths at the same place, of the same kind and colour. A pair of the matching counts as right where
-both of its holds are found on that one (IoU over .5); what no scan found is missed. A route is
+both of its holds are found on that one (IoU over .5); what no scan found is missed. A pair of two
+finds that are no true hold in either scan (a tag, a hold of a downclimb) is neither right nor wrong
+and counted apart. A route is
 wrongly kept where the table that a setter confirms says "kept" or "changed" of two routes of
 which no true hold is the same.
 """
@@ -94,10 +96,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
         f"found in all: {len(old.holds)} before, {len(new.holds)} after"
     )
     for name, made in (("by place and shape", pairs), ("and of one colour", painted)):
-        right = {(old.true.get(a), new.true.get(b)) for a, b in made.items()} & kept
-        precision = len(right) / max(1, len(made))
+        true = {(old.true.get(a), new.true.get(b)) for a, b in made.items()}
+        right = true & kept
+        nothing = sum(a not in old.true and b not in new.true for a, b in made.items())
+        precision = len(right) / max(1, len(made) - nothing)
         print(
-            f"{name}: {len(made)} pairs, {len(right)} right, "
+            f"{name}: {len(made)} pairs, {len(right)} right, {nothing} of no true hold, "
             f"precision {precision:.3f}, recall {len(right) / max(1, len(kept)):.3f}, "
             f"of what was found in both {len(right & found) / max(1, len(found)):.3f}"
         )

@@ -39,7 +39,7 @@ __all__ = ["make_app"]
 
 # Compared with the path as it was sent: nothing that is encoded, hidden or steps up can match.
 SERVED = re.compile(
-    r"(index|report)\.html|wall\.glb|(holds|routes)\.json|(page|cutouts)/[A-Za-z0-9_-][A-Za-z0-9._-]{0,99}"
+    r"(index|report)\.html|wall\.glb|(holds|routes|moves)\.json|(page|cutouts)/[A-Za-z0-9_-][A-Za-z0-9._-]{0,99}"
 )
 TYPES = {
     ".glb": "model/gltf-binary",

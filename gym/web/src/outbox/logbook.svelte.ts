@@ -1,0 +1,93 @@
+/** What one did in a gym and thinks of its routes: what the server knows, and what waits here. */
+
+import { answer, api, type Schemas } from "../api/client";
+import { loadingKept, type Loaded } from "../lib/loaded.svelte";
+import { offlineSince } from "../offline/reception.svelte";
+import { me } from "../session.svelte";
+import { mine } from "./outbox.svelte";
+import { keyOf, settle, type AscentWords, type Kind, type OpinionWords } from "./store";
+
+/** `known`: the server has it, or may have. */
+export type OwnAscent = AscentWords & { id: string; waits: boolean; known: boolean };
+
+const RANK: Kind[] = ["flash", "top", "zone", "try", "project"];
+const NONE: Schemas["LogbookFacts"] = { ascents: [], opinions: [] };
+
+export class Logbook {
+  private readonly said = $derived.by(() => mine().filter((item) => item.gym === this.gym() && !item.refused));
+  private readonly byRoute = $derived.by(() => this.gather());
+
+  constructor(
+    private readonly gym: () => string,
+    private readonly known: Loaded<Schemas["LogbookFacts"]>,
+  ) {}
+
+  /** Whether it is known at all; one who belongs to no gym has none. */
+  get here(): boolean {
+    return this.known.data !== undefined;
+  }
+
+  /** The last climbed first. */
+  ascents(route: string): OwnAscent[] {
+    return this.byRoute.get(route) ?? [];
+  }
+
+  opinion(route: string): OpinionWords | null {
+    const waits = this.said.find((item) => item.what === "opinion" && item.route === route);
+    if (waits?.what === "opinion") return waits.body;
+    return this.known.data?.opinions.find((row) => row.route_id === route) as OpinionWords | undefined ?? null;
+  }
+
+  /** The best that came of a route. */
+  best(route: string): Kind | null {
+    const kinds = new Set(this.ascents(route).map(({ kind }) => kind));
+    return RANK.find((kind) => kinds.has(kind)) ?? null;
+  }
+
+  isDone(route: string): boolean {
+    const best = this.best(route);
+    return best === "flash" || best === "top";
+  }
+
+  isProject(route: string): boolean {
+    return !this.isDone(route) && this.ascents(route).some(({ kind }) => kind === "project");
+  }
+
+  private gather(): Map<string, OwnAscent[]> {
+    const rows = new Map<string, OwnAscent>();
+    for (const row of this.known.data?.ascents ?? []) {
+      if (row.route_id) rows.set(row.id, { ...row, route_id: row.route_id, waits: false, known: true });
+    }
+    for (const item of this.said) {
+      if (item.what !== "ascent") continue;
+      if (item.takenBack) rows.delete(item.id);
+      else rows.set(item.id, { ...item.body, id: item.id, waits: item.done === null, known: item.known || item.sent > 0 });
+    }
+    const latest = [...rows.values()].sort((a, b) => b.climbed_at.localeCompare(a.climbed_at));
+    return grouped(latest);
+  }
+}
+
+function grouped(rows: OwnAscent[]): Map<string, OwnAscent[]> {
+  const groups = new Map<string, OwnAscent[]>();
+  for (const row of rows) groups.set(row.route_id, [...(groups.get(row.route_id) ?? []), row]);
+  return groups;
+}
+
+/** Which of what was said in a gym the server has taken; it changes when something should be asked for anew. */
+export function taken(gym: string): string {
+  return mine().filter((item) => item.gym === gym && item.done !== null).map((item) => `${keyOf(item)} ${item.version}`).join();
+}
+
+/** Of a member; to others it stays empty. */
+export function logbook(gym: () => string, isMember: () => boolean): Logbook {
+  const known = loadingKept<Schemas["LogbookFacts"]>(async (how) => {
+    const [slug, person, asked] = [gym(), me()?.id, Date.now()];
+    void taken(slug);
+    if (!person || !isMember()) return NONE;
+    const facts = await answer(api.GET("/api/v1/gyms/{gym}/logbook", { params: { path: { gym: slug } }, ...how }));
+    if (!how.cache && !offlineSince()) await settle(slug, person, asked);
+    return facts;
+  });
+  return new Logbook(gym, known);
+}

@@ -1,0 +1,253 @@
+"""How well do the movement model and the grade model do on problems of a standard board?
+
+    python -m walltopo_lab.benchmarks.grades fit DATA CACHE OUT     the model that ships
+    python -m walltopo_lab.benchmarks.grades report DATA CACHE [2016]   on the part that measures
+    python -m walltopo_lab.benchmarks.grades carried DATA CACHE     from one set-up to the other
+    python -m walltopo_lab.benchmarks.grades gym DATA CACHE         one set-up as a gym that tells
+                                                                    some of its grades
+    python -m walltopo_lab.benchmarks.grades movement DATA CACHE    tops reached, seconds
+
+DATA is the folder of the test data (`board-grades` in it). CACHE keeps the movement of all problems,
+a quarter of an hour of two cores.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from sklearn.ensemble import HistGradientBoostingRegressor
+
+from walltopo.grades.calibrate import Known, calibrate
+from walltopo.grades.features import FEATURES
+from walltopo.grades.font import FONT, V_OF
+from walltopo.grades.model import Errors, range_of
+from walltopo_lab.train.grades.board import SETUPS
+from walltopo_lab.train.grades.cached import boards
+from walltopo_lab.train.grades.fit import Board, Floats, regressor
+from walltopo_lab.train.grades.ordinal import fit_ordered
+from walltopo_lab.train.grades.shipped import errors_of, fit_on, write_model
+
+Ints = npt.NDArray[np.int64]
+_V = np.array(V_OF)
+_TOLD = (0, 5, 20, 100, 300)
+_DRAWS = 20
+HEAD = (
+    "| set-up | from | exact | ±1 | MAE | V: exact | V: ±1 | in the range | range, grades |",
+    "|---|---|---|---|---|---|---|---|---|",
+)
+
+
+def _columns(names: Iterable[str]) -> list[int]:
+    return [list(FEATURES).index(name) for name in names]
+
+
+def _figures(board: Board, name: str, table: npt.NDArray[np.float32], what: str) -> str:
+    """A row: learnt on part 0, odds and ranges from part 1, measured on part 2."""
+    ok = board.reached
+    learnt, told, measured = (ok & (board.part == k) for k in range(3))
+    model = (
+        regressor().set_params(monotonic_cst=None)
+        if table.shape[1] < len(FEATURES)
+        else regressor()
+    )
+    model.fit(table[learnt], board.grade[learnt])
+    return _row(
+        name,
+        what,
+        (model.predict(table[told]), board.grade[told]),
+        (model.predict(table[measured]), board.grade[measured]),
+    )
+
+
+def _row(name: str, what: str, told: tuple[Floats, Floats], measured: tuple[Floats, Floats]) -> str:
+    odds = fit_ordered(told[0], told[1].astype(np.int64))
+    errors = errors_of(*told)
+    place, grade = measured
+    true = grade.astype(np.int64)
+    return (
+        f"| {name} | {what} | "
+        + _shares(odds.likely(place), odds.middle(place), odds.within_one(place), true)
+        + _ranges(place, true, errors)
+    )
+
+
+def _shares(likely: Ints, middle: Ints, near: Ints, true: Ints) -> str:
+    exact = float((likely == true).mean())
+    one = float((np.abs(near - true) <= 1).mean())
+    mae = float(np.abs(middle - true).mean())
+    v_exact = float((_V[likely] == _V[true]).mean())
+    v_one = float((np.abs(_V[near] - _V[true]) <= 1).mean())
+    return f"{exact:.3f} | {one:.3f} | {mae:.2f} | {v_exact:.3f} | {v_one:.3f} | "
+
+
+def _ranges(place: Floats, true: Ints, errors: Errors) -> str:
+    ends = np.array([range_of(float(p), errors.bound) for p in place])
+    inside = (ends[:, 0] <= true) & (true <= ends[:, 1])
+    return f"{inside.mean():.3f} | {(ends[:, 1] - ends[:, 0] + 1).mean():.1f} |"
+
+
+def report(found: dict[str, Board]) -> list[str]:
+    lines = list(HEAD)
+    for name, board in found.items():
+        count = np.nan_to_num(board.plain[:, _columns(["holds", "steepness"])])
+        lines += [
+            _median(board, name),
+            _figures(board, name, count, "number of holds and angle"),
+            _figures(board, name, np.nan_to_num(board.plain, nan=0.0), "movement, places alone"),
+            _figures(board, name, board.known, "movement and quality of holds"),
+        ]
+        popular = _stars(board, name)
+        lines += [popular]
+    return lines
+
+
+def _median(board: Board, name: str) -> str:
+    learnt, measured = board.part == 0, board.part == 2
+    true = board.grade[measured].astype(np.int64)
+    told = board.grade[learnt]
+    counts = np.bincount(told.astype(np.int64), minlength=len(FONT))
+    window = np.convolve(counts, np.ones(3), "same")
+
+    def all_of(grade: int) -> Ints:
+        return np.full(len(true), grade)
+
+    middle = float(np.median(told))
+    errors = errors_of(np.full(int((board.part == 1).sum()), middle), board.grade[board.part == 1])
+    shares = _shares(
+        all_of(int(counts.argmax())), all_of(int(middle)), all_of(int(window.argmax())), true
+    )
+    return f"| {name} | always the same grade | {shares}" + _ranges(
+        np.full(len(true), middle), true, errors
+    )
+
+
+def _stars(board: Board, name: str) -> str:
+    """The same as the last row of `report`, measured on problems of three stars."""
+    ok = board.reached
+    learnt, told = (ok & (board.part == k) for k in range(2))
+    measured = ok & (board.part == 2) & (board.stars == 3)
+    model = regressor().fit(board.known[learnt], board.grade[learnt])
+    return _row(
+        name,
+        "the same, of three stars",
+        (model.predict(board.known[told]), board.grade[told]),
+        (model.predict(board.known[measured]), board.grade[measured]),
+    )
+
+
+def _other(found: dict[str, Board], name: str) -> HistGradientBoostingRegressor:
+    """The model of the other set-ups."""
+    return fit_on([board for other, board in found.items() if other != name])
+
+
+def carried(found: dict[str, Board]) -> list[str]:
+    """The model of one set-up on the other, of which nothing but places is told."""
+    lines = ["| from | to | what | exact | ±1 | MAE |", "|---|---|---|---|---|---|"]
+    for name, board in found.items():
+        (other,) = (key for key in found if key != name)
+        source = found[other]
+        ok = board.reached
+        true = board.grade[ok].astype(np.int64)
+        rows = {
+            "median": np.full(len(true), np.median(source.grade)),
+            "number of holds and angle": _counted(source, board),
+            "movement": _other(found, name).predict(board.plain[ok]),
+        }
+        for what, place in rows.items():
+            off = np.abs(np.round(place) - true)
+            lines.append(
+                f"| {other} | {name} | {what} | {(off == 0).mean():.3f} | "
+                f"{(off <= 1).mean():.3f} | {off.mean():.2f} |"
+            )
+    return lines
+
+
+def _counted(source: Board, board: Board) -> Floats:
+    columns = _columns(["holds", "steepness"])
+    model = regressor().set_params(monotonic_cst=None)
+    model.fit(source.plain[source.reached][:, columns], source.grade[source.reached])
+    return np.asarray(model.predict(board.plain[board.reached][:, columns]))
+
+
+def gym(found: dict[str, Board]) -> list[str]:
+    """One set-up as a gym: the other's model, and a few of its own grades."""
+    lines = [
+        "| gym | grades told | ±1 | MAE | in the range | range, grades |",
+        "|---|---|---|---|---|---|",
+    ]
+    for name, board in found.items():
+        model = _other(found, name)
+        source = next(other for key, other in found.items() if key != name)
+        held = source.reached & (source.part == 1)
+        errors = errors_of(model.predict(source.plain[held]), source.grade[held])
+        place = model.predict(board.plain[board.reached])
+        grade = board.grade[board.reached]
+        lines += [_told(name, count, place, grade, errors) for count in _TOLD]
+    return lines
+
+
+def _told(name: str, count: int, place: Floats, grade: Floats, errors: Errors) -> str:
+    rows = []
+    for draw in range(_DRAWS):
+        order = np.random.default_rng(draw).permutation(len(place))
+        told, asked = order[:count], order[count : count + 2000]
+        fitted = calibrate([Known(float(place[k]), float(grade[k])) for k in told], errors)
+        middles = np.array([fitted.place(float(place[k]))[0] for k in asked])
+        ends = [fitted.range(float(place[k])) for k in asked]
+        true = grade[asked]
+        off = np.abs(np.round(middles) - true)
+        inside = [one.low <= t <= one.high for one, t in zip(ends, true, strict=True)]
+        wide = [one.high - one.low + 1 for one in ends]
+        rows.append(((off <= 1).mean(), off.mean(), np.mean(inside), np.mean(wide)))
+    near, mae, inside_mean, wide_mean = np.mean(rows, axis=0)
+    return f"| {name} | {count} | {near:.3f} | {mae:.2f} | {inside_mean:.3f} | {wide_mean:.1f} |"
+
+
+def movement(found: dict[str, Board]) -> list[str]:
+    """How often the top is reached, and what a sequence takes."""
+    lines = [
+        "| set-up | problems | top reached | CPU-s, median | 99 % | worst |",
+        "|---|---|---|---|---|---|",
+    ]
+    for name, board in found.items():
+        low, high, worst = np.quantile(board.seconds, [0.5, 0.99, 1.0])
+        lines.append(
+            f"| {name} | {len(board.problems)} | {board.reached.mean():.4f} | "
+            f"{low:.3f} | {high:.3f} | {worst:.3f} |"
+        )
+    return lines
+
+
+REPORTS: dict[str, Callable[[dict[str, Board]], list[str]]] = {
+    "report": report,
+    "carried": carried,
+    "gym": gym,
+    "movement": movement,
+}
+
+
+def main(arguments: list[str]) -> int:
+    if (
+        len(arguments) < 3
+        or (set(arguments[3:]) - {*SETUPS} and arguments[0] != "fit")
+        or arguments[0] not in {"fit", *REPORTS}
+    ):
+        print(__doc__)
+        return 2
+    what, data, cache, *rest = arguments
+    setups = rest if rest and what != "fit" else SETUPS
+    found = boards(Path(data), Path(cache), os.cpu_count() or 1, setups)
+    if what == "fit":
+        write_model(fit_on(list(found.values())), list(found.values()), Path(rest[0]))
+        return 0
+    print("\n".join(REPORTS[what](found)))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

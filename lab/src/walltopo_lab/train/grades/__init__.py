@@ -1,0 +1,1 @@
+"""The grade model, learnt on problems of a standard board."""

@@ -1,0 +1,82 @@
+"""Problems of the MoonBoard as climbs.
+
+Columns A to K and rows 1 to 18, 0.20 m apart, at 40 degrees; below them a vertical board of 0.37 m
+with footholds. A problem lists its holds: hands may start on those of rows 1 to 6, row 18 is the
+top. What a hold is like is not told; `quality` says what is taken for it.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import numpy.typing as npt
+
+from walltopo.climbing.grips import NEUTRAL, Grips, foot_share
+from walltopo.climbing.sequence import Climb
+from walltopo.core import InputError
+from walltopo.grades.font import FONT
+
+__all__ = ["CELLS", "SETUPS", "Problem", "as_climb", "cells_of", "read_problems"]
+
+SETUPS = ("2016", "2017")
+CELLS = 11 * 18
+_ANGLE = np.radians(40)
+_KICK = 0.37  # m, the height of the board below
+_FOOTHOLDS = np.array([[0.2 * x, 0.0, 0.2] for x in (1, 3, 5, 7, 9)])
+_CELL = re.compile(r"([A-K])(1[0-8]|[1-9])")
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A problem: its place in `FONT`, stars, and cells (column * 18 + row - 1), each once."""
+
+    grade: int
+    stars: int
+    cells: tuple[int, ...]
+
+
+def read_problems(path: Path) -> tuple[Problem, ...]:
+    """A set-up's problems from JSON: [[grade, stars, "G2 J7 ..."], ...]."""
+    try:
+        rows = msgspec.json.decode(path.read_bytes(), type=list[tuple[str, int, str]])
+        return tuple(Problem(FONT.index(g), s, cells_of(text)) for g, s, text in rows)
+    except (msgspec.DecodeError, ValueError) as error:
+        raise InputError(f"{path}: {error}") from error
+
+
+def cells_of(text: str) -> tuple[int, ...]:
+    """The cells of "G2 J7 ..."."""
+    cells = []
+    for name in text.upper().split():
+        match = _CELL.fullmatch(name)
+        if match is None:
+            raise ValueError(f"{name!r} is no hold of the board")
+        cells.append((ord(match[1]) - ord("A")) * 18 + int(match[2]) - 1)
+    return tuple(dict.fromkeys(cells))
+
+
+def as_climb(problem: Problem, quality: npt.NDArray[np.float64] | None = None) -> Climb:
+    """The problem as a climb; `quality`: (CELLS,) of each hold, None where nothing is known."""
+    cells = np.array(problem.cells)
+    n, extra = len(cells), len(_FOOTHOLDS)
+    column, row = np.divmod(cells, 18)
+    along = 0.2 * row + 0.1
+    sine, cosine = np.sin(_ANGLE), np.cos(_ANGLE)
+    board = np.stack([0.2 * column, -along * sine, _KICK + along * cosine], axis=1)
+    wall = np.repeat([[0.0, -cosine, -sine], [0.0, -1.0, 0.0]], [n, extra], axis=0)
+    pull = np.repeat([[0.0, sine, -cosine], [0.0, 0.0, -1.0]], [n, extra], axis=0)
+    hand = np.full(n, NEUTRAL.quality) if quality is None else quality[cells]
+    grips = Grips(
+        position=np.concatenate([board, _FOOTHOLDS]),
+        wall=wall,
+        pull=pull,
+        hand=np.concatenate([hand, np.zeros(extra)]),
+        outward=np.full(n + extra, NEUTRAL.outward),
+        foot=foot_share(np.repeat([40.0, 0.0], [n, extra])),
+    )
+    start = tuple(int(i) for i in np.flatnonzero(row < 6))
+    return Climb(grips, start, tuple(int(i) for i in np.flatnonzero(row == 17)))

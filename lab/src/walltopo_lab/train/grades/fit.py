@@ -1,0 +1,122 @@
+"""From problems and grades to the grade model.
+
+Of a gym's holds the scan knows type, size and lean; of a board's holds the data tells the place
+alone. So how good each is, is estimated from the grades of the problems that are learnt from, and
+never from a problem that it is used on: within the learnt part by four-fold crossing, for all
+others from the learnt part alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.sparse import csr_matrix
+from sklearn.ensemble import HistGradientBoostingRegressor
+from sklearn.linear_model import Ridge
+from sklearn.model_selection import GroupKFold
+
+from walltopo.climbing.grips import NEUTRAL
+from walltopo.grades.features import FEATURES
+from walltopo_lab.train.grades.board import CELLS, Problem
+from walltopo_lab.train.grades.movement import features_of
+from walltopo_lab.train.grades.split import presence
+
+__all__ = ["Board", "board_of", "regressor"]
+
+Floats = npt.NDArray[np.float64]
+Features = npt.NDArray[np.float32]
+Ints = npt.NDArray[np.int64]
+
+_FOLDS = 4
+_SHRINK = 2.0  # ridge penalty: a hold of few problems is about as good as any
+_SPREAD = 0.2  # quality of a hold one standard deviation easier than another, as from type to type
+_WORST, _BEST = 0.15, 1.0
+
+
+def regressor(seed: int = 0) -> HistGradientBoostingRegressor:
+    """The regression of the place in `FONT` on `FEATURES`, monotone where signs are sure."""
+    return HistGradientBoostingRegressor(
+        max_iter=300,
+        learning_rate=0.05,
+        max_leaf_nodes=15,
+        min_samples_leaf=40,
+        l2_regularization=1.0,
+        monotonic_cst=list(FEATURES.values()),
+        random_state=seed,
+    )
+
+
+@dataclass(frozen=True)
+class Board:
+    """A set-up, its movement done.
+
+    Parameters
+    ----------
+    grade : (N,) place in `FONT`. stars, groups, part : (N,); part 0 is learnt from.
+    plain : (N, F) features of places alone; NaN rows where the top was not reached.
+    known : (N, F) features with what is estimated of the holds.
+    quality : (CELLS,) of the holds, from all of part 0.
+    seconds : (N,) CPU seconds of a sequence.
+    """
+
+    problems: tuple[Problem, ...]
+    grade: Floats
+    stars: Ints
+    groups: Ints
+    part: Ints
+    plain: Features
+    known: Features
+    quality: Floats
+    seconds: Floats
+
+    @property
+    def reached(self) -> npt.NDArray[np.bool_]:
+        """(N,) whether the movement model finds a way to the top."""
+        return ~np.isnan(self.plain[:, 0])
+
+
+def board_of(problems: tuple[Problem, ...], groups: Ints, part: Ints, workers: int) -> Board:
+    """A set-up with its features; runs the movement model twice on every problem."""
+    grade = np.array([p.grade for p in problems], float)
+    plain, seconds = features_of(problems, [None] * len(problems), workers)
+    learnt = np.flatnonzero(part == 0)
+    residual = _residual(plain[learnt], grade[learnt], groups[learnt])
+    holds = presence(problems)
+    share = holds.multiply(1 / holds.sum(axis=1)).tocsr()
+    whole = _quality(share[learnt], residual)
+    qualities: list[Floats] = [whole] * len(problems)
+    for others, fold in _folds(groups[learnt]):
+        crossed = _quality(share[learnt[others]], residual[others])
+        for k in learnt[fold]:
+            qualities[k] = crossed
+    known, _ = features_of(problems, list(qualities), workers)
+    stars = np.array([p.stars for p in problems])
+    return Board(problems, grade, stars, groups, part, plain, known, whole, seconds)
+
+
+def _folds(groups: Ints) -> list[tuple[Ints, Ints]]:
+    return list(GroupKFold(_FOLDS).split(groups, groups=groups))
+
+
+def _residual(plain: Features, grade: Floats, groups: Ints) -> Floats:
+    """What places alone do not explain of the grades, each from problems of other groups."""
+    plain = np.nan_to_num(plain, nan=NEUTRAL.quality)  # a column of nothing cannot be binned
+    rest = np.zeros(len(grade))
+    for others, fold in _folds(groups):
+        rest[fold] = grade[fold] - regressor().fit(plain[others], grade[others]).predict(
+            plain[fold]
+        )
+    return rest
+
+
+def _quality(share: csr_matrix, residual: Floats) -> Floats:
+    """(CELLS,) how good holds are: worse where problems are harder than their places say."""
+    worse = Ridge(alpha=_SHRINK).fit(share, residual).coef_
+    used = np.asarray(share.sum(axis=0)).ravel()
+    mean = np.average(worse, weights=used)
+    spread = np.sqrt(np.average((worse - mean) ** 2, weights=used))
+    quality = NEUTRAL.quality - _SPREAD * (worse - mean) / max(spread, 1e-9)
+    assert quality.shape == (CELLS,)
+    return np.where(used > 0, np.clip(quality, _WORST, _BEST), NEUTRAL.quality)

@@ -1,0 +1,48 @@
+"""Features of many problems, on all processors."""
+
+from __future__ import annotations
+
+import time
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+
+import numpy as np
+import numpy.typing as npt
+
+from walltopo.climbing.body import ADULT
+from walltopo.climbing.sequence import find_sequence
+from walltopo.grades.features import FEATURES, features
+from walltopo_lab.train.grades.board import Problem, as_climb
+
+__all__ = ["Row", "features_of", "move"]
+
+Qualities = npt.NDArray[np.float64]
+Row = tuple[npt.NDArray[np.float32] | None, float]
+
+
+def move(problem: Problem, quality: Qualities | None) -> Row:
+    """A problem's features (None: the top was not reached), and the CPU seconds they took."""
+    began = time.process_time()
+    climb = as_climb(problem, quality)
+    sequence = find_sequence(climb, ADULT)
+    if sequence is None or not sequence.reached:
+        return None, time.process_time() - began
+    return features(climb, sequence, quality is not None), time.process_time() - began
+
+
+def features_of(
+    problems: tuple[Problem, ...], quality: list[Qualities | None], workers: int
+) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float64]]:
+    """(N, F) features, a row of NaN where the top was not reached; (N,) CPU seconds.
+
+    Parameters
+    ----------
+    quality : for each problem, see `as_climb`. workers : processes.
+    """
+    if problems:
+        move(problems[0], quality[0])  # compiles once, for all
+    with ProcessPoolExecutor(workers, mp_context=get_context("fork")) as pool:
+        rows = list(pool.map(move, problems, quality, chunksize=64))
+    blank = np.full(len(FEATURES), np.nan, np.float32)
+    table = np.stack([blank if row is None else row for row, _ in rows])
+    return table, np.array([seconds for _, seconds in rows])

@@ -1,0 +1,70 @@
+"""Fit the grade model that ships, and measure its errors."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import numpy.typing as npt
+import onnx
+from sklearn.ensemble import HistGradientBoostingRegressor
+
+from walltopo.core.files import atomic_path
+from walltopo.grades.features import FEATURES
+from walltopo.grades.font import FONT
+from walltopo.grades.model import Errors
+from walltopo_lab.train.grades.fit import Board, Features, Floats, regressor
+from walltopo_lab.train.grades.trees import as_onnx
+
+__all__ = ["COVERAGE", "errors_of", "fit_on", "write_model"]
+
+COVERAGE = 0.8
+_CREDIT = (
+    "Learnt from problems of the MoonBoard, set-ups 2016 and 2017, as collected in "
+    "github.com/andrew-houghton/moon-board-climbing (MIT); the problems are their setters'."
+)
+
+
+def fit_on(boards: Sequence[Board]) -> HistGradientBoostingRegressor:
+    """The regression on part 0 of the boards, each problem twice: with its holds' quality, and
+    with their places alone, as on a wall whose holds have no type."""
+    rows = [(board, (board.part == 0) & board.reached) for board in boards]
+    table = [board.plain[mine] for board, mine in rows] + [
+        board.known[mine] for board, mine in rows
+    ]
+    grade = np.concatenate([board.grade[mine] for board, mine in rows])
+    return regressor().fit(np.concatenate(table), np.concatenate([grade, grade]))
+
+
+def errors_of(place: Floats, grade: Floats) -> Errors:
+    """What problems that were not learnt from say of the errors (split conformal)."""
+    off = np.sort(np.abs(place - grade))
+    rank = int(np.ceil(COVERAGE * (len(off) + 1)))
+    return Errors(float(np.std(place - grade)), float(off[min(rank, len(off)) - 1]), COVERAGE)
+
+
+def write_model(model: HistGradientBoostingRegressor, boards: Sequence[Board], path: Path) -> None:
+    """Write the model with its errors on part 1 of the boards."""
+
+    def errors(which: str) -> Errors:
+        rows: list[tuple[Features, npt.NDArray[np.bool_], Board]] = [
+            (getattr(board, which), (board.part == 1) & board.reached, board) for board in boards
+        ]
+        place = np.concatenate([model.predict(table[mine]) for table, mine, _ in rows])
+        return errors_of(place, np.concatenate([board.grade[mine] for _, mine, board in rows]))
+
+    grades = np.concatenate([board.grade for board in boards])
+    about = {
+        "features": list(FEATURES),
+        "known": msgspec.to_builtins(errors("known")),
+        "plain": msgspec.to_builtins(errors("plain")),
+        "easiest": FONT[int(np.quantile(grades, 0.005))],
+        "hardest": FONT[int(np.quantile(grades, 0.995))],
+    }
+    network = as_onnx(model, len(FEATURES))
+    onnx.helper.set_model_props(network, {"grades": json.dumps(about), "credit": _CREDIT})
+    with atomic_path(path) as temporary:
+        temporary.write_bytes(network.SerializeToString())

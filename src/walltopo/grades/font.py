@@ -1,0 +1,55 @@
+"""The Fontainebleau scale of boulders, as numbers and words."""
+
+from __future__ import annotations
+
+import re
+
+__all__ = ["FONT", "V_OF", "parse_grade", "span_words"]
+
+FONT = (
+    *("3", "4", "4+", "5", "5+", "6A", "6A+", "6B", "6B+", "6C", "6C+"),
+    *("7A", "7A+", "7B", "7B+", "7C", "7C+", "8A", "8A+", "8B", "8B+", "8C", "8C+", "9A"),
+)
+# The usual table of conversion: V grade of each Font grade from 3 on.
+V_OF = (0, 0, 0, 1, 2, 3, 3, 4, 4, 5, 5, 6, 7, 8, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17)
+_V = re.compile(r"V\s*(B|\d{1,2})", re.IGNORECASE)
+_FONT = re.compile(r"(?:font|fb)?\s*([3-9])\s*([ABC])?\s*(\+)?", re.IGNORECASE)
+
+
+def parse_grade(text: str) -> float | None:
+    """Its place in `FONT` (halves between two); None where it says no grade of boulders.
+
+    Font grades in any spelling (6a+, fb 6A+, 5), V grades, and ranges such as "6A-6B".
+    """
+    parts = [part for part in re.split(r"\s*(?:-|–|/|to)\s*", text.strip()) if part]
+    places = [_one(part) for part in parts]
+    known = [place for place in places if place is not None]
+    if not known or len(known) != len(places) or len(known) > 2:
+        return None
+    return sum(known) / len(known)
+
+
+def _one(text: str) -> float | None:
+    v = _V.fullmatch(text)
+    if v:
+        number = 0 if v[1].upper() == "B" else int(v[1])
+        places = [k for k, value in enumerate(V_OF) if value == number]
+        return sum(places) / len(places) if places else None
+    font = _FONT.fullmatch(text)
+    if not font:
+        return None
+    digit, letter, plus = font[1], (font[2] or "").upper(), font[3] or ""
+    name = f"{digit}{letter}{plus}"
+    if name in FONT:
+        return float(FONT.index(name))
+    # 5A, 5B, 5C of some gyms: 5 and 5+ of the scale.
+    if digit in "345":
+        low = FONT.index(digit)
+        return min(low + "ABC".index(letter or "B") / 2, FONT.index("6A") - 0.5)
+    # "6" alone, "7+": the middle of the number's grades.
+    return float(FONT.index(f"{digit}B")) if f"{digit}B" in FONT and not letter else None
+
+
+def span_words(low: int, high: int) -> str:
+    """A range as people read it: "6B", "6B to 7A"."""
+    return FONT[low] if low == high else f"{FONT[low]} to {FONT[high]}"

@@ -1,0 +1,27 @@
+"""The examples in docstrings do what they say."""
+
+from __future__ import annotations
+
+import doctest
+import importlib
+
+import pytest
+
+MODULES = (
+    "walltopo.core.camera",
+    "walltopo.core.instances",
+    "walltopo.core.mask",
+    "walltopo.core.mesh",
+    "walltopo.core.view",
+    "walltopo.lifting",
+    "walltopo.pipeline.settings",
+    "walltopo_lab.evaluate.instances",
+    "walltopo_lab.site.docstrings",
+)
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_examples(name: str) -> None:
+    failed, tried = doctest.testmod(importlib.import_module(name))
+    assert tried > 0
+    assert failed == 0
