@@ -72,6 +72,7 @@ ARTIFACTS: dict[str, Artifact] = {
     "page": Artifact("walltopo.scans.made:Made", "export"),
     "page_assets": Artifact("walltopo.scans.made:Made", "export"),
     "moves": Artifact("walltopo.scans.moves:Moves", "", optional=True),
+    "moves_script": Artifact("walltopo.scans.made:Made", "", optional=True),
     "edits": Artifact("walltopo.scans.edits:EditLog", "", optional=True),
     "hold_edits": Artifact("walltopo.scans.old_edits:HoldEdits", ""),
     "route_edits": Artifact("walltopo.scans.old_edits:RouteEdits", ""),
