@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import socket
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -16,7 +17,7 @@ from gym.tests.worlds import PASSWORD, Server, make_world
 
 ROOT = Path(__file__).resolve().parents[3]
 WEB = ROOT / "gym" / "web"
-CHECKS = ("forms", "setting", "publishing", "progress", "climbing")
+CHECKS = ("forms", "setting", "publishing", "progress", "climbing", "account")
 NAMES = [
     name
     for check in CHECKS
@@ -41,14 +42,18 @@ def outcome(
     data = tmp_path_factory.mktemp("app")
     (data / "quick.toml").write_text(QUICK)
     world = make_world(Server(data), visibility="public")
-    scan = world.finished(tiny_scan)
+    scan, later = world.finished(tiny_scan), world.finished(tiny_scan)
     world.server.close()
+    # Browsers keep the cookie of a sign-in over HTTPS and on this name only; a passkey is for the
+    # server's own address.
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = str(free.getsockname()[1])
+    address = f"http://localhost:{port}"
     settings = {"scan_settings": str(data / "quick.toml"), "new_gyms": "anyone"}
-    process = Process(data, "serve", "--port", "0", **settings)
+    process = Process(data, "serve", "--port", port, address=address, **settings)
     SHOTS.mkdir(parents=True, exist_ok=True)
     places = {
-        # Browsers keep the cookie of a sign-in over HTTPS and on this name only.
-        "address": process.said.replace("127.0.0.1", "localhost"),
+        "address": address,
         "log": str(data / "serve.log"),
         "photos": str(tiny_photos),
         "shots": str(SHOTS),
@@ -56,6 +61,7 @@ def outcome(
         "gym": world.gym.slug,
         "wall": str(world.wall.id),
         "scan": str(scan),
+        "later": str(later),
     } | {role: who.email for role, who in world.people.items()}
     (data / "places.json").write_text(json.dumps(places))
     try:

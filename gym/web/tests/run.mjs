@@ -2,6 +2,7 @@
 
 import { readFileSync } from "node:fs";
 import { start } from "../../../viewer/tests/browser.mjs";
+import { account } from "./account.mjs";
 import { climbing } from "./climbing.mjs";
 import { forms } from "./forms.mjs";
 import { progress } from "./progress.mjs";
@@ -11,7 +12,7 @@ import { setting } from "./setting.mjs";
 const places = JSON.parse(readFileSync(process.argv[2], "utf8"));
 const only = process.argv[3] ?? "";
 const browser = await start();
-for (const [name, check] of Object.entries({ ...forms, ...setting, ...publishing, ...progress, ...climbing })) {
+for (const [name, check] of Object.entries({ ...forms, ...setting, ...publishing, ...progress, ...climbing, ...account })) {
   if (!name.includes(only)) continue;
   let problem = "";
   const began = Date.now();

@@ -1,7 +1,7 @@
 """How well do the movement model and the grade model do on problems of a standard board?
 
     python -m walltopo_lab.benchmarks.grades fit DATA CACHE OUT     the model that ships
-    python -m walltopo_lab.benchmarks.grades report DATA CACHE      on the part that measures
+    python -m walltopo_lab.benchmarks.grades report DATA CACHE [2016]   on the part that measures
     python -m walltopo_lab.benchmarks.grades carried DATA CACHE     from one set-up to the other
     python -m walltopo_lab.benchmarks.grades gym DATA CACHE         one set-up as a gym that tells
                                                                     some of its grades
@@ -26,6 +26,7 @@ from walltopo.grades.calibrate import Known, calibrate
 from walltopo.grades.features import FEATURES
 from walltopo.grades.font import FONT, V_OF
 from walltopo.grades.model import Errors, range_of
+from walltopo_lab.train.grades.board import SETUPS
 from walltopo_lab.train.grades.cached import boards
 from walltopo_lab.train.grades.fit import Board, Floats, regressor
 from walltopo_lab.train.grades.ordinal import fit_ordered
@@ -231,11 +232,16 @@ REPORTS: dict[str, Callable[[dict[str, Board]], list[str]]] = {
 
 
 def main(arguments: list[str]) -> int:
-    if len(arguments) < 3 or arguments[0] not in {"fit", *REPORTS}:
+    if (
+        len(arguments) < 3
+        or (set(arguments[3:]) - {*SETUPS} and arguments[0] != "fit")
+        or arguments[0] not in {"fit", *REPORTS}
+    ):
         print(__doc__)
         return 2
     what, data, cache, *rest = arguments
-    found = boards(Path(data), Path(cache), os.cpu_count() or 1)
+    setups = rest if rest and what != "fit" else SETUPS
+    found = boards(Path(data), Path(cache), os.cpu_count() or 1, setups)
     if what == "fit":
         write_model(fit_on(list(found.values())), list(found.values()), Path(rest[0]))
         return 0

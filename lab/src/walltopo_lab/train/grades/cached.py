@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,21 +12,20 @@ from walltopo_lab.train.grades.board import SETUPS, read_problems
 from walltopo_lab.train.grades.fit import Board, board_of
 from walltopo_lab.train.grades.split import groups_of, parts_of
 
-__all__ = ["MOST", "SHARES", "boards"]
+__all__ = ["SHARES", "boards"]
 
 SHARES = (0.60, 0.15, 0.25)  # learnt from; say how wide ranges are; measure
 _SEED = 21
-MOST = 6000  # problems of a set-up, at random: twice as many take twice as long
 _ARRAYS = ("grade", "stars", "groups", "part", "plain", "known", "quality", "seconds")
 
 
-def boards(data: Path, cache: Path, workers: int) -> dict[str, Board]:
+def boards(
+    data: Path, cache: Path, workers: int, setups: Sequence[str] = SETUPS
+) -> dict[str, Board]:
     """The set-ups of `board-grades`, from `cache` where they are there."""
     found = {}
-    for setup in SETUPS:
-        everything = read_problems(data / "board-grades" / f"moonboard-{setup}.json")
-        order = np.random.default_rng(0).permutation(len(everything))[:MOST]
-        problems = tuple(everything[k] for k in order)
+    for setup in setups:
+        problems = read_problems(data / "board-grades" / f"moonboard-{setup}.json")
         path = cache / f"{setup}.npz"
         if path.is_file():
             with np.load(path) as arrays:

@@ -1,0 +1,155 @@
+// One's account: ways in, what others see, and what is left of it; a wall through time; a gym gone private.
+
+import assert from "node:assert/strict";
+import { grave, signIn, visit, wallDrawn } from "./place.mjs";
+
+/** A call of the API as whoever is signed in there. */
+function ask(page, method, path, body) {
+  return page.evaluate(async ([how, where, what]) => {
+    const answer = await fetch(`/api/v1${where}`, { method: how, headers: { "content-type": "application/json" }, body: what && JSON.stringify(what) });
+    return { status: answer.status, told: await answer.json().catch(() => null) };
+  }, [method, path, body]);
+}
+
+export const account = {
+  async "a passkey is made, signs in, and goes"(browser, places) {
+    const member = await visit(browser, places);
+    const { page, context } = member;
+    const device = await context.newCDPSession(page);
+    await device.send("WebAuthn.enable");
+    const options = { protocol: "ctap2", transport: "internal", hasResidentKey: true, hasUserVerification: true, isUserVerified: true };
+    await device.send("WebAuthn.addVirtualAuthenticator", { options });
+    await signIn(member, places, places.member);
+    await member.go("/me/security");
+    await page.getByLabel("Name of this device").fill("Phone");
+    await page.getByRole("button", { name: "Add a passkey" }).click();
+    await page.getByText("not used yet").waitFor();
+    await member.go("/me");
+    await page.getByRole("button", { name: "Sign out" }).click();
+    await page.getByRole("link", { name: "Sign in" }).first().click();
+    await page.getByRole("button", { name: "Sign in with a passkey" }).click();
+    await page.getByRole("heading", { name: "My gyms" }).waitFor();
+    await member.go("/me/security");
+    await page.getByText(/last used/).waitFor();
+    await page.getByRole("button", { name: "Remove" }).first().click();
+    await page.getByRole("dialog").getByRole("button", { name: "Remove" }).click();
+    await page.getByText(/last used/).waitFor({ state: "detached" });
+    // A program's token: its secret is there once.
+    await page.getByText("Make a token").first().click();
+    await page.getByLabel("What for").fill("Screen in the hall");
+    await page.getByRole("button", { name: "Make a token" }).click();
+    assert.match(await page.getByLabel("Secret of the token").inputValue(), /^wtg_/);
+    assert.deepEqual(await grave(page), []);
+    await member.shot("security");
+    await page.reload();
+    await page.getByText("Screen in the hall").first().waitFor();
+    assert.equal(await page.getByLabel("Secret of the token").count(), 0);
+    await member.close();
+  },
+
+  async "another device signs in by a code that both show"(browser, places) {
+    const [laptop, phone] = [await visit(browser, places, { phone: false }), await visit(browser, places)];
+    await signIn(laptop, places, places.member);
+    await laptop.go("/me/security");
+    const made = laptop.page.waitForResponse((answer) => answer.url().endsWith("/me/handovers"));
+    await laptop.page.getByRole("button", { name: "Show the code" }).click();
+    const { link } = await (await made).json();
+    await laptop.page.getByRole("img", { name: "QR code" }).waitFor();
+    await phone.page.goto(places.address + new URL(link).pathname + new URL(link).hash);
+    await phone.page.getByRole("button", { name: "Go on" }).click();
+    const code = await phone.page.locator(".code").textContent();
+    assert.equal(await laptop.page.locator(".code").textContent(), code);
+    assert.deepEqual(await grave(laptop.page), []);
+    assert.deepEqual(await grave(phone.page), []);
+    await laptop.shot("device");
+    await laptop.page.getByRole("button", { name: "Yes, let it in" }).click();
+    await phone.page.getByRole("heading", { name: "My gyms" }).waitFor();
+    await laptop.close();
+    await phone.close();
+  },
+
+  async "others see of one what one says, and no more"(browser, places) {
+    const [member, judge] = [await visit(browser, places), await visit(browser, places)];
+    await signIn(member, places, places.member);
+    await signIn(judge, places, places.judge);
+    const { told } = await ask(member.page, "GET", "/me");
+    const look = async () => {
+      await judge.go(`/people/${told.id}`);
+      await judge.page.getByRole("heading", { name: "Pinned" }).waitFor();
+      return judge.page.getByText("Not shown to you.").count();
+    };
+    assert.equal(await look(), 2);
+    await member.go("/me/profile");
+    await member.page.getByLabel("What I climb").selectOption({ label: "Members of my gyms" });
+    await member.page.getByLabel(/Reach/).fill("181");
+    await member.page.getByRole("button", { name: "Save" }).click();
+    await member.page.getByText("Saved.").waitFor();
+    assert.equal(await look(), 1);
+    assert.equal(await judge.page.getByText("181").count(), 0);
+    assert.deepEqual(await grave(judge.page), []);
+    await judge.close();
+    await member.close();
+  },
+
+  async "a wall through time, by keyboard"(browser, places) {
+    const setter = await visit(browser, places, { phone: false });
+    await signIn(setter, places, places.setter);
+    const { page } = setter;
+    const wall = `/gyms/${places.gym}/walls/${places.wall}`;
+    const { told } = await ask(page, "GET", wall);
+    const body = { revision: told.revision, routes: [{ number: 1, name: "Newcomer" }] };
+    assert.equal((await ask(page, "POST", `/gyms/${places.gym}/scans/${places.later}/publish`, body)).status, 200);
+    await setter.go(`/g/${places.gym}/w/${places.wall}/past`);
+    await page.getByText("Newcomer").waitFor();
+    await wallDrawn(page);
+    await page.getByRole("slider").focus();
+    await page.keyboard.press("ArrowLeft");
+    await page.getByText("Moon 1").waitFor();
+    assert.match(page.url(), new RegExp(`/past/${places.scan}$`));
+    await wallDrawn(page);
+    assert.deepEqual(await grave(page), []);
+    await setter.shot("past");
+    await setter.close();
+  },
+
+  async "a gym gone private while it is open says so"(browser, places) {
+    const [guest, owner] = [await visit(browser, places), await visit(browser, places)];
+    await guest.go(`/g/${places.gym}`);
+    await guest.page.getByRole("link", { name: "Cave" }).first().waitFor();
+    await signIn(owner, places, places.owner);
+    const put = (visibility) => ask(owner.page, "PATCH", `/gyms/${places.gym}`, { visibility });
+    assert.equal((await put("private")).status, 200);
+    await guest.page.getByRole("link", { name: "Cave" }).first().click();
+    await guest.page.getByText("no such gym").first().waitFor();
+    await guest.page.getByRole("main").getByRole("link", { name: "Sign in" }).first().waitFor();
+    assert.equal((await put("public")).status, 200);
+    guest.log.length = 0; // the answers 404, which it is about
+    await guest.close();
+    await owner.close();
+  },
+
+  async "who is excluded is told so, takes their data, and goes"(browser, places) {
+    const [judge, owner] = [await visit(browser, places), await visit(browser, places)];
+    await signIn(judge, places, places.judge);
+    await signIn(owner, places, places.owner);
+    await owner.go(`/g/${places.gym}/settings/people`);
+    const line = owner.page.getByRole("listitem").filter({ hasText: "judge" }).first();
+    await line.getByRole("button", { name: "Exclude" }).click();
+    await owner.page.getByRole("dialog", { name: "Exclude" }).getByRole("button", { name: "Exclude" }).click();
+    await owner.page.getByRole("button", { name: "Let them join again" }).waitFor();
+    await judge.go(`/g/${places.gym}`);
+    await judge.page.getByRole("button", { name: "Join this gym" }).click();
+    await judge.page.getByText("this gym has excluded you").waitFor();
+    judge.log.length = 0; // the answer 403
+    await judge.go("/me/data");
+    const saved = judge.page.waitForEvent("download");
+    await judge.page.getByRole("link", { name: "Everything (JSON)" }).click();
+    assert.equal((await saved).suggestedFilename(), "walltopo.json");
+    await judge.page.getByLabel("Password").fill(places.password);
+    await judge.page.getByLabel("I have what I want to keep.").check();
+    await judge.page.getByRole("button", { name: "Delete for good" }).click();
+    await judge.page.getByRole("link", { name: "Sign in" }).first().waitFor();
+    await judge.close();
+    await owner.close();
+  },
+};
