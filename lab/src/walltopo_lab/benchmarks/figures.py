@@ -60,7 +60,7 @@ CONSTANTS: dict[str, tuple[str, ...]] = {
     "detect.md": ("350 ms", "10 %"),
     "evaluate.md": ("8 mm", "10 mm", "20 mm"),
     "gltf.md": ("1 %", "1 mm"),
-    "gym.md": ("30 s",),
+    "gym.md": ("30 s", "150 MB"),
     "lift.md": ("12 mm",),
     "measure.md": (
         *("420 mm", "297 mm", "210 mm", "4 mm", "150 mm", "115 mm", "80 mm"),  # the plates
