@@ -1,6 +1,7 @@
 // One's account: ways in, what others see, and what is left of it; a wall through time; a gym gone private.
 
 import assert from "node:assert/strict";
+import { createHmac } from "node:crypto";
 import { grave, signIn, visit, wallDrawn } from "./place.mjs";
 
 /** A call of the API as whoever is signed in there. */
@@ -11,7 +12,52 @@ function ask(page, method, path, body) {
   }, [method, path, body]);
 }
 
+/** What an authenticator app shows now (RFC 6238, six digits of half a minute). */
+function digits(secret) {
+  const bits = [...secret].map((letter) => "ABCDEFGHIJKLMNOPQRSTUVWXYZ234567".indexOf(letter).toString(2).padStart(5, "0")).join("");
+  const key = Buffer.from(bits.match(/.{8}/g).map((byte) => parseInt(byte, 2)));
+  const step = Buffer.alloc(8);
+  step.writeBigUInt64BE(BigInt(Math.floor(Date.now() / 30000)));
+  const hash = createHmac("sha1", key).update(step).digest();
+  const number = hash.readUInt32BE(hash[19] & 15) & 0x7fffffff;
+  return String(number % 1e6).padStart(6, "0");
+}
+
 export const account = {
+  async "a second factor is set up, asked for, and turned off"(browser, places) {
+    const member = await visit(browser, places);
+    const { page } = member;
+    await signIn(member, places, places.member);
+    await member.go("/me/security");
+    await page.getByRole("button", { name: "Set it up" }).click();
+    await page.getByRole("img", { name: "QR code for the authenticator app" }).waitFor();
+    const secret = await page.locator("code").first().textContent();
+    await page.getByLabel("Digits from the app").fill(digits(secret));
+    assert.deepEqual(await grave(page), []);
+    await member.shot("second-factor");
+    await page.getByRole("button", { name: "Confirm" }).click();
+    await page.getByText("Keep these recovery codes").waitFor();
+    const recovery = await page.locator("li code").first().textContent();
+    await member.go("/me");
+    await page.getByRole("button", { name: "Sign out", exact: true }).click();
+    await page.getByRole("link", { name: "Sign in" }).first().click();
+    await page.getByLabel("E-mail").fill(places.member);
+    await page.getByLabel("Password").fill(places.password);
+    await page.getByRole("button", { name: "Sign in", exact: true }).click();
+    await page.getByLabel(/or a recovery code/).fill(recovery);
+    assert.deepEqual(await grave(page), []);
+    member.log.length = 0; // the answer 401
+    await page.getByRole("button", { name: "Sign in", exact: true }).click();
+    await page.getByRole("heading", { name: "My gyms" }).waitFor();
+    await member.go("/me/security");
+    await page.getByText(/recovery codes are left/).waitFor();
+    await page.getByText("Turn it off").first().click();
+    await page.locator("details[open]").getByLabel("Password").fill(places.password);
+    await page.getByRole("button", { name: "Turn it off" }).click();
+    await page.getByRole("button", { name: "Set it up" }).waitFor();
+    await member.close();
+  },
+
   async "a passkey is made, signs in, and goes"(browser, places) {
     const member = await visit(browser, places);
     const { page, context } = member;
