@@ -10,6 +10,7 @@ import pytest
 from walltopo.cli import main
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.holds import HoldRow, Holds
+from walltopo.scans.manifest import Manifest
 from walltopo.scans.moves import Moves
 from walltopo.scans.routes import Route, Routes
 
@@ -44,6 +45,7 @@ def wall(tmp_path: Path) -> Path:
     folder = ScanFolder(tmp_path)
     Holds(metric=True, holds=rows).save(folder.holds)
     Routes(routes=routes).save(folder.routes)
+    Manifest.load(folder.manifest).save(folder.manifest)
     return tmp_path
 
 

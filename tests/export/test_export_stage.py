@@ -24,6 +24,7 @@ from walltopo.scans.attributes import Attributes, LeftOut
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.holds import Holds
 from walltopo.scans.instances import InstanceTable
+from walltopo.scans.moves import Moves, write_moves
 
 MakeScan = Callable[..., ScanFolder]
 
@@ -132,6 +133,15 @@ def test_what_is_missing_is_named_with_the_stage_that_makes_it(
         export_scan(scan)
     assert f"stage {ARTIFACTS[name].made_by} makes" in str(caught.value)
     assert not scan.glb.exists()
+
+
+def test_the_page_asks_for_moves_where_there_are_some(make_scan: MakeScan) -> None:
+    scan = make_scan(cells=24)
+    export_scan(scan)
+    assert "moves.json" not in scan.page.read_text()
+    write_moves(scan, Moves(routes=()))
+    export_scan(scan)
+    assert 'moves="moves.json"' in scan.page.read_text()
 
 
 def test_report_tells_what_went_wrong(make_scan: MakeScan) -> None:

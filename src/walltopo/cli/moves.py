@@ -81,6 +81,8 @@ def _moves(args: argparse.Namespace) -> int:
     from walltopo.core import SettingsError
     from walltopo.grades.model import shipped_model
     from walltopo.grades.of_scan import grade_routes, place_routes
+    from walltopo.pipeline.runner import refresh
+    from walltopo.pipeline.workplace import held
     from walltopo.scans.folder import ScanFolder
     from walltopo.scans.moves import GradeRow, Moves, RouteMoves, write_moves
     from walltopo.scans.route_name import route_name
@@ -100,7 +102,11 @@ def _moves(args: argparse.Namespace) -> int:
         grade = None if found is None else GradeRow(*_ends(found), found.coverage, found.graded)
         rows.append(RouteMoves(route.id, climbers, grade))
         console.print(f"{route_name(route)}: {_told(climbers)}", soft_wrap=True)
-    write_moves(ScanFolder(args.scan), Moves(unit=unit, routes=tuple(rows)))
+    folder = ScanFolder(args.scan)
+    with held(folder):
+        write_moves(folder, Moves(unit=unit, routes=tuple(rows)))
+        if folder.page.exists():
+            refresh(folder, ["export"])  # the page asks for moves where there are some
     return 0
 
 

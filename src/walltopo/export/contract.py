@@ -13,6 +13,7 @@ from walltopo.scans.instances import InstanceTable
 from walltopo.scans.made import Made
 from walltopo.scans.manifest import Metrics
 from walltopo.scans.model import SparseModel
+from walltopo.scans.moves import Moves
 from walltopo.scans.photo_list import PhotoList
 from walltopo.scans.photo_set import PhotoSet
 from walltopo.scans.relabelled import Relabelled
@@ -77,12 +78,13 @@ class WallReads:
 
 @dataclass(frozen=True)
 class Reads(WallReads):
-    """What the stage is given: the wall, and what the report tells besides."""
+    """What the stage is given: the wall, and what page and report tell besides."""
 
     attributes: Attributes
     photos: PhotoSet
     photo_list: PhotoList
     cutouts: Cutouts
+    moves: Moves | None
 
 
 @dataclass(frozen=True)

@@ -44,8 +44,15 @@ def export_wall(
     scratch: Path,
     progress: Progress,
     kept: Path | None = None,
+    *,
+    moves: bool = False,
 ) -> Exported:
-    """`wall.glb` and the page with its tiers, made in `scratch`; `kept`: see `TierBuilder`."""
+    """`wall.glb` and the page with its tiers, made in `scratch`.
+
+    Parameters
+    ----------
+    kept : see `TierBuilder`; moves : see `write_page`.
+    """
     metrics: Metrics = {}
     builder = TierBuilder(wall, settings, kept)
     if not available():
@@ -67,7 +74,7 @@ def export_wall(
     assets.mkdir()
     write_tier(assets, "detail", made("detail", "detail"))
     write_tier(assets, "first", made("first", "first"))
-    write_page(page, assets, wall.title)
+    write_page(page, assets, wall.title, moves)
     return Exported(
         Made(glb),
         Made(assets),
@@ -88,7 +95,8 @@ def run(reads: Reads, settings: ExportSettings, context: Context) -> Writes:
     """
     progress = context.progress
     wall = wall_of(reads, settings.title or context.title)
-    made = export_wall(wall, settings, context.scratch, progress, context.cache / TIERS)
+    kept, moves = context.cache / TIERS, reads.moves is not None
+    made = export_wall(wall, settings, context.scratch, progress, kept, moves=moves)
     progress.step("report", 1)
     report = context.scratch / "report.html"
     size = made.glb.path.stat().st_size

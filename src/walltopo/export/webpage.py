@@ -44,13 +44,14 @@ def write_tier(folder: Path, name: str, data: bytes) -> None:
     (folder / f"{name}.js").write_text(script, encoding="ascii")
 
 
-def write_page(index: Path, folder: Path, title: str) -> None:
+def write_page(index: Path, folder: Path, title: str, moves: bool = False) -> None:
     """Write the page and copy the viewer beside the tiers.
 
     Parameters
     ----------
     index : where the HTML file goes.
     folder : the folder of the tiers, a sibling of `index`.
+    moves : whether `moves.json` lies beside the page.
     """
     script = viewer_script()
     shutil.copyfile(script, folder / "viewer.js")
@@ -65,6 +66,7 @@ def write_page(index: Path, folder: Path, title: str) -> None:
         first=first,
         detail=detail,
         viewer=viewer,
+        moves=moves,
     )
     index.write_text(text, encoding="utf-8")
 
@@ -84,6 +86,7 @@ def write_single_page(path: Path, title: str, first: bytes, detail: bytes) -> No
         first=_data_url(first),
         detail=_data_url(detail),
         viewer="",
+        moves=False,
         code=_inlined(viewer_script().read_text(encoding="utf-8")),
     )
     path.write_text(text, encoding="utf-8")

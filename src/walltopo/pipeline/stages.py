@@ -87,7 +87,7 @@ STAGES = (
     Stage("classify", "walltopo.holds", version=9),
     Stage("routes", "walltopo.routes", version=6),
     Stage("edit", "walltopo.edit", version=2),
-    Stage("export", "walltopo.export", version=6),
+    Stage("export", "walltopo.export", version=7),
 )
 
 
