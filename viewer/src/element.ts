@@ -325,7 +325,7 @@ export class WallTopo extends HTMLElement {
   }
 
   /** A figure that climbs the chosen route; gives its player, or null where no moves are known. */
-  showMoves(): Player | null {
+  private showMoves(): Player | null {
     this.stopMoves();
     const one = this.moves?.routes.get(this.route ?? -1);
     if (!this.stage || !this.moves || !one?.climbers.some(({ moves }) => moves.length > 0)) return null;

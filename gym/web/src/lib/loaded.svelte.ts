@@ -6,6 +6,9 @@ import { KEPT, keeps, returned } from "../offline/reception.svelte";
 /** How something is asked for: of the server, or of what is kept here. */
 export type How = typeof KEPT | Record<string, never>;
 
+/** It is no more, or not for whoever asks: nor is what was here of it. */
+const GONE: readonly number[] = [401, 403, 404];
+
 export class Loaded<T> {
   data = $state.raw<T>();
   problem = $state.raw<Problem | null>(null);
@@ -26,6 +29,10 @@ export class Loaded<T> {
     } catch (error) {
       if (turn !== this.turn) return;
       const problem = Problem.of(error);
+      if (GONE.includes(problem.status)) {
+        this.answered = turn;
+        this.data = undefined;
+      }
       // Of being without reception the app tells once, for all of the page.
       this.problem = problem.status === 0 && this.data !== undefined ? null : problem;
     }

@@ -1,6 +1,7 @@
 /** Sees to it that a gym opens without reception: what its pages ask for is asked for once, so that the service worker has it. */
 
 import { answer, api, PREFIX } from "../api/client";
+import { me } from "../session.svelte";
 import { keeps } from "./reception.svelte";
 
 const kept = new Set<string>();
@@ -23,7 +24,7 @@ async function fetchAll(gym: string, isMember: boolean): Promise<void> {
   const params = { path: { gym } };
   const walls = await answer(api.GET("/api/v1/gyms/{gym}/walls", { params }));
   const lists = ["", "/routes", "/tallies", "/grade-systems", ...(isMember ? ["/logbook"] : [])];
-  const asked = [`${PREFIX}/me`, ...lists.map((list) => `${PREFIX}/gyms/${gym}${list}`)];
+  const asked = [...(me() ? [`${PREFIX}/me`] : []), ...lists.map((list) => `${PREFIX}/gyms/${gym}${list}`)];
   for (const wall of walls) {
     const base = `${PREFIX}/gyms/${gym}/walls/${wall.id}`;
     asked.push(base, `${base}/tallies`);

@@ -132,10 +132,10 @@ def sheet(cases: Sequence[Case]) -> Image.Image:
 def _around(case: Case) -> Image.Image:
     half = 1.2 * max(*(case.box[2:] - case.box[:2]), 40)
     corner = (case.box[:2] + case.box[2:]) / 2 - half
-    with Image.open(case.photo) as photo:
-        x, y = corner.astype(int).tolist()
-        size = int(2 * half)
-        part = photo.convert("RGB").crop((x, y, x + size, y + size)).resize((SIDE, SIDE))
+    x, y = corner.astype(int).tolist()
+    size = int(2 * half)
+    photo = Image.fromarray(read_rgb(case.photo))
+    part = photo.crop((x, y, x + size, y + size)).resize((SIDE, SIDE))
     drawn = (case.box - np.tile(corner, 2)) * (SIDE / (2 * half))
     ImageDraw.Draw(part).rectangle(drawn.tolist(), outline=(255, 0, 255), width=2)
     return part

@@ -17,6 +17,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from walltopo.core import Camera, InputError, View
+from walltopo.imaging.photo_file import read_rgb
 from walltopo.meshes.ply import read_mesh
 from walltopo.raycast import render_ids
 from walltopo.scans.detections import Detections
@@ -76,8 +77,7 @@ def _photos(scan: ScanFolder) -> Iterator[Picture]:
     width, height = SIZE[0] // columns, SIZE[1] // -(-len(files) // columns)
     sheet = Image.new("RGB", SIZE, GROUND)
     for number, file in enumerate(files):
-        with Image.open(file) as photo:
-            small = photo.convert("RGB").resize((width - 6, height - 6))
+        small = Image.fromarray(read_rgb(file)).resize((width - 6, height - 6))
         sheet.paste(small, (number % columns * width + 3, number // columns * height + 3))
         if number % 2:
             yield sheet.copy()
@@ -129,8 +129,7 @@ def _masks(scan: ScanFolder) -> Iterator[Picture]:
     """The photo with the most masks; they come one after the other."""
     found = Detections.load(scan.detections)
     name = max(found.masks, key=lambda photo: len(found.masks[photo]))
-    with Image.open(scan.photos / name) as opened:
-        photo = np.asarray(opened.convert("RGB"), np.float64)
+    photo = read_rgb(scan.photos / name).astype(np.float64)
     rng = np.random.default_rng(3)
     masks = sorted(found.masks[name], key=lambda mask: (mask.y, mask.x))
     for part in np.array_split(np.arange(len(masks)), 12):
@@ -147,8 +146,7 @@ def _masks(scan: ScanFolder) -> Iterator[Picture]:
 
 def _shown(file: Path) -> Iterator[Picture]:
     """A picture for a second and a half."""
-    with Image.open(file) as picture:
-        yield from [_fitted(picture.convert("RGB"))] * (RATE * 3 // 2)
+    yield from [_fitted(Image.fromarray(read_rgb(file)))] * (RATE * 3 // 2)
 
 
 def _fitted(picture: Picture) -> Picture:

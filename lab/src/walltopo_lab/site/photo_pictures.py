@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import InputError
+from walltopo.imaging.photo_file import read_rgb
 from walltopo.imaging.srgb import linear_from_srgb8, srgb8_from_linear
 
 __all__ = ["draw"]
@@ -54,10 +54,7 @@ def _read(path: Path, width: int = WIDTH) -> Photo:
 
 
 def _whole(path: Path) -> Photo:
-    photo = cv2.imread(str(path))
-    if photo is None:
-        raise InputError(f"{path}: no photo", "Give the folder examples/demo-photos.")
-    return np.asarray(photo, np.uint8)
+    return np.asarray(cv2.cvtColor(read_rgb(path), cv2.COLOR_RGB2BGR), np.uint8)
 
 
 def _sized(photo: Photo, width: int) -> Photo:
