@@ -1,6 +1,6 @@
 """How well do the movement model and the grade model do on problems of a standard board?
 
-    python -m walltopo_lab.benchmarks.grades fit DATA CACHE OUT     the model that ships
+    python -m walltopo_lab.benchmarks.grades fit DATA CACHE OUT [2016]   the model that ships
     python -m walltopo_lab.benchmarks.grades report DATA CACHE [2016]   on the part that measures
     python -m walltopo_lab.benchmarks.grades carried DATA CACHE     from one set-up to the other
     python -m walltopo_lab.benchmarks.grades gym DATA CACHE         one set-up as a gym that tells
@@ -232,18 +232,19 @@ REPORTS: dict[str, Callable[[dict[str, Board]], list[str]]] = {
 
 
 def main(arguments: list[str]) -> int:
+    fits = arguments[:1] == ["fit"]
+    before, setups = arguments[: 4 if fits else 3], arguments[4 if fits else 3 :] or list(SETUPS)
     if (
-        len(arguments) < 3
-        or (set(arguments[3:]) - {*SETUPS} and arguments[0] != "fit")
-        or arguments[0] not in {"fit", *REPORTS}
+        len(before) < (4 if fits else 3)
+        or set(setups) - {*SETUPS}
+        or before[0] not in {"fit", *REPORTS}
     ):
         print(__doc__)
         return 2
-    what, data, cache, *rest = arguments
-    setups = rest if rest and what != "fit" else SETUPS
+    what, data, cache = before[:3]
     found = boards(Path(data), Path(cache), os.cpu_count() or 1, setups)
-    if what == "fit":
-        write_model(fit_on(list(found.values())), list(found.values()), Path(rest[0]))
+    if fits:
+        write_model(fit_on(list(found.values())), list(found.values()), Path(before[3]))
         return 0
     print("\n".join(REPORTS[what](found)))
     return 0
