@@ -17,7 +17,7 @@ import os
 import tempfile
 import time
 from collections import Counter, defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Coroutine, Iterator, Sequence
 from datetime import timedelta
 from pathlib import Path
 from typing import Any
@@ -25,6 +25,7 @@ from uuid import UUID
 
 import httpx
 import numpy as np
+from gym.benchmarks.pacing import paced
 from gym.tests.running import Process
 from gym.tests.worlds import Server, make_world
 from sqlalchemy import insert, text
@@ -145,16 +146,13 @@ async def ask(
             statuses[answer.status_code] += 1
             times[kind].append(1000 * (time.perf_counter() - due))
 
-        begun = time.perf_counter()
-        asked: list[asyncio.Task[None]] = []
-        for number in range(int(rate * seconds)):
-            due = begun + number / rate
-            await asyncio.sleep(max(0.0, due - time.perf_counter()))
+        def drawn(number: int, due: float) -> Coroutine[None, None, None]:
             kind = list(KINDS)[number % len(KINDS)]
             cookie = cookies[int(rng.integers(len(cookies)))]
             route = routes[int(rng.integers(len(routes)))]
-            asked.append(asyncio.create_task(one(due, kind, cookie, route, _key(rng))))
-        await asyncio.gather(*asked)
+            return one(due, kind, cookie, route, _key(rng))
+
+        await paced(rate, seconds, drawn)
     return times, statuses
 
 

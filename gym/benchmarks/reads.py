@@ -15,7 +15,7 @@ import os
 import tempfile
 import time
 from collections import Counter, defaultdict
-from collections.abc import Sequence
+from collections.abc import Coroutine, Sequence
 from datetime import timedelta
 from pathlib import Path
 from typing import Any
@@ -23,6 +23,7 @@ from uuid import UUID
 
 import httpx
 import numpy as np
+from gym.benchmarks.pacing import paced
 from gym.tests.running import Process
 from gym.tests.worlds import Server, World, hold, make_world
 from sqlalchemy import insert, select, text
@@ -120,16 +121,13 @@ async def ask(
                 statuses[0] += 1
             times[kind].append(1000 * (time.perf_counter() - due))
 
-        begun = time.perf_counter()
-        asked: list[asyncio.Task[None]] = []
-        for number in range(int(rate * seconds)):
-            due = begun + number / rate
-            await asyncio.sleep(max(0.0, due - time.perf_counter()))
+        def drawn(_: int, due: float) -> Coroutine[None, None, None]:
             kind = str(rng.choice(list(SHARES), p=list(SHARES.values())))
             wall = walls[int(rng.integers(len(walls)))]
             cookie = cookies[int(rng.integers(len(cookies)))]
-            asked.append(asyncio.create_task(one(due, kind, wall, cookie)))
-        await asyncio.gather(*asked)
+            return one(due, kind, wall, cookie)
+
+        await paced(rate, seconds, drawn)
     return times, statuses
 
 
