@@ -111,8 +111,8 @@ class Sheet:
         out = BytesIO()
         document = SimpleDocTemplate(
             out, pagesize=self._size, leftMargin=_MARGIN - 6, rightMargin=_MARGIN - 6,
-            topMargin=_MARGIN, bottomMargin=_MARGIN + 8, invariant=1, title=self._letters.text(self._title),
-            creator="walltopo",
+            topMargin=_MARGIN, bottomMargin=_MARGIN + 8, invariant=1,
+            title=self._letters.text(self._title), creator="walltopo",
         )  # fmt: skip
         document.build(self._parts, canvasmaker=self._canvas)
         return out.getvalue()
