@@ -28,6 +28,7 @@ from walltopo_gym.gyms.members import add_member, invite
 from walltopo_gym.gyms.models import Ban, GradeSystem, Invitation
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.hall.codes import code_of
+from walltopo_gym.insights.models import Washing
 from walltopo_gym.scans.states import State
 
 ROLES = ("guest", "member", "judge", "setter", "owner")
@@ -280,6 +281,13 @@ def a_webhook(world: World) -> dict[str, Any]:
     return {"webhook": made.json()["id"]}
 
 
+def a_washing(world: World) -> dict[str, Any]:
+    with world.server.database.writing() as session:
+        row = Washing(wall_id=world.wall.id)
+        session.add(row)
+    return {"washing": row.id} | wall(world)
+
+
 PLAN = {"revision": 0, "routes": [{"number": 1}], "at": "2199-01-01T06:00:00Z"}
 
 
@@ -457,6 +465,17 @@ CASES = {
     "read_progress": Case("member", Scope.READ),
     "read_progress_table": Case("member", Scope.READ, lambda w: {"part": "weeks"}),
     "read_board": Case("member", Scope.READ),
+    "read_insights": Case("setter", Scope.READ),
+    "read_style_insights": Case("setter", Scope.READ),
+    "read_hold_insights": Case("setter", Scope.READ),
+    "read_insights_table": Case("setter", Scope.READ, lambda w: {"part": "wear"}),
+    "list_resets": Case("setter", Scope.READ, wall),
+    "put_wish": Case("setter", Scope.MANAGE, body=lambda w: {
+        "cells": [{"steepness": "slab", "routes": 3}]}),
+    "put_stock": Case("setter", Scope.MANAGE, body=lambda w: {
+        "rows": [{"colour": "red", "total": 40}], "wash_after": 100}),
+    "wash_wall": Case("setter", Scope.MANAGE, wall),
+    "drop_washing": Case("setter", Scope.MANAGE, a_washing),
     "list_follows": Case("signed-in"),
     "follow_person": Case("signed-in", values=a_member_for_all),
     "unfollow_person": Case("signed-in", values=a_member_for_all),
@@ -642,8 +661,8 @@ BELOW_A_GYM = [
     for name, case in CASES.items()
     if case.who in ROLES
     and case.values not in (no_values, a_floor_plan)
-    # The one names a route in its body (test_gym_ascents.py), the other nothing of a gym.
-    and name not in ("put_ascent", "read_progress_table")
+    # The one names a route in its body (test_gym_ascents.py), the others nothing of a gym.
+    and name not in ("put_ascent", "read_progress_table", "read_insights_table")
 ]
 
 

@@ -2217,6 +2217,186 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/gyms/{gym}/insights": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Insights
+         * @description Grades against the gym's wish, routes, setters, and what to strip next.
+         */
+        get: operations["read_insights"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/insights/styles": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Style Insights
+         * @description Which styles are climbed and liked, by groups of at least five climbers.
+         */
+        get: operations["read_style_insights"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/insights/holds": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Hold Insights
+         * @description Which holds hang where, which are free, which are due for washing.
+         */
+        get: operations["read_hold_insights"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/walls/{wall}/resets": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Resets
+         * @description What each reset of a wall changed, the last one first.
+         */
+        get: operations["list_resets"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/insights/{part}.csv": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Insights Table
+         * @description A part of it as a table.
+         */
+        get: operations["read_insights_table"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/insights/wish": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Put Wish
+         * @description Say which grades the gym would like to have on its walls.
+         */
+        put: operations["put_wish"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/insights/stock": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Put Stock
+         * @description Say which holds the gym has, and when they are due for washing.
+         */
+        put: operations["put_stock"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/walls/{wall}/washings": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Wash Wall
+         * @description The holds of a wall were washed now.
+         */
+        post: operations["wash_wall"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/walls/{wall}/washings/{washing}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Drop Washing
+         * @description They were not.
+         */
+        delete: operations["drop_washing"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/server": {
         parameters: {
             query?: never;
@@ -2395,6 +2575,20 @@ export interface components {
          * @enum {string}
          */
         Category: "" | "women" | "men" | "other";
+        /**
+         * CellFacts
+         * @description Of one style and group; null: not told.
+         */
+        CellFacts: {
+            /** Tried */
+            tried: number | null;
+            /** Topped */
+            topped: number | null;
+            /** Votes */
+            votes: number | null;
+            /** Stars */
+            stars: number | null;
+        };
         /**
          * CircuitFacts
          * @description A circuit that has a board of its own.
@@ -2705,6 +2899,18 @@ export interface components {
             grades: components["schemas"]["Grade"][];
         };
         /**
+         * GroupFacts
+         * @description Climbers of the bands or categories `parts`, put together where they were few.
+         */
+        GroupFacts: {
+            /** Key */
+            key: string;
+            /** Parts */
+            parts: string[];
+            /** Size */
+            size: number;
+        };
+        /**
          * GymChange
          * @description What shall be otherwise; what is left out stays.
          */
@@ -2800,6 +3006,62 @@ export interface components {
             done: number;
             /** Of */
             of: number;
+        };
+        /**
+         * HoldFacts
+         * @description Holds of one colour, type and size (s, m, l, xl) that hang on a wall.
+         */
+        HoldFacts: {
+            /**
+             * Wall Id
+             * Format: uuid
+             */
+            wall_id: string;
+            /** Colour */
+            colour: string;
+            /** Type */
+            type: string;
+            /** Size */
+            size: string;
+            /** Holds */
+            holds: number;
+        };
+        /**
+         * HoldInsights
+         * @description Of all walls.
+         */
+        HoldInsights: {
+            /** Wash After */
+            wash_after: number;
+            /** Holds */
+            holds: components["schemas"]["HoldFacts"][];
+            /** Stock */
+            stock: components["schemas"]["StockFacts"][];
+            /** Wear */
+            wear: components["schemas"]["WearFacts"][];
+        };
+        /**
+         * Insights
+         * @description What hangs; `today` is the gym's day, `enough` how many people a group has at least.
+         */
+        Insights: {
+            /**
+             * Today
+             * Format: date
+             */
+            today: string;
+            /** Enough */
+            enough: number;
+            /** Wash After */
+            wash_after: number;
+            /** Wishes */
+            wishes: components["schemas"]["WishFacts"][];
+            /** Routes */
+            routes: components["schemas"]["RouteInsight"][];
+            /** Setters */
+            setters: components["schemas"]["SetterInsight"][];
+            /** Strip */
+            strip: components["schemas"]["StripFacts"][];
         };
         /**
          * InvitationFacts
@@ -3668,6 +3930,27 @@ export interface components {
             created_at: string;
         };
         /**
+         * ResetFacts
+         * @description What a reset changed; ascents are those of `weeks` before and after it.
+         */
+        ResetFacts: {
+            /**
+             * Wall Id
+             * Format: uuid
+             */
+            wall_id: string;
+            /** Weeks */
+            weeks: number;
+            /** Stayed */
+            stayed: number;
+            /** Came */
+            came: number;
+            /** Went */
+            went: number;
+            before: components["schemas"]["SideFacts"];
+            after: components["schemas"]["SideFacts"];
+        };
+        /**
          * Role
          * @description In rising order; `GUEST` is whoever does not belong to the gym.
          * @enum {string}
@@ -3757,6 +4040,70 @@ export interface components {
             hold_types?: {
                 [key: string]: number;
             };
+        };
+        /**
+         * RouteInsight
+         * @description A route that hangs. What would tell of fewer than five people is null. Stars, flash rate and
+         *     `off` (how many steps harder than its grade climbers find it) are shrunk.
+         */
+        RouteInsight: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Wall Id
+             * Format: uuid
+             */
+            wall_id: string;
+            /** Number */
+            number: number;
+            /** Name */
+            name: string;
+            /** Colour */
+            colour: string;
+            /** System */
+            system: string | null;
+            /** Grade */
+            grade: string;
+            /** Setter */
+            setter: string;
+            /** Steepness */
+            steepness: string;
+            /**
+             * Set On
+             * Format: date
+             */
+            set_on: string;
+            /** Strip On */
+            strip_on: string | null;
+            /** Age */
+            age: number;
+            /** Ascents */
+            ascents: number;
+            /** Climbers */
+            climbers: number;
+            /** Recent */
+            recent: number | null;
+            /** Flash Rate */
+            flash_rate: number | null;
+            /** Stars */
+            stars: number | null;
+            /** Votes */
+            votes: number;
+            /** Crowd */
+            crowd: string;
+            /** Grade Votes */
+            grade_votes: number;
+            /** Off */
+            off: number | null;
+            /** Keep */
+            keep: number;
+            /** Renew */
+            renew: number;
+            /** Due */
+            due: boolean;
         };
         /**
          * RouteWords
@@ -3974,6 +4321,64 @@ export interface components {
             done: components["schemas"]["AscentFacts"][];
         };
         /**
+         * SetterInsight
+         * @description A setter, over all of their routes; as of a route, else.
+         */
+        SetterInsight: {
+            /** Setter */
+            setter: string;
+            /** Hanging */
+            hanging: number;
+            /** Routes */
+            routes: number;
+            /** Ascents */
+            ascents: number | null;
+            /** Climbers */
+            climbers: number | null;
+            /** Flash Rate */
+            flash_rate: number | null;
+            /** Stars */
+            stars: number | null;
+            /** Votes */
+            votes: number;
+            /** Off */
+            off: number | null;
+            /** Grade Votes */
+            grade_votes: number;
+            /** Keep */
+            keep: number;
+            /** Renew */
+            renew: number;
+        };
+        /**
+         * SideFacts
+         * @description A version of a wall, before or after a reset.
+         */
+        SideFacts: {
+            /**
+             * Scan Id
+             * Format: uuid
+             */
+            scan_id: string;
+            /**
+             * Published At
+             * Format: date-time
+             */
+            published_at: string;
+            /** Routes */
+            routes: number;
+            /** Grades */
+            grades: {
+                [key: string]: number;
+            };
+            /** Ascents */
+            ascents: number | null;
+            /** Stars */
+            stars: number | null;
+            /** Votes */
+            votes: number;
+        };
+        /**
          * SignUp
          * @description Who wants an account; `invitation` where the server wants one.
          */
@@ -4010,6 +4415,47 @@ export interface components {
          */
         State: "uploading" | "queued" | "running" | "review" | "published" | "superseded" | "failed" | "cancelled";
         /**
+         * StockBody
+         * @description All of it; `wash_after`: tries on a route after which its holds are due for washing.
+         */
+        StockBody: {
+            /** Rows */
+            rows: components["schemas"]["StockRow"][];
+            /** Wash After */
+            wash_after: number;
+        };
+        /**
+         * StockFacts
+         * @description Holds of one colour, and type (empty: of all): hanging, in all, free.
+         */
+        StockFacts: {
+            /** Colour */
+            colour: string;
+            /** Type */
+            type: string;
+            /** Hanging */
+            hanging: number;
+            /** Total */
+            total: number | null;
+            /** Free */
+            free: number | null;
+        };
+        /**
+         * StockRow
+         * @description How many holds of a colour, and type (empty: of all types), the gym has.
+         */
+        StockRow: {
+            /** Colour */
+            colour: string;
+            /**
+             * Type
+             * @default
+             */
+            type?: string;
+            /** Total */
+            total: number;
+        };
+        /**
          * Story
          * @description What is told of a route besides its own words; `versions` from the last to the first.
          */
@@ -4017,6 +4463,21 @@ export interface components {
             tally: components["schemas"]["TallyFacts"];
             /** Versions */
             versions: components["schemas"]["Past"][];
+        };
+        /**
+         * StripFacts
+         * @description A route to strip, and why; the first one first.
+         */
+        StripFacts: {
+            /**
+             * Route Id
+             * Format: uuid
+             */
+            route_id: string;
+            /** Reasons */
+            reasons: string[];
+            /** Against */
+            against: string[];
         };
         /**
          * StyleFacts
@@ -4031,6 +4492,50 @@ export interface components {
             topped: number;
             /** Flashed */
             flashed: number;
+        };
+        /**
+         * StyleInsight
+         * @description A style: a steepness, a hold that routes have most of, a colour, a length.
+         */
+        StyleInsight: {
+            /** Tried */
+            tried: number | null;
+            /** Topped */
+            topped: number | null;
+            /** Votes */
+            votes: number | null;
+            /** Stars */
+            stars: number | null;
+            /** Kind */
+            kind: string;
+            /** Value */
+            value: string;
+            /** Routes */
+            routes: number;
+            /** Cells */
+            cells: {
+                [key: string]: components["schemas"]["CellFacts"];
+            };
+        };
+        /**
+         * StyleInsights
+         * @description Of which days; no groups: there are not enough people to tell any apart.
+         */
+        StyleInsights: {
+            /**
+             * Since
+             * Format: date-time
+             */
+            since: string;
+            /**
+             * Until
+             * Format: date-time
+             */
+            until: string;
+            /** Groups */
+            groups: components["schemas"]["GroupFacts"][];
+            /** Lines */
+            lines: components["schemas"]["StyleInsight"][];
         };
         /**
          * TallyFacts
@@ -4188,6 +4693,27 @@ export interface components {
             walls: components["schemas"]["WallPlace"][];
         };
         /**
+         * WearFacts
+         * @description A wall's holds: last washed, tries since then, and how many routes are due.
+         */
+        WearFacts: {
+            /**
+             * Wall Id
+             * Format: uuid
+             */
+            wall_id: string;
+            /** Washed At */
+            washed_at: string | null;
+            /** Washing Id */
+            washing_id: string | null;
+            /** Tries */
+            tries: number | null;
+            /** Routes */
+            routes: number;
+            /** Due */
+            due: number;
+        };
+        /**
          * WebhookFacts
          * @description A webhook; `waiting`: messages that were not taken yet, `error`: why the last one was not;
          *     `told_at`: when one was taken last; `deliveries`: the first that wait.
@@ -4232,6 +4758,53 @@ export interface components {
             tops: number;
             /** Points */
             points: number;
+        };
+        /**
+         * Wish
+         * @description All of it; what was wished before is gone.
+         */
+        Wish: {
+            /** Cells */
+            cells: components["schemas"]["WishCell"][];
+        };
+        /**
+         * WishCell
+         * @description How many routes of a grade shall hang, on a kind of wall (empty: on any), or both.
+         */
+        WishCell: {
+            /** System */
+            system?: string | null;
+            /**
+             * Grade
+             * @default
+             */
+            grade?: string;
+            /**
+             * Steepness
+             * @default
+             * @enum {string}
+             */
+            steepness?: "" | "slab" | "vertical" | "slight" | "steep" | "roof";
+            /** Routes */
+            routes: number;
+        };
+        /**
+         * WishFacts
+         * @description Routes of a grade, on a kind of wall (empty: any): how many hang, how many are wished.
+         */
+        WishFacts: {
+            /** System */
+            system: string | null;
+            /** Grade */
+            grade: string;
+            /** Colour */
+            colour: string;
+            /** Steepness */
+            steepness: string;
+            /** Hanging */
+            hanging: number;
+            /** Wish */
+            wish: number | null;
         };
     };
     responses: never;
@@ -9932,6 +10505,384 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["FriendFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_insights: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Insights"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_style_insights: {
+        parameters: {
+            query?: {
+                by?: "bands" | "categories";
+            };
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StyleInsights"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_hold_insights: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HoldInsights"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    list_resets: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                wall: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ResetFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_insights_table: {
+        parameters: {
+            query?: {
+                /** @description of styles */
+                by?: "bands" | "categories";
+            };
+            header?: never;
+            path: {
+                part: "wishes" | "routes" | "setters" | "strip" | "styles" | "holds" | "stock" | "wear";
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/plain": string;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_wish: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Wish"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Insights"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_stock: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["StockBody"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HoldInsights"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    wash_wall: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                wall: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HoldInsights"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    drop_washing: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                wall: string;
+                washing: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HoldInsights"];
                 };
             };
             /** @description Why not, in words */
