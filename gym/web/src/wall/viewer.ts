@@ -6,6 +6,7 @@ export interface WallElement extends HTMLElement {
   showRoutes(ids: Iterable<number> | null): void;
   home(): void;
   climberView(): void;
+  swing(share: number): void;
 }
 
 let loaded: Promise<void> | undefined;
