@@ -22,14 +22,14 @@ const places = JSON.parse(readFileSync(process.argv[2], "utf8"));
 const tell = (name, value) => process.stdout.write(`${JSON.stringify({ name, value })}\n`);
 const wall = `/g/${places.gym}/w/${places.wall}`;
 
-/** In the page before its scripts: when a place was first seen, and when the last long task ended. */
+/** In the page before its scripts: when a place was there, when it was drawn, when the last long task ended. */
 function watch(selector) {
-  window.seen = 0;
+  window.there = window.seen = 0;
   window.busy = 0;
   const look = () => {
     if (!document.querySelector(selector)) return;
     changes.disconnect();
-    // Once the frame that has it is drawn.
+    window.there = performance.now();
     requestAnimationFrame(() => requestAnimationFrame(() => (window.seen = performance.now())));
   };
   const changes = new MutationObserver(look);
@@ -38,7 +38,7 @@ function watch(selector) {
   new PerformanceObserver(note).observe({ type: "longtask", buffered: true });
 }
 
-/** Opens a page as a slow phone does. Milliseconds until `selector` was seen, and until the page answered taps for good. */
+/** Opens a page as a slow phone does. Milliseconds until `selector` was there, was drawn, and until the page answered taps for good. */
 async function opened(context, path, selector) {
   const page = await context.newPage();
   const phone = await context.newCDPSession(page);
@@ -48,8 +48,8 @@ async function opened(context, path, selector) {
   await page.waitForFunction(() => window.seen, null, { timeout: PATIENCE_MS });
   // Long tasks come for a while after; quiet that lasts ends the wait.
   await page.waitForFunction((quiet) => performance.now() > Math.max(window.seen, window.busy) + quiet, QUIET_MS);
-  const [seen, busy] = await page.evaluate(() => [window.seen, window.busy]);
-  return { page, seen, interactive: Math.max(seen, busy) };
+  const [there, seen, busy] = await page.evaluate(() => [window.there, window.seen, window.busy]);
+  return { page, there, seen, interactive: Math.max(seen, busy) };
 }
 
 /** Until the service worker has what the gym's pages need, as `offline/keepGym.ts` asks for it. */
@@ -65,11 +65,13 @@ function phoneOf(browser) {
 async function timed(browser) {
   let context = await phoneOf(browser);
   const first = await opened(context, wall, WALL);
-  tell("wall, first visit", first.seen);
+  tell("wall, first visit", first.there);
+  tell("wall, first visit, drawn", first.seen);
   await kept(first.page);
   await first.page.close();
   const again = await opened(context, wall, WALL);
-  tell("wall, second visit", again.seen);
+  tell("wall, second visit", again.there);
+  tell("wall, second visit, drawn", again.seen);
   await context.close();
 
   context = await phoneOf(browser);
