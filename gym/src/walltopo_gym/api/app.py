@@ -17,8 +17,12 @@ from walltopo_gym.api import (
     follows,
     grades,
     gyms,
+    hall_paper,
+    hall_screen,
     handovers,
     health,
+    insight_aims,
+    insights,
     logbook,
     me,
     members,
@@ -59,7 +63,8 @@ PREFIX = "/api/v1"
 _ROOMS = (sign_up, sessions, me, passwords, second_factor, tokens, gyms, members, grades, walls,
           scans, uploads, floor_plan, publishing, plans, editing, routes, pictures, climbing,
           comments, logbook, tallies, profiles, passkeys, handovers, own_data, past, webhooks,
-          climbing_sessions, progress, boards, follows, about)  # fmt: skip
+          climbing_sessions, progress, boards, follows,
+          insights, insight_aims, hall_screen, hall_paper, about)  # fmt: skip
 
 
 def build_app(services: Services) -> FastAPI:

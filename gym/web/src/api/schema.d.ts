@@ -2217,6 +2217,374 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/gyms/{gym}/insights": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Insights
+         * @description Grades against the gym's wish, routes, setters, and what to strip next.
+         */
+        get: operations["read_insights"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/insights/styles": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Style Insights
+         * @description Which styles are climbed and liked, by groups of at least five climbers.
+         */
+        get: operations["read_style_insights"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/insights/holds": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Hold Insights
+         * @description Which holds hang where, which are free, which are due for washing.
+         */
+        get: operations["read_hold_insights"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/walls/{wall}/resets": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Resets
+         * @description What each reset of a wall changed, the last one first.
+         */
+        get: operations["list_resets"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/insights/{part}.csv": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Insights Table
+         * @description A part of it as a table.
+         */
+        get: operations["read_insights_table"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/insights/wish": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Put Wish
+         * @description Say which grades the gym would like to have on its walls.
+         */
+        put: operations["put_wish"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/insights/stock": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Put Stock
+         * @description Say which holds the gym has, and when they are due for washing.
+         */
+        put: operations["put_stock"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/walls/{wall}/washings": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Wash Wall
+         * @description The holds of a wall were washed now.
+         */
+        post: operations["wash_wall"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/walls/{wall}/washings/{washing}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Drop Washing
+         * @description They were not.
+         */
+        delete: operations["drop_washing"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/screen": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Screen
+         * @description What the screen in the hall shows now.
+         */
+        get: operations["read_screen"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/hall": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Hall
+         * @description What is chosen for the screen.
+         */
+        get: operations["read_hall"];
+        /**
+         * Put Hall
+         * @description Choose what the screen shows.
+         */
+        put: operations["put_hall"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/hall/key": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Make Hall Key
+         * @description A new link that opens the screen of a private gym; the one before opens it no more.
+         */
+        post: operations["make_hall_key"];
+        /**
+         * Drop Hall Key
+         * @description Take the link back; screens that were opened by it show nothing more.
+         */
+        delete: operations["drop_hall_key"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/screen/open": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Open Screen
+         * @description Let this browser, in which nobody is signed in, be the screen of a private gym.
+         */
+        post: operations["open_screen"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/poster.pdf": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Poster
+         * @description What is new, to hang up: wall by wall with its picture and a code that leads there.
+         */
+        get: operations["read_poster"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/cards.pdf": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Cards
+         * @description A card for each route, several on a sheet of A4, with lines to cut along.
+         */
+        get: operations["read_cards"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/calendar.ics": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Calendar
+         * @description What comes, to subscribe to: resets, routes that go, competitions.
+         */
+        get: operations["read_calendar"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/new-routes.atom": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read New Routes
+         * @description New routes, to subscribe to.
+         */
+        get: operations["read_new_routes"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/short/{code}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Short Link
+         * @description Where the short address of a route leads: a tag at the wall or a card's code.
+         */
+        get: operations["read_short_link"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/server": {
         parameters: {
             query?: never;
@@ -2395,6 +2763,20 @@ export interface components {
          * @enum {string}
          */
         Category: "" | "women" | "men" | "other";
+        /**
+         * CellFacts
+         * @description Of one style and group; null: not told.
+         */
+        CellFacts: {
+            /** Tried */
+            tried: number | null;
+            /** Topped */
+            topped: number | null;
+            /** Votes */
+            votes: number | null;
+            /** Stars */
+            stars: number | null;
+        };
         /**
          * CircuitFacts
          * @description A circuit that has a board of its own.
@@ -2705,6 +3087,18 @@ export interface components {
             grades: components["schemas"]["Grade"][];
         };
         /**
+         * GroupFacts
+         * @description Climbers of the bands or categories `parts`, put together where they were few.
+         */
+        GroupFacts: {
+            /** Key */
+            key: string;
+            /** Parts */
+            parts: string[];
+            /** Size */
+            size: number;
+        };
+        /**
          * GymChange
          * @description What shall be otherwise; what is left out stays.
          */
@@ -2774,6 +3168,50 @@ export interface components {
             name: string;
         };
         /**
+         * HallFacts
+         * @description The same; `key_made_at`: since when there is a link that opens a private gym's screen.
+         */
+        HallFacts: {
+            /** Parts */
+            parts: ("routes" | "wall" | "climbers" | "board" | "dates")[];
+            /** Seconds */
+            seconds: number;
+            /** Days */
+            days: number;
+            /** Board */
+            board: boolean;
+            /** Key Made At */
+            key_made_at: string | null;
+        };
+        /**
+         * HallKey
+         * @description A link to the screen, told this once.
+         */
+        HallKey: {
+            /** Link */
+            link: string;
+        };
+        /** HallSecret */
+        HallSecret: {
+            /** Secret */
+            secret: string;
+        };
+        /**
+         * HallWords
+         * @description What the screen shows: `parts` in their order, each for `seconds`. Routes are new for `days`.
+         *     `board`: who agreed to it is shown to everybody.
+         */
+        HallWords: {
+            /** Parts */
+            parts: ("routes" | "wall" | "climbers" | "board" | "dates")[];
+            /** Seconds */
+            seconds: number;
+            /** Days */
+            days: number;
+            /** Board */
+            board: boolean;
+        };
+        /**
          * HandoverFacts
          * @description How far an offer is; `code` and `browser` of who took it up, empty until somebody has.
          */
@@ -2800,6 +3238,62 @@ export interface components {
             done: number;
             /** Of */
             of: number;
+        };
+        /**
+         * HoldFacts
+         * @description Holds of one colour, type and size (s, m, l, xl) that hang on a wall.
+         */
+        HoldFacts: {
+            /**
+             * Wall Id
+             * Format: uuid
+             */
+            wall_id: string;
+            /** Colour */
+            colour: string;
+            /** Type */
+            type: string;
+            /** Size */
+            size: string;
+            /** Holds */
+            holds: number;
+        };
+        /**
+         * HoldInsights
+         * @description Of all walls.
+         */
+        HoldInsights: {
+            /** Wash After */
+            wash_after: number;
+            /** Holds */
+            holds: components["schemas"]["HoldFacts"][];
+            /** Stock */
+            stock: components["schemas"]["StockFacts"][];
+            /** Wear */
+            wear: components["schemas"]["WearFacts"][];
+        };
+        /**
+         * Insights
+         * @description What hangs; `today` is the gym's day, `enough` how many people a group has at least.
+         */
+        Insights: {
+            /**
+             * Today
+             * Format: date
+             */
+            today: string;
+            /** Enough */
+            enough: number;
+            /** Wash After */
+            wash_after: number;
+            /** Wishes */
+            wishes: components["schemas"]["WishFacts"][];
+            /** Routes */
+            routes: components["schemas"]["RouteInsight"][];
+            /** Setters */
+            setters: components["schemas"]["SetterInsight"][];
+            /** Strip */
+            strip: components["schemas"]["StripFacts"][];
         };
         /**
          * InvitationFacts
@@ -3517,7 +4011,8 @@ export interface components {
         };
         /**
          * ProfileWords
-         * @description What one lets others know; all of it, each time. `on_boards`: whether one is ranked at all.
+         * @description What one lets others know; all of it, each time. `on_boards`: whether one is ranked at all;
+         *     `on_screens`: whether everybody may see that, in the hall and on the gym's website.
          *
          *     Body data is shown to whom `show_body` names, and used for nothing else.
          */
@@ -3527,6 +4022,11 @@ export interface components {
              * @default false
              */
             on_boards?: boolean;
+            /**
+             * On Screens
+             * @default false
+             */
+            on_screens?: boolean;
             /** @default  */
             category?: components["schemas"]["Category"];
             /** Birth Year */
@@ -3668,6 +4168,27 @@ export interface components {
             created_at: string;
         };
         /**
+         * ResetFacts
+         * @description What a reset changed; ascents are those of `weeks` before and after it.
+         */
+        ResetFacts: {
+            /**
+             * Wall Id
+             * Format: uuid
+             */
+            wall_id: string;
+            /** Weeks */
+            weeks: number;
+            /** Stayed */
+            stayed: number;
+            /** Came */
+            came: number;
+            /** Went */
+            went: number;
+            before: components["schemas"]["SideFacts"];
+            after: components["schemas"]["SideFacts"];
+        };
+        /**
          * Role
          * @description In rising order; `GUEST` is whoever does not belong to the gym.
          * @enum {string}
@@ -3759,6 +4280,70 @@ export interface components {
             };
         };
         /**
+         * RouteInsight
+         * @description A route that hangs. What would tell of fewer than five people is null. Stars, flash rate and
+         *     `off` (how many steps harder than its grade climbers find it) are shrunk.
+         */
+        RouteInsight: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Wall Id
+             * Format: uuid
+             */
+            wall_id: string;
+            /** Number */
+            number: number;
+            /** Name */
+            name: string;
+            /** Colour */
+            colour: string;
+            /** System */
+            system: string | null;
+            /** Grade */
+            grade: string;
+            /** Setter */
+            setter: string;
+            /** Steepness */
+            steepness: string;
+            /**
+             * Set On
+             * Format: date
+             */
+            set_on: string;
+            /** Strip On */
+            strip_on: string | null;
+            /** Age */
+            age: number;
+            /** Ascents */
+            ascents: number;
+            /** Climbers */
+            climbers: number;
+            /** Recent */
+            recent: number | null;
+            /** Flash Rate */
+            flash_rate: number | null;
+            /** Stars */
+            stars: number | null;
+            /** Votes */
+            votes: number;
+            /** Crowd */
+            crowd: string;
+            /** Grade Votes */
+            grade_votes: number;
+            /** Off */
+            off: number | null;
+            /** Keep */
+            keep: number;
+            /** Renew */
+            renew: number;
+            /** Due */
+            due: boolean;
+        };
+        /**
          * RouteWords
          * @description What a setter says of a route; what is left out stays.
          */
@@ -3815,6 +4400,111 @@ export interface components {
          * @enum {string}
          */
         Scope: "read" | "upload" | "publish" | "manage";
+        /**
+         * ScreenDate
+         * @description What happens: `kind` "reset", "strip" (`number` routes go) or "competition"; a day, or a
+         *     moment of it.
+         */
+        ScreenDate: {
+            /** Kind */
+            kind: string;
+            /** Id */
+            id: string;
+            /** Day */
+            day: string | null;
+            /** Moment */
+            moment: string | null;
+            /** Name */
+            name: string;
+            /** Number */
+            number: number;
+            /** Path */
+            path: string;
+        };
+        /**
+         * ScreenFacts
+         * @description All that a screen shows. `climbers`: how many climb there today, null below five; `board`:
+         *     null where the gym shows none.
+         */
+        ScreenFacts: {
+            /** Name */
+            name: string;
+            /** Parts */
+            parts: ("routes" | "wall" | "climbers" | "board" | "dates")[];
+            /** Seconds */
+            seconds: number;
+            /** Days */
+            days: number;
+            /** Routes */
+            routes: components["schemas"]["ScreenRoute"][];
+            /** Walls */
+            walls: components["schemas"]["ScreenWall"][];
+            /** Climbers */
+            climbers: number | null;
+            /** Board */
+            board: components["schemas"]["ScreenLine"][] | null;
+            /** Dates */
+            dates: components["schemas"]["ScreenDate"][];
+        };
+        /**
+         * ScreenLine
+         * @description A place on the board of this month, of those who agreed that everybody sees it.
+         */
+        ScreenLine: {
+            /** Rank */
+            rank: number;
+            /** Name */
+            name: string;
+            /** Points */
+            points: number;
+        };
+        /**
+         * ScreenRoute
+         * @description A new route.
+         */
+        ScreenRoute: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Wall Id
+             * Format: uuid
+             */
+            wall_id: string;
+            /** Name */
+            name: string;
+            /** Colour */
+            colour: string;
+            /** Grade */
+            grade: string;
+            /** Setter */
+            setter: string;
+            /**
+             * Set On
+             * Format: date
+             */
+            set_on: string;
+        };
+        /**
+         * ScreenWall
+         * @description A wall that can be shown.
+         */
+        ScreenWall: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Name */
+            name: string;
+            /**
+             * Scan Id
+             * Format: uuid
+             */
+            scan_id: string;
+        };
         /**
          * SecondFactorFacts
          * @description Whether it is asked for, and how many recovery codes are left.
@@ -3974,6 +4664,82 @@ export interface components {
             done: components["schemas"]["AscentFacts"][];
         };
         /**
+         * SetterInsight
+         * @description A setter, over all of their routes; as of a route, else.
+         */
+        SetterInsight: {
+            /** Setter */
+            setter: string;
+            /** Hanging */
+            hanging: number;
+            /** Routes */
+            routes: number;
+            /** Ascents */
+            ascents: number | null;
+            /** Climbers */
+            climbers: number | null;
+            /** Flash Rate */
+            flash_rate: number | null;
+            /** Stars */
+            stars: number | null;
+            /** Votes */
+            votes: number;
+            /** Off */
+            off: number | null;
+            /** Grade Votes */
+            grade_votes: number;
+            /** Keep */
+            keep: number;
+            /** Renew */
+            renew: number;
+        };
+        /**
+         * ShortLink
+         * @description Where a short address leads.
+         */
+        ShortLink: {
+            /** Gym */
+            gym: string;
+            /**
+             * Wall Id
+             * Format: uuid
+             */
+            wall_id: string;
+            /**
+             * Route Id
+             * Format: uuid
+             */
+            route_id: string;
+        };
+        /**
+         * SideFacts
+         * @description A version of a wall, before or after a reset.
+         */
+        SideFacts: {
+            /**
+             * Scan Id
+             * Format: uuid
+             */
+            scan_id: string;
+            /**
+             * Published At
+             * Format: date-time
+             */
+            published_at: string;
+            /** Routes */
+            routes: number;
+            /** Grades */
+            grades: {
+                [key: string]: number;
+            };
+            /** Ascents */
+            ascents: number | null;
+            /** Stars */
+            stars: number | null;
+            /** Votes */
+            votes: number;
+        };
+        /**
          * SignUp
          * @description Who wants an account; `invitation` where the server wants one.
          */
@@ -4010,6 +4776,47 @@ export interface components {
          */
         State: "uploading" | "queued" | "running" | "review" | "published" | "superseded" | "failed" | "cancelled";
         /**
+         * StockBody
+         * @description All of it; `wash_after`: tries on a route after which its holds are due for washing.
+         */
+        StockBody: {
+            /** Rows */
+            rows: components["schemas"]["StockRow"][];
+            /** Wash After */
+            wash_after: number;
+        };
+        /**
+         * StockFacts
+         * @description Holds of one colour, and type (empty: of all): hanging, in all, free.
+         */
+        StockFacts: {
+            /** Colour */
+            colour: string;
+            /** Type */
+            type: string;
+            /** Hanging */
+            hanging: number;
+            /** Total */
+            total: number | null;
+            /** Free */
+            free: number | null;
+        };
+        /**
+         * StockRow
+         * @description How many holds of a colour, and type (empty: of all types), the gym has.
+         */
+        StockRow: {
+            /** Colour */
+            colour: string;
+            /**
+             * Type
+             * @default
+             */
+            type?: string;
+            /** Total */
+            total: number;
+        };
+        /**
          * Story
          * @description What is told of a route besides its own words; `versions` from the last to the first.
          */
@@ -4017,6 +4824,21 @@ export interface components {
             tally: components["schemas"]["TallyFacts"];
             /** Versions */
             versions: components["schemas"]["Past"][];
+        };
+        /**
+         * StripFacts
+         * @description A route to strip, and why; the first one first.
+         */
+        StripFacts: {
+            /**
+             * Route Id
+             * Format: uuid
+             */
+            route_id: string;
+            /** Reasons */
+            reasons: string[];
+            /** Against */
+            against: string[];
         };
         /**
          * StyleFacts
@@ -4031,6 +4853,50 @@ export interface components {
             topped: number;
             /** Flashed */
             flashed: number;
+        };
+        /**
+         * StyleInsight
+         * @description A style: a steepness, a hold that routes have most of, a colour, a length.
+         */
+        StyleInsight: {
+            /** Tried */
+            tried: number | null;
+            /** Topped */
+            topped: number | null;
+            /** Votes */
+            votes: number | null;
+            /** Stars */
+            stars: number | null;
+            /** Kind */
+            kind: string;
+            /** Value */
+            value: string;
+            /** Routes */
+            routes: number;
+            /** Cells */
+            cells: {
+                [key: string]: components["schemas"]["CellFacts"];
+            };
+        };
+        /**
+         * StyleInsights
+         * @description Of which days; no groups: there are not enough people to tell any apart.
+         */
+        StyleInsights: {
+            /**
+             * Since
+             * Format: date-time
+             */
+            since: string;
+            /**
+             * Until
+             * Format: date-time
+             */
+            until: string;
+            /** Groups */
+            groups: components["schemas"]["GroupFacts"][];
+            /** Lines */
+            lines: components["schemas"]["StyleInsight"][];
         };
         /**
          * TallyFacts
@@ -4188,6 +5054,27 @@ export interface components {
             walls: components["schemas"]["WallPlace"][];
         };
         /**
+         * WearFacts
+         * @description A wall's holds: last washed, tries since then, and how many routes are due.
+         */
+        WearFacts: {
+            /**
+             * Wall Id
+             * Format: uuid
+             */
+            wall_id: string;
+            /** Washed At */
+            washed_at: string | null;
+            /** Washing Id */
+            washing_id: string | null;
+            /** Tries */
+            tries: number | null;
+            /** Routes */
+            routes: number;
+            /** Due */
+            due: number;
+        };
+        /**
          * WebhookFacts
          * @description A webhook; `waiting`: messages that were not taken yet, `error`: why the last one was not;
          *     `told_at`: when one was taken last; `deliveries`: the first that wait.
@@ -4232,6 +5119,53 @@ export interface components {
             tops: number;
             /** Points */
             points: number;
+        };
+        /**
+         * Wish
+         * @description All of it; what was wished before is gone.
+         */
+        Wish: {
+            /** Cells */
+            cells: components["schemas"]["WishCell"][];
+        };
+        /**
+         * WishCell
+         * @description How many routes of a grade shall hang, on a kind of wall (empty: on any), or both.
+         */
+        WishCell: {
+            /** System */
+            system?: string | null;
+            /**
+             * Grade
+             * @default
+             */
+            grade?: string;
+            /**
+             * Steepness
+             * @default
+             * @enum {string}
+             */
+            steepness?: "" | "slab" | "vertical" | "slight" | "steep" | "roof";
+            /** Routes */
+            routes: number;
+        };
+        /**
+         * WishFacts
+         * @description Routes of a grade, on a kind of wall (empty: any): how many hang, how many are wished.
+         */
+        WishFacts: {
+            /** System */
+            system: string | null;
+            /** Grade */
+            grade: string;
+            /** Colour */
+            colour: string;
+            /** Steepness */
+            steepness: string;
+            /** Hanging */
+            hanging: number;
+            /** Wish */
+            wish: number | null;
         };
     };
     responses: never;
@@ -9932,6 +10866,843 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["FriendFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_insights: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Insights"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_style_insights: {
+        parameters: {
+            query?: {
+                by?: "bands" | "categories";
+            };
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StyleInsights"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_hold_insights: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HoldInsights"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    list_resets: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                wall: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ResetFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_insights_table: {
+        parameters: {
+            query?: {
+                /** @description of styles */
+                by?: "bands" | "categories";
+            };
+            header?: never;
+            path: {
+                part: "wishes" | "routes" | "setters" | "strip" | "styles" | "holds" | "stock" | "wear";
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/plain": string;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_wish: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Wish"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Insights"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_stock: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["StockBody"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HoldInsights"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    wash_wall: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                wall: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HoldInsights"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    drop_washing: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                wall: string;
+                washing: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HoldInsights"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_screen: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ScreenFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_hall: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HallFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_hall: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["HallWords"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HallFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    make_hall_key: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HallKey"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    drop_hall_key: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    open_screen: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["HallSecret"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_poster: {
+        parameters: {
+            query?: {
+                days?: number;
+                language?: "en" | "de" | "cs" | "fr";
+                size?: "a3" | "a4";
+            };
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/pdf": string;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_cards: {
+        parameters: {
+            query?: {
+                size?: "a4" | "a5" | "a6" | "a7";
+                language?: "en" | "de" | "cs" | "fr";
+                wall?: string | null;
+                /** @description new for at most so long; 0: all */
+                days?: number;
+                text?: string;
+            };
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/pdf": string;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_calendar: {
+        parameters: {
+            query?: {
+                language?: "en" | "de" | "cs" | "fr";
+            };
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/calendar": string;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_new_routes: {
+        parameters: {
+            query?: {
+                language?: "en" | "de" | "cs" | "fr";
+            };
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/atom+xml": string;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_short_link: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                code: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ShortLink"];
                 };
             };
             /** @description Why not, in words */
