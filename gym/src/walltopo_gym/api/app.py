@@ -20,6 +20,8 @@ from walltopo_gym.api import (
     follows,
     grades,
     gyms,
+    hall_paper,
+    hall_screen,
     handovers,
     health,
     insight_aims,
@@ -67,8 +69,8 @@ _ROOMS = (sign_up, sessions, me, passwords, second_factor, tokens, gyms, members
           scans, uploads, floor_plan, publishing, plans, editing, routes, pictures, climbing,
           comments, logbook, tallies, profiles, passkeys, handovers, own_data, past, webhooks,
           climbing_sessions, progress, boards, follows,
-          insights, insight_aims, about,
-          competitions, competition_entries, judging, competition_board)  # fmt: skip
+          insights, insight_aims, hall_screen, hall_paper, competitions, competition_entries, judging,
+          competition_board, about)  # fmt: skip
 
 
 def build_app(services: Services) -> FastAPI:

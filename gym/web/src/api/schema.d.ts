@@ -2397,6 +2397,194 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/gyms/{gym}/screen": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Screen
+         * @description What the screen in the hall shows now.
+         */
+        get: operations["read_screen"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/hall": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Hall
+         * @description What is chosen for the screen.
+         */
+        get: operations["read_hall"];
+        /**
+         * Put Hall
+         * @description Choose what the screen shows.
+         */
+        put: operations["put_hall"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/hall/key": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Make Hall Key
+         * @description A new link that opens the screen of a private gym; the one before opens it no more.
+         */
+        post: operations["make_hall_key"];
+        /**
+         * Drop Hall Key
+         * @description Take the link back; screens that were opened by it show nothing more.
+         */
+        delete: operations["drop_hall_key"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/screen/open": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Open Screen
+         * @description Let this browser, in which nobody is signed in, be the screen of a private gym.
+         */
+        post: operations["open_screen"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/poster.pdf": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Poster
+         * @description What is new, to hang up: wall by wall with its picture and a code that leads there.
+         */
+        get: operations["read_poster"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/cards.pdf": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Cards
+         * @description A card for each route, several on a sheet of A4, with lines to cut along.
+         */
+        get: operations["read_cards"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/calendar.ics": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Calendar
+         * @description What comes, to subscribe to: resets, routes that go, competitions.
+         */
+        get: operations["read_calendar"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/new-routes.atom": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read New Routes
+         * @description New routes, to subscribe to.
+         */
+        get: operations["read_new_routes"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/short/{code}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Short Link
+         * @description Where the short address of a route leads: a tag at the wall or a card's code.
+         */
+        get: operations["read_short_link"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/server": {
         parameters: {
             query?: never;
@@ -2978,6 +3166,50 @@ export interface components {
             slug: string;
             /** Name */
             name: string;
+        };
+        /**
+         * HallFacts
+         * @description The same; `key_made_at`: since when there is a link that opens a private gym's screen.
+         */
+        HallFacts: {
+            /** Parts */
+            parts: ("routes" | "wall" | "climbers" | "board" | "dates")[];
+            /** Seconds */
+            seconds: number;
+            /** Days */
+            days: number;
+            /** Board */
+            board: boolean;
+            /** Key Made At */
+            key_made_at: string | null;
+        };
+        /**
+         * HallKey
+         * @description A link to the screen, told this once.
+         */
+        HallKey: {
+            /** Link */
+            link: string;
+        };
+        /** HallSecret */
+        HallSecret: {
+            /** Secret */
+            secret: string;
+        };
+        /**
+         * HallWords
+         * @description What the screen shows: `parts` in their order, each for `seconds`. Routes are new for `days`.
+         *     `board`: who agreed to it is shown to everybody.
+         */
+        HallWords: {
+            /** Parts */
+            parts: ("routes" | "wall" | "climbers" | "board" | "dates")[];
+            /** Seconds */
+            seconds: number;
+            /** Days */
+            days: number;
+            /** Board */
+            board: boolean;
         };
         /**
          * HandoverFacts
@@ -3779,7 +4011,8 @@ export interface components {
         };
         /**
          * ProfileWords
-         * @description What one lets others know; all of it, each time. `on_boards`: whether one is ranked at all.
+         * @description What one lets others know; all of it, each time. `on_boards`: whether one is ranked at all;
+         *     `on_screens`: whether everybody may see that, in the hall and on the gym's website.
          *
          *     Body data is shown to whom `show_body` names, and used for nothing else.
          */
@@ -3789,6 +4022,11 @@ export interface components {
              * @default false
              */
             on_boards?: boolean;
+            /**
+             * On Screens
+             * @default false
+             */
+            on_screens?: boolean;
             /** @default  */
             category?: components["schemas"]["Category"];
             /** Birth Year */
@@ -4163,6 +4401,111 @@ export interface components {
          */
         Scope: "read" | "upload" | "publish" | "manage";
         /**
+         * ScreenDate
+         * @description What happens: `kind` "reset", "strip" (`number` routes go) or "competition"; a day, or a
+         *     moment of it.
+         */
+        ScreenDate: {
+            /** Kind */
+            kind: string;
+            /** Id */
+            id: string;
+            /** Day */
+            day: string | null;
+            /** Moment */
+            moment: string | null;
+            /** Name */
+            name: string;
+            /** Number */
+            number: number;
+            /** Path */
+            path: string;
+        };
+        /**
+         * ScreenFacts
+         * @description All that a screen shows. `climbers`: how many climb there today, null below five; `board`:
+         *     null where the gym shows none.
+         */
+        ScreenFacts: {
+            /** Name */
+            name: string;
+            /** Parts */
+            parts: ("routes" | "wall" | "climbers" | "board" | "dates")[];
+            /** Seconds */
+            seconds: number;
+            /** Days */
+            days: number;
+            /** Routes */
+            routes: components["schemas"]["ScreenRoute"][];
+            /** Walls */
+            walls: components["schemas"]["ScreenWall"][];
+            /** Climbers */
+            climbers: number | null;
+            /** Board */
+            board: components["schemas"]["ScreenLine"][] | null;
+            /** Dates */
+            dates: components["schemas"]["ScreenDate"][];
+        };
+        /**
+         * ScreenLine
+         * @description A place on the board of this month, of those who agreed that everybody sees it.
+         */
+        ScreenLine: {
+            /** Rank */
+            rank: number;
+            /** Name */
+            name: string;
+            /** Points */
+            points: number;
+        };
+        /**
+         * ScreenRoute
+         * @description A new route.
+         */
+        ScreenRoute: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Wall Id
+             * Format: uuid
+             */
+            wall_id: string;
+            /** Name */
+            name: string;
+            /** Colour */
+            colour: string;
+            /** Grade */
+            grade: string;
+            /** Setter */
+            setter: string;
+            /**
+             * Set On
+             * Format: date
+             */
+            set_on: string;
+        };
+        /**
+         * ScreenWall
+         * @description A wall that can be shown.
+         */
+        ScreenWall: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Name */
+            name: string;
+            /**
+             * Scan Id
+             * Format: uuid
+             */
+            scan_id: string;
+        };
+        /**
          * SecondFactorFacts
          * @description Whether it is asked for, and how many recovery codes are left.
          */
@@ -4349,6 +4692,24 @@ export interface components {
             keep: number;
             /** Renew */
             renew: number;
+        };
+        /**
+         * ShortLink
+         * @description Where a short address leads.
+         */
+        ShortLink: {
+            /** Gym */
+            gym: string;
+            /**
+             * Wall Id
+             * Format: uuid
+             */
+            wall_id: string;
+            /**
+             * Route Id
+             * Format: uuid
+             */
+            route_id: string;
         };
         /**
          * SideFacts
@@ -10883,6 +11244,465 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["HoldInsights"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_screen: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ScreenFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_hall: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HallFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_hall: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["HallWords"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HallFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    make_hall_key: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HallKey"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    drop_hall_key: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    open_screen: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["HallSecret"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_poster: {
+        parameters: {
+            query?: {
+                days?: number;
+                language?: "en" | "de" | "cs" | "fr";
+                size?: "a3" | "a4";
+            };
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/pdf": string;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_cards: {
+        parameters: {
+            query?: {
+                size?: "a4" | "a5" | "a6" | "a7";
+                language?: "en" | "de" | "cs" | "fr";
+                wall?: string | null;
+                /** @description new for at most so long; 0: all */
+                days?: number;
+                text?: string;
+            };
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/pdf": string;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_calendar: {
+        parameters: {
+            query?: {
+                language?: "en" | "de" | "cs" | "fr";
+            };
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/calendar": string;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_new_routes: {
+        parameters: {
+            query?: {
+                language?: "en" | "de" | "cs" | "fr";
+            };
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/atom+xml": string;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_short_link: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                code: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ShortLink"];
                 };
             };
             /** @description Why not, in words */
