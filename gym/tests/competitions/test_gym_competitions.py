@@ -62,7 +62,7 @@ def test_an_event_arrives_once_and_is_never_changed(public: World) -> None:
     contest = running(public)
     jana, event = contest.entry("Jana"), uuid4()
     moment = now().isoformat()
-    words = {"number": 7, "made_at": moment}
+    words: dict[str, Any] = {"number": 7, "made_at": moment}
     statuses: list[int] = []
 
     def send() -> None:
@@ -219,7 +219,7 @@ def test_the_same_board_is_not_sent_twice(public: World) -> None:
     contest = running(public)
     jana = contest.entry("Jana")
     tag = contest.ask("GET", "/board", who="nobody").headers["etag"]
-    unchanged = {"headers": {"if-none-match": tag}, "who": "nobody"}
+    unchanged: dict[str, Any] = {"headers": {"if-none-match": tag}, "who": "nobody"}
     assert contest.ask("GET", "/board", **unchanged).status_code == 304
     contest.say(jana, "top", 0, 1)
     assert contest.ask("GET", "/board", **unchanged).status_code == 200
