@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from walltopo.core import InputError
-from walltopo_gym.paper import sheet
+from walltopo_gym.paper import numbered
 from walltopo_gym.paper.letters import Letters
 from walltopo_gym.paper.sheet import Sheet
 
@@ -66,7 +66,7 @@ def test_what_the_font_lacks_is_told() -> None:
 
 
 def test_pages_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sheet, "MOST_PAGES", 2)
+    monkeypatch.setattr(numbered, "MOST_PAGES", 2)
     with pytest.raises(InputError, match="pages"):
         results(90).pdf()
 

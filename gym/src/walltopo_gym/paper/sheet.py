@@ -9,25 +9,26 @@ sheet.missing    # characters that the font lacks; tell whoever asked for the pa
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from html import escape
 from io import BytesIO
 from typing import Any, Final, Literal
 
-from walltopo.core import InputError
 from walltopo_gym.paper.codes import draw_code
 from walltopo_gym.paper.letters import BOLD, PLAIN, Letters
+from walltopo_gym.paper.numbered import numbered
 
-__all__ = ["MOST_PAGES", "SIZES", "Paper", "Sheet"]
+__all__ = ["SIZES", "Paper", "Sheet"]
 
 Paper = Literal["a3", "a4", "a5", "a6", "a7"]
-MOST_PAGES: Final = 400
 _MM: Final = 72 / 25.4
 # ISO 216, millimetres, upright.
 SIZES: Final[dict[Paper, tuple[int, int]]] = {
     "a3": (297, 420), "a4": (210, 297), "a5": (148, 210), "a6": (105, 148), "a7": (74, 105),
 }  # fmt: skip
+# Of A4, as all lengths below: another size is the same page, larger or smaller.
 _MARGIN: Final = 15 * _MM
+_PICTURE: Final = 0.68  # of the page's width
 _INK: Final = "#14181f"
 _QUIET: Final = "#566070"
 _LINE: Final = "#c9ced6"
@@ -49,7 +50,8 @@ class Sheet:
     ) -> None:  # fmt: skip
         self._letters = Letters()
         self._title, self._foot, self._page = title, foot, page
-        self._size = tuple(length * _MM for length in SIZES[size])
+        self._scale = SIZES[size][0] / SIZES["a4"][0]
+        self._size = tuple(length * _MM / self._scale for length in SIZES[size])
         self._room = self._size[0] - 2 * _MARGIN
         self._parts: list[Any] = []
         self._head(title, subtitle, code, code_note)
@@ -59,11 +61,11 @@ class Sheet:
         """Characters that the font lacks: a question mark stands in their place."""
         return self._letters.missing
 
-    def heading(self, words: str) -> None:
-        """Of a part; it is not the last thing on a page."""
+    def heading(self, words: str, *, below: float = 30) -> None:
+        """Of a part; on a page with at least `below` millimetres (of A4) of what follows."""
         from reportlab.platypus import CondPageBreak
 
-        self._parts.append(CondPageBreak(30 * _MM))
+        self._parts.append(CondPageBreak(below * _MM))
         self._parts.append(self._paragraph(words, 13, bold=True, before=14))
 
     def text(self, words: str, *, quiet: bool = False) -> None:
@@ -72,39 +74,61 @@ class Sheet:
 
     def table(
         self, head: Sequence[str], rows: Sequence[Sequence[str]], *, widths: Sequence[float],
-        right: Collection[int] = (), bold: Collection[int] = (),
+        right: Collection[int] = (), bold: Collection[int] = (), dots: Sequence[str] = (),
     ) -> None:  # fmt: skip
-        """Rows below a head that is repeated on each page.
+        """Rows below a head that is repeated on each page; an empty head is none.
 
         Parameters
         ----------
         widths : of the columns, as shares of the page; right : columns that end at one line;
-            bold : columns in bold letters.
+            bold : columns in bold letters; dots : for each row a colour ("#c32026") before its
+            first cell.
         """
         from reportlab.platypus import Table
 
         scale = self._room / sum(widths)
         cells = [[self._paragraph(cell, 8, colour=_QUIET, right=at in right)
-                  for at, cell in enumerate(head)]]  # fmt: skip
+                  for at, cell in enumerate(head)]] if head else []  # fmt: skip
         cells += [
             [self._paragraph(cell, 9.5, bold=at in bold, right=at in right)
              for at, cell in enumerate(row)]
             for row in rows
         ]  # fmt: skip
+        columns = [width * scale for width in widths]
+        if dots:
+            first = [*([""] if head else []), *map(_dot, dots)]
+            cells = [[left, *row] for left, row in zip(first, cells, strict=True)]
+            columns = [16, columns[0] - 16, *columns[1:]]
         style = [
             ("LINEBELOW", (0, 0), (-1, -1), 0.5, _LINE), ("VALIGN", (0, 0), (-1, -1), "MIDDLE"),
             ("LEFTPADDING", (0, 0), (-1, -1), 3), ("RIGHTPADDING", (0, 0), (-1, -1), 3),
             ("TOPPADDING", (0, 0), (-1, -1), 3), ("BOTTOMPADDING", (0, 0), (-1, -1), 4),
         ]  # fmt: skip
-        columns = [width * scale for width in widths]
-        self._parts.append(Table(cells, columns, repeatRows=1, style=style, spaceBefore=5))
+        self._parts.append(Table(cells, columns, repeatRows=bool(head), style=style, spaceBefore=5))
+
+    def picture(self, content: bytes, code: str, note: str = "") -> None:
+        """A picture (JPEG or PNG), with the QR code of an address beside it."""
+        from reportlab.lib.utils import ImageReader
+        from reportlab.platypus import Image, Table
+
+        across, high = ImageReader(BytesIO(content)).getSize()
+        size = 24 * _MM
+        width = self._room * _PICTURE
+        shown = Image(BytesIO(content), width, width * high / across)
+        side = [_code(code, size), self._paragraph(note, 7, colour=_QUIET, right=True)]
+        style = [
+            ("VALIGN", (0, 0), (-1, -1), "TOP"), ("LEFTPADDING", (0, 0), (-1, -1), 0),
+            ("RIGHTPADDING", (0, 0), (-1, -1), 0), ("ALIGN", (1, 0), (1, 0), "RIGHT"),
+        ]  # fmt: skip
+        table = Table([[shown, side]], [width, self._room - width], style=style, spaceBefore=4)
+        self._parts.append(table)
 
     def pdf(self) -> bytes:
         """The document; the same bytes for the same words.
 
         Raises
         ------
-        InputError : more than `MOST_PAGES` pages.
+        InputError : more pages than `numbered.MOST_PAGES`.
         """
         from reportlab.platypus import SimpleDocTemplate  # its frame keeps 6 points to itself
 
@@ -114,7 +138,7 @@ class Sheet:
             topMargin=_MARGIN, bottomMargin=_MARGIN + 8, invariant=1,
             title=self._letters.text(self._title), creator="walltopo",
         )  # fmt: skip
-        document.build(self._parts, canvasmaker=self._canvas)
+        document.build(self._parts, canvasmaker=numbered(self._scale, self._draw_foot))
         return out.getvalue()
 
     def _head(self, title: str, subtitle: str, code: str, note: str) -> None:
@@ -127,7 +151,7 @@ class Sheet:
             self._parts += words
             return
         size = 30 * _MM
-        side = [_Code(code, size)]
+        side = [_code(code, size)]
         if note:
             side.append(self._paragraph(note, 7, colour=_QUIET, right=True))
         style = [
@@ -152,33 +176,6 @@ class Sheet:
         )  # fmt: skip
         return Paragraph(escape(self._letters.text(words), quote=False), style)
 
-    def _canvas(self, *words: Any, **named: Any) -> Any:
-        """A canvas that numbers its pages when it knows how many they are."""
-        from reportlab.pdfgen.canvas import Canvas
-
-        sheet = self
-
-        class Numbered(Canvas):
-            def __init__(self, *words: Any, **named: Any) -> None:
-                super().__init__(*words, **named)
-                self._kept: list[dict[str, Any]] = []
-
-            def showPage(self) -> None:  # noqa: N802 (reportlab's name)
-                if len(self._kept) >= MOST_PAGES:
-                    raise InputError(f"more than {MOST_PAGES} pages", "Choose less of it.")
-                self._kept.append(dict(self.__dict__))
-                self._startPage()
-
-            def save(self) -> None:
-                pages = len(self._kept)
-                for number, page in enumerate(self._kept, 1):
-                    self.__dict__.update(page)
-                    sheet._draw_foot(self, number, pages)
-                    super().showPage()
-                super().save()
-
-        return Numbered(*words, **named)
-
     def _draw_foot(self, canvas: Any, page: int, pages: int) -> None:
         canvas.setFont(PLAIN, 8)
         canvas.setFillColor(_QUIET)
@@ -188,16 +185,31 @@ class Sheet:
         canvas.drawRightString(self._size[0] - _MARGIN, 10 * _MM, number)
 
 
-def _Code(text: str, size: float) -> Any:  # noqa: N802 (a class, made when reportlab is loaded)
+def _code(text: str, size: float) -> Any:
+    return _drawn(size, size, lambda canvas: draw_code(canvas, text, 0, 0, size))
+
+
+def _dot(colour: str) -> Any:
+    """A spot of a colour, with a rim: white is seen, too."""
+
+    def draw(canvas: Any) -> None:
+        canvas.setFillColor(colour)
+        canvas.setStrokeColor(_QUIET)
+        canvas.setLineWidth(0.5)
+        canvas.circle(5, 5, 4.5, stroke=1, fill=1)
+
+    return _drawn(10, 10, draw)
+
+
+def _drawn(width: float, height: float, draw: Callable[[Any], None]) -> Any:
     from reportlab.platypus import Flowable
 
-    class Code(Flowable):
+    class Drawn(Flowable):
         def __init__(self) -> None:
             super().__init__()
-            self.width = self.height = size
-            self.hAlign = "RIGHT"
+            self.width, self.height, self.hAlign = width, height, "RIGHT"
 
         def draw(self) -> None:
-            draw_code(self.canv, text, 0, 0, size)
+            draw(self.canv)
 
-    return Code()
+    return Drawn()

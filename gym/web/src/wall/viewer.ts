@@ -26,3 +26,8 @@ export function defineViewer(): Promise<void> {
   });
   return loaded;
 }
+
+/** Begins to fetch it, for a page that will show a wall; that one tells what went wrong. */
+export function expectViewer(): void {
+  defineViewer().catch(() => undefined);
+}
