@@ -1,14 +1,15 @@
 /** A competition as the wizard has it: made from nothing, or of one that is there. */
 
+import type { Schemas } from "../api/client";
 import { t } from "../i18n.svelte";
-import type { Category, Format, Problem, Round, RuleName, Scoring, Sheet } from "./facts";
+import type { Category, Format, Problem, RuleName, Scoring, Sheet } from "./facts";
 
 /** Without an id: new. */
-export type CategoryDraft = Omit<Category, "id"> & { id?: string };
+export type CategoryDraft = Omit<Category, "id" | "entries"> & { id?: string };
 export interface RoundDraft {
   id?: string;
   name: string;
-  kind: Round["kind"];
+  kind: NonNullable<Schemas["RoundBody"]["kind"]>;
   scoring: Scoring;
   quota: number | null;
   opens_at: string | null;
@@ -57,7 +58,7 @@ export function usual(rules: RuleName): Scoring {
   return rules === "shared" ? { rules, top: 1000, zone: 0, best: null } : { rules };
 }
 
-export function newRound(format: Format, kind: Round["kind"], name: string, quota: number | null = null): RoundDraft {
+export function newRound(format: Format, kind: RoundDraft["kind"], name: string, quota: number | null = null): RoundDraft {
   return { name, kind, scoring: { ...SCORING[format] }, quota, opens_at: null, closes_at: null, problems: [], route_ids: [], blank: 0 };
 }
 
@@ -81,10 +82,10 @@ export function newDraft(): Draft {
 
 export function draftOf(sheet: Sheet): Draft {
   const { format, name, about, fee, waiver, starts_at, ends_at, self_entry, self_scoring, late_minutes, league_best, team_size, categories } = sheet;
-  const rounds = sheet.rounds.map(({ state: _, ...round }) => ({ ...round, scoring: { ...round.scoring }, problems: [...round.problems], route_ids: [], blank: 0 }));
+  const rounds = sheet.rounds.map(({ state: _s, begun_at: _b, ...round }) => ({ ...round, kind: round.kind as RoundDraft["kind"], scoring: { ...round.scoring }, problems: [...round.problems], route_ids: [], blank: 0 }));
   return {
     format, name, about, fee, waiver, starts_at, ends_at, self_entry, self_scoring, late_minutes, league_best, team_size,
-    categories: categories.map((category) => ({ ...category })), rounds,
+    categories: categories.map(({ entries: _, ...category }) => category), rounds,
   };
 }
 

@@ -6,12 +6,17 @@ import type { Board, Line, Team } from "./facts";
 
 const ASK_MS = 10_000;
 const AGAIN_MS = 15_000;
+// Behind every rank; Infinity less itself is no number.
+const LAST = 1e9;
 
 type Told = ({ kind: "board" } & Board) | { kind: "lines"; seq: number; at: string | null; categories: { id: string; lines: Line[] }[]; teams?: Team[] };
 
+/** It has ended: nothing more will be told, and nobody need ask. */
+const isOver = (board: Board | undefined): boolean => board?.state === "ended";
+
 /** The best first; who has no rank last, by number. */
 export function inOrder(lines: readonly Line[]): Line[] {
-  return [...lines].sort((a, b) => (a.rank ?? Infinity) - (b.rank ?? Infinity) || a.bib - b.bib || 0);
+  return [...lines].sort((a, b) => (a.rank ?? LAST) - (b.rank ?? LAST) || a.bib - b.bib);
 }
 
 /** A board with the lines that changed. */
@@ -70,6 +75,7 @@ export class LiveBoard {
   private broke(): void {
     this.live = false;
     this.source?.close();
+    if (isOver(this.board)) return;
     this.again ||= window.setTimeout(() => {
       this.again = 0;
       this.open();
@@ -84,6 +90,7 @@ export class LiveBoard {
       const board = await ask(this.path);
       if (!this.live) this.board = board;
       this.problem = null;
+      if (isOver(board)) this.stop();
     } catch (error) {
       const problem = Problem.of(error);
       this.problem = problem.status === 0 && this.board ? null : problem;
