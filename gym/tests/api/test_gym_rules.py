@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from io import BytesIO
 from typing import Any
-from uuid import uuid4
+from uuid import UUID, uuid4
 
 import httpx
 import pytest
@@ -27,6 +27,8 @@ from walltopo_gym.clock import now
 from walltopo_gym.gyms.members import add_member, invite
 from walltopo_gym.gyms.models import Ban, GradeSystem, Invitation
 from walltopo_gym.gyms.roles import Role
+from walltopo_gym.hall.codes import code_of
+from walltopo_gym.insights.models import Washing
 from walltopo_gym.scans.states import State
 
 ROLES = ("guest", "member", "judge", "setter", "owner")
@@ -259,10 +261,31 @@ def a_follower(world: World) -> dict[str, Any]:
     return values
 
 
+def a_short_link(world: World) -> dict[str, Any]:
+    """Of a gym that everybody sees."""
+    values = a_route(make_world(world.server, visibility="public"))
+    return {"code": code_of(UUID(values["route"]))}
+
+
+HALL = {"parts": ["routes", "dates"], "seconds": 10, "days": 7, "board": True}
+
+
+def _hall_secret(world: World) -> str:
+    link: str = world.server.ask("POST", f"{world.path}/hall/key", world.owner).json()["link"]
+    return link.partition("#")[2]
+
+
 def a_webhook(world: World) -> dict[str, Any]:
     url = {"url": "https://example.com/hook"}
     made = world.server.ask("POST", f"{world.path}/webhooks", world.owner, url)
     return {"webhook": made.json()["id"]}
+
+
+def a_washing(world: World) -> dict[str, Any]:
+    with world.server.database.writing() as session:
+        row = Washing(wall_id=world.wall.id)
+        session.add(row)
+    return {"washing": row.id} | wall(world)
 
 
 PLAN = {"revision": 0, "routes": [{"number": 1}], "at": "2199-01-01T06:00:00Z"}
@@ -442,6 +465,17 @@ CASES = {
     "read_progress": Case("member", Scope.READ),
     "read_progress_table": Case("member", Scope.READ, lambda w: {"part": "weeks"}),
     "read_board": Case("member", Scope.READ),
+    "read_insights": Case("setter", Scope.READ),
+    "read_style_insights": Case("setter", Scope.READ),
+    "read_hold_insights": Case("setter", Scope.READ),
+    "read_insights_table": Case("setter", Scope.READ, lambda w: {"part": "wear"}),
+    "list_resets": Case("setter", Scope.READ, wall),
+    "put_wish": Case("setter", Scope.MANAGE, body=lambda w: {
+        "cells": [{"steepness": "slab", "routes": 3}]}),
+    "put_stock": Case("setter", Scope.MANAGE, body=lambda w: {
+        "rows": [{"colour": "red", "total": 40}], "wash_after": 100}),
+    "wash_wall": Case("setter", Scope.MANAGE, wall),
+    "drop_washing": Case("setter", Scope.MANAGE, a_washing),
     "list_follows": Case("signed-in"),
     "follow_person": Case("signed-in", values=a_member_for_all),
     "unfollow_person": Case("signed-in", values=a_member_for_all),
@@ -460,6 +494,17 @@ CASES = {
     "read_data": Case("signed-in"),
     "read_ascents_table": Case("signed-in"),
     "delete_me": Case("signed-in", body=lambda w: {"password": PASSWORD}),
+    "read_screen": Case("guest", Scope.READ),
+    "read_hall": Case("setter", Scope.MANAGE),
+    "put_hall": Case("owner", Scope.MANAGE, body=lambda w: HALL),
+    "make_hall_key": Case("owner", Scope.MANAGE),
+    "drop_hall_key": Case("owner", Scope.MANAGE),
+    "open_screen": Case("anyone", Scope.READ, body=lambda w: {"secret": _hall_secret(w)}),
+    "read_poster": Case("setter", Scope.MANAGE),
+    "read_cards": Case("setter", Scope.MANAGE, lambda w: a_route(w) and {}),
+    "read_calendar": Case("guest", Scope.READ),
+    "read_new_routes": Case("guest", Scope.READ),
+    "read_short_link": Case("anyone", Scope.READ, a_short_link),
     "list_webhooks": Case("owner", Scope.MANAGE),
     "make_webhook": Case("owner", Scope.MANAGE, body=lambda w: {"url": "https://example.com/"}),
     "drop_webhook": Case("owner", Scope.MANAGE, a_webhook),
@@ -616,8 +661,8 @@ BELOW_A_GYM = [
     for name, case in CASES.items()
     if case.who in ROLES
     and case.values not in (no_values, a_floor_plan)
-    # The one names a route in its body (test_gym_ascents.py), the other nothing of a gym.
-    and name not in ("put_ascent", "read_progress_table")
+    # The one names a route in its body (test_gym_ascents.py), the others nothing of a gym.
+    and name not in ("put_ascent", "read_progress_table", "read_insights_table", "read_cards")
 ]
 
 

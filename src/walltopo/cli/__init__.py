@@ -34,6 +34,7 @@ GROUPS = (
     "palette",
     "inventory",
     "moves",
+    "setting",
     "completion",
 )
 
