@@ -28,7 +28,7 @@ async function made(setter, places) {
   await page.getByRole("link", { name: "Competitions" }).click();
   await page.getByText("There is no competition yet.").waitFor();
   await page.getByRole("link", { name: "New competition" }).click();
-  const on = () => page.getByRole("button", { name: "On", exact: true }).click();
+  const on = () => page.getByRole("button", { name: "Continue" }).click();
   await page.getByLabel("Name of the competition").fill("Winter Jam");
   await fine(setter, "wizard-what");
   await on();
@@ -66,7 +66,7 @@ async function listed(setter) {
   await page.getByLabel("Or paste it here").fill(LIST("Women"));
   await page.getByRole("button", { name: "Take it in" }).click();
   await page.getByText("3 competitors were added.").waitFor();
-  await page.getByText("Béla Tóth").waitFor();
+  await page.getByText("Béla Tóth Women").waitFor();
   await fine(setter, "list");
 }
 
@@ -93,8 +93,8 @@ async function judged(judge, places, place) {
   await page.getByRole("main").locator("li a").first().click();
   const pad = (name) => page.getByRole("group", { name: new RegExp(name) });
   await page.getByRole("button", { name: /11 Anna/ }).last().click();
-  await pad("Anna").getByRole("button", { name: "Try" }).click();
-  await pad("Anna").getByRole("button", { name: "Zone" }).click();
+  await pad("Anna").getByRole("button", { name: /^Try/ }).click();
+  await pad("Anna").getByRole("button", { name: /^Zone/ }).click();
   // In the same try as the zone.
   await pad("Anna").getByRole("button", { name: "Top try 2" }).click();
   await page.getByText("Top, try 2: noted.").waitFor();
@@ -102,7 +102,7 @@ async function judged(judge, places, place) {
   await pad("Béla").getByRole("button", { name: "Top try 1" }).click();
   await page.getByRole("button", { name: "Undo" }).click();
   await page.getByText("Undone.").waitFor();
-  await pad("Béla").getByRole("button", { name: "Try" }).click();
+  await pad("Béla").getByRole("button", { name: /^Try/ }).click();
   await page.getByLabel("Number or name").fill("chloe");
   await page.getByRole("button", { name: /13 Chloé/ }).last().click();
   await pad("Chloé").getByRole("button", { name: "Top try 1" }).click();
@@ -122,7 +122,7 @@ async function scored(climber, place) {
   const { page } = climber;
   await climber.go(`${place}/card`);
   await page.getByRole("main").locator("li button").nth(1).click();
-  await page.getByRole("button", { name: "Flash" }).click();
+  await page.getByRole("button", { name: "Flash", exact: true }).click();
   await page.getByText("Flash: noted.").waitFor();
   await page.getByText("Everything has arrived.").waitFor();
   await fine(climber, "card");

@@ -103,6 +103,9 @@ export function sheetOf({ categories, rounds }: Draft) {
   const blank = { route_id: null, name: "", colour: "", grade: "", wall: "", points: null, category_ids: [], label: "" };
   return {
     categories: categories.map((category) => ({ ...category })),
-    rounds: rounds.map(({ blank: more, ...round }) => ({ ...round, problems: [...round.problems, ...Array.from({ length: more }, () => ({ ...blank }))] })),
+    rounds: rounds.map(({ blank: more, route_ids, ...round }) => {
+      const routes = route_ids.map((route_id) => ({ ...blank, route_id }));
+      return { ...round, problems: [...round.problems, ...routes, ...Array.from({ length: more }, () => ({ ...blank }))] };
+    }),
   };
 }
