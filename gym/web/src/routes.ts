@@ -28,6 +28,16 @@ export const { p, navigate, route } = createRouter({
   "/g/:gym/sessions/:visit": () => import("./pages/SessionPage.svelte"),
   "/g/:gym/board": () => import("./pages/Board.svelte"),
   "/g/:gym/feed": () => import("./pages/Feed.svelte"),
+  "/g/:gym/competitions": () => import("./competitions/List.svelte"),
+  "/g/:gym/competitions/new": () => import("./competitions/Wizard.svelte"),
+  "/g/:gym/competitions/:competition": () => import("./competitions/CompetitionPage.svelte"),
+  "/g/:gym/competitions/:competition/edit": () => import("./competitions/Wizard.svelte"),
+  "/g/:gym/competitions/:competition/entries": () => import("./competitions/StartList.svelte"),
+  "/g/:gym/competitions/:competition/card": () => import("./competitions/Card.svelte"),
+  "/g/:gym/competitions/:competition/judge": () => import("./competitions/JudgePage.svelte"),
+  "/g/:gym/competitions/:competition/judge/:problem": () => import("./competitions/JudgeProblem.svelte"),
+  "/g/:gym/competitions/:competition/appeals": () => import("./competitions/Appeals.svelte"),
+  "/g/:gym/competitions/:competition/board": () => import("./competitions/BoardPage.svelte"),
   "/g/:gym/settings": () => import("./pages/GymSettings.svelte"),
   "/g/:gym/settings/hall": () => import("./hall/HallPage.svelte"),
   "/g/:gym/settings/hall/paper": () => import("./hall/Paper.svelte"),
@@ -61,6 +71,6 @@ export const { p, navigate, route } = createRouter({
 });
 
 /** A part of the present address; the page that asks has it. */
-export function part(name: "gym" | "wall" | "route" | "scan" | "person" | "visit" | "code"): string {
+export function part(name: "gym" | "wall" | "route" | "scan" | "person" | "visit" | "competition" | "problem" | "code"): string {
   return route.params[name] ?? "";
 }
