@@ -89,7 +89,7 @@ def _worker(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo_gym.api.logs import log_config
     from walltopo_gym.cli.place import opened, settings_of
-    from walltopo_gym.publishing.work import work
+    from walltopo_gym.work import work
     from walltopo_gym.storage.files import open_store
 
     settings = settings_of(args)

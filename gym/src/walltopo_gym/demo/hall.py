@@ -36,7 +36,7 @@ from walltopo_gym.gyms.roles import Role
 from walltopo_gym.publishing.change import Entry, Placed, publish
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.publishing.review import found_routes
-from walltopo_gym.publishing.work import at_work
+from walltopo_gym.work import at_work
 from walltopo_gym.scans.asking import begin, start
 from walltopo_gym.scans.models import Scan, ScanProgress
 from walltopo_gym.scans.states import State
