@@ -17,7 +17,7 @@ from gym.tests.worlds import PASSWORD, Server, make_world
 
 ROOT = Path(__file__).resolve().parents[3]
 WEB = ROOT / "gym" / "web"
-CHECKS = ("forms", "setting", "publishing", "progress", "climbing", "account", "hall")
+CHECKS = ("forms", "setting", "publishing", "progress", "insights", "climbing", "account", "hall")
 NAMES = [
     name
     for check in CHECKS
