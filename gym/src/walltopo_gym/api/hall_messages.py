@@ -114,7 +114,7 @@ def try_push(browser: UUID, services: ServicesOf, actor: SignedInMay) -> None:
     with services.database.writing() as session:
         count_document(session, actor.known)
         row = _own(session, actor.known, browser)
-        words = words_in(wishes_of(session, actor.known).language)  # type: ignore[arg-type]
+        words = words_in(wishes_of(session, actor.known).language)
     body = {"title": words.say("push_try"), "text": words.say("push_try_text"),
             "path": "/me/messages", "tag": "trial"}  # fmt: skip
     settings = services.settings

@@ -196,6 +196,7 @@ def _begins(session: Session, gym: Gym, asked: list[Wishes]) -> Iterator[Told]:
         for competition, person in entered:
             if not wishes.competitions or person != wishes.person_id:
                 continue
+            assert competition.starts_at is not None
             at = competition.starts_at.astimezone(zone_of(gym))
             text = f"{gym.name}, {words.day(at.date())}, {at:%H:%M}"
             path = f"/g/{gym.slug}/competitions/{competition.id}"

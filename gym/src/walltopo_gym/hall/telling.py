@@ -119,7 +119,7 @@ class Telling:
             return  # they have changed their mind since
         base = self.settings.link_base
         token = unsubscribe_token(self.database, person.id)
-        words = words_in(wishes.language)  # type: ignore[arg-type]
+        words = words_in(wishes.language)
         end = [f"{base}/g/{gym.slug}", "", words.say("digest_end"), f"{base}/unsubscribe#{token}"]
         host = urlsplit(base).hostname or "localhost"
         headers = {
