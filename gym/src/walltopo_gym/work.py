@@ -1,4 +1,5 @@
-"""A worker with all that it does: scans, planned publications, webhooks, looks at photos."""
+"""A worker with all that it does: scans, planned publications, webhooks, messages, looks at
+photos."""
 
 from __future__ import annotations
 
@@ -8,6 +9,9 @@ from contextlib import contextmanager
 from functools import partial
 
 from walltopo_gym.database.engine import Database
+from walltopo_gym.hall import telling
+from walltopo_gym.hall.telling import Telling
+from walltopo_gym.mail import make_mailer
 from walltopo_gym.publishing.plans import publish_due
 from walltopo_gym.scans.stages import ScanSteps
 from walltopo_gym.scans.worker import run_worker
@@ -29,9 +33,10 @@ def work(
         partial(publish_due, database),
         Delivery(settings, database).begin_due,
         Overlaps(database, store).begin_asked,
+        Telling(settings, database, make_mailer(settings)).begin_due,
     )
     steps = ScanSteps.of(settings, database, store)
-    run_worker(steps, stop, chores, [delivery.QUEUE, overlap.QUEUE])
+    run_worker(steps, stop, chores, [delivery.QUEUE, overlap.QUEUE, telling.QUEUE])
 
 
 @contextmanager
