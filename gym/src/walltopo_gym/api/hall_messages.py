@@ -31,7 +31,7 @@ Hour = Annotated[int, Field(ge=0, le=23)]
 Base64 = r"^[A-Za-z0-9_-]+=*$"
 
 
-class WishWords(Body):
+class NewsWords(Body):
     """What one wants to be told, all of it, each time; `quiet_from` and `quiet_to` are hours."""
 
     language: Language = "en"
@@ -51,7 +51,7 @@ class PushFacts(BaseModel):
     endpoint: str
 
 
-class WishFacts(WishWords):
+class NewsFacts(NewsWords):
     """The same, the browsers, and `key`: of this server, by which browsers know it."""
 
     key: str
@@ -67,13 +67,13 @@ class NewPush(Body):
 
 
 @router.get("/me/messages")
-def read_wishes(session: Db, services: ServicesOf, actor: SignedInMay) -> WishFacts:
+def read_wishes(session: Db, services: ServicesOf, actor: SignedInMay) -> NewsFacts:
     """What one wants to be told."""
     return _facts(session, services, actor.known)
 
 
 @router.put("/me/messages", status_code=204)
-def put_wishes(body: WishWords, session: Db, actor: SignedInMay) -> None:
+def put_wishes(body: NewsWords, session: Db, actor: SignedInMay) -> None:
     """Say what one wants to be told."""
     session.merge(Wishes(person_id=actor.known, **body.model_dump()))
 
@@ -144,10 +144,10 @@ def end_mails(
             row.digest = False
 
 
-def _facts(session: Session, services: ServicesOf, person: UUID) -> WishFacts:
+def _facts(session: Session, services: ServicesOf, person: UUID) -> NewsFacts:
     mine = select(PushAddress).where(PushAddress.person_id == person)
-    words = WishWords.model_validate(wishes_of(session, person), from_attributes=True)
-    return WishFacts(
+    words = NewsWords.model_validate(wishes_of(session, person), from_attributes=True)
+    return NewsFacts(
         **words.model_dump(),
         key=public_push_key(services.database),
         browsers=[

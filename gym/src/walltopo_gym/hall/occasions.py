@@ -52,7 +52,7 @@ def note_all(database: Database) -> int:
         rows = [row for gym in gyms for row in _of_gym(session, gym)]
         there = select(Message.person_id, Message.kind, Message.subject, Message.target)
         subjects = {row["subject"] for row in rows}
-        known = set(session.execute(there.where(Message.subject.in_(subjects))).tuples())
+        known = {tuple(row) for row in session.execute(there.where(Message.subject.in_(subjects)))}
     wanted = {(r["person_id"], r["kind"], r["subject"], r["target"]): r for r in rows}
     new = [row for key, row in wanted.items() if key not in known]
     if new:
