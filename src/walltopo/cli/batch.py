@@ -105,7 +105,8 @@ def _batch(args: argparse.Namespace) -> int:
         _show(outcomes)
     bad = [outcome for outcome in outcomes if not outcome.well]
     for outcome in bad:
-        error_console.print(f"{outcome.out}: {outcome.error}", soft_wrap=True, style="red")
+        told = outcome.error.removeprefix(f"{outcome.out}: ")
+        error_console.print(f"{outcome.out}: {told}", soft_wrap=True, style="red")
         if outcome.hint:
             error_console.print(outcome.hint, soft_wrap=True, style="dim")
     return 1 if bad else 0

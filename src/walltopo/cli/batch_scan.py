@@ -26,6 +26,7 @@ from walltopo.core.parent import end_with_parent
 
 if TYPE_CHECKING:
     from walltopo.pipeline.forecast import Forecast
+    from walltopo.scans.manifest import StageRecord
 
 __all__ = ["LOG", "main"]
 
@@ -43,15 +44,31 @@ class _Logged(ScanListener):
         console = Console(file=sys.stderr, width=_WIDTH, highlight=False, color_system=None)
         super().__init__(console, verbose=True)
         self._folder = folder
+        self._begun: Forecast | None = None
 
     def scan_begins(self, forecast: Forecast) -> None:
+        # Told once there is a log: before its first stage, the folder is not yet a scan's.
+        self._begun = forecast
+
+    def stage_begins(self, stage: str) -> None:
+        self._open()
+        super().stage_begins(stage)
+
+    def stage_kept(self, stage: str, record: StageRecord) -> None:
+        self._open()
+        super().stage_kept(stage, record)
+
+    def _open(self) -> None:
+        if self._begun is None:
+            return
         log = os.open(self._folder / LOG, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
         os.dup2(log, 1)
         os.dup2(log, 2)
         os.close(log)
         now = datetime.now(UTC).isoformat(timespec="seconds")
         self._console.print(f"-- begun {now}, process {os.getpid()}")
-        super().scan_begins(forecast)
+        super().scan_begins(self._begun)
+        self._begun = None
 
 
 def main() -> int:

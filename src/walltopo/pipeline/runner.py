@@ -143,8 +143,10 @@ def scan(
             for stage in chosen:
                 runner.run(stage, stage in forced)
         finally:
-            with suppress(WalltopoError):  # a cache: without it the next run reads more
-                ledger.save()
+            # A cache: without it the next run reads more. A folder that is no scan yet stays empty.
+            if folder.manifest.exists():
+                with suppress(WalltopoError):
+                    ledger.save()
         metrics = {name: record.metrics for name, record in manifest.stages.items()}
         return ScanResult(folder, metrics, tuple(runner.ran))
 
