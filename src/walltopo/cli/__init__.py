@@ -35,6 +35,7 @@ GROUPS = (
     "palette",
     "inventory",
     "moves",
+    "setting",
     "completion",
 )
 

@@ -23,12 +23,14 @@ from walltopo_gym.accounts.models import (
     SignIn,
 )
 from walltopo_gym.climbing.counted_models import ClimbingSession, SessionMark, Standing
-from walltopo_gym.climbing.csv_tables import csv_table
 from walltopo_gym.climbing.follows import followers, following
 from walltopo_gym.climbing.models import Ascent, HiddenComment, Opinion, Report
+from walltopo_gym.competitions.entering import forget_names
+from walltopo_gym.competitions.models import Entry, ScoreEvent, WaiverSignature
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.gyms.models import Ban, Gym, Membership
 from walltopo_gym.gyms.roles import Role
+from walltopo_gym.spreadsheets import csv_table
 
 __all__ = ["all_of", "ascents_csv", "forget"]
 
@@ -43,6 +45,9 @@ _KINDS: Final[dict[str, Any]] = {
     "standings": Standing,
     "hidden_comments": HiddenComment,
     "reports": Report,
+    "competition_entries": Entry,
+    "competition_waivers": WaiverSignature,
+    "score_events": ScoreEvent,
     "bans": Ban,
     "sign_ins": SignIn,
     "browsers": KnownBrowser,
@@ -111,6 +116,7 @@ def forget(session: Session, person: UUID) -> None:
                 f"{gym.name} would be left without an owner",
                 "Make somebody else its owner first, or close it.",
             )
+    forget_names(session, person)
     session.execute(delete(Person).where(Person.id == person))
     log_change(session, "person.delete", person=person)
 
