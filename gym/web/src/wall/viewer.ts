@@ -4,6 +4,7 @@ export interface WallElement extends HTMLElement {
   selectedRoute: number | null;
   selectRoute(id: number | null, options?: { move?: boolean }): void;
   showRoutes(ids: Iterable<number> | null): void;
+  showHeat(values: Iterable<[number, number]> | null, words?: { title: string; low: string; high: string } | null): void;
   home(): void;
   climberView(): void;
 }
