@@ -11,6 +11,8 @@ import { Editor } from "./edit/editor";
 import { Server } from "./edit/server";
 import type { Insets } from "./fit";
 import { Grab, grabMode } from "./grab";
+import { Heat } from "./heat";
+import type { HeatWords } from "./heat";
 import { pressed } from "./keys";
 import { say, speak } from "./languages";
 import { readPlace } from "./link";
@@ -61,6 +63,7 @@ export class WallTopo extends HTMLElement {
     card: this.card,
   });
   private readonly toast = new Toast();
+  private readonly heat = new Heat();
   private readonly message = new Message();
   private readonly thread = h("div", { class: "thread", hidden: true }, h("i"));
   private route: number | null = null;
@@ -185,6 +188,15 @@ export class WallTopo extends HTMLElement {
   /** Show only these routes, in the list and on the wall, where the others fade; null: all. */
   showRoutes(ids: Iterable<number> | null): void {
     this.panel.limit(ids);
+    this.repaint();
+  }
+
+  /**
+   * Colour the holds of routes by a value from 0 to 1, by route id; the rest fades. With `words` a legend says what
+   * the ends stand for. null: as photographed.
+   */
+  showHeat(values: Iterable<[number, number]> | null, words: HeatWords | null = null): void {
+    this.heat.set(values, words);
     this.repaint();
   }
 
@@ -448,8 +460,8 @@ export class WallTopo extends HTMLElement {
     if (this.hold !== null) outlines.set(this.hold, Outline.chosen);
     for (const id of this.editor?.marked ?? []) outlines.set(id, Outline.marked);
     const alone = this.hold === null ? [] : [this.hold];
-    const lit = route ? new Set([...route.holds, ...alone]) : this.panel.lit;
-    this.stage?.paint(lit, outlines);
+    const lit = this.heat.shown ? new Set(alone) : route ? new Set([...route.holds, ...alone]) : this.panel.lit;
+    this.stage?.paint(lit, outlines, this.heat.holds(this.tables));
     this.overlay?.flags(route ?? null, this.tables);
   }
 
@@ -509,7 +521,7 @@ export class WallTopo extends HTMLElement {
       picture: () => void this.savePicture(),
     });
     this.panel = new Panel();
-    this.view.replaceChildren(this.canvas, this.bar.root, this.thread, this.toast.root);
+    this.view.replaceChildren(this.canvas, this.bar.root, this.thread, this.heat.root, this.toast.root);
     this.shell.replaceChildren(this.panel.root, this.view, this.card, this.message.root);
     this.root.append(this.shell);
     this.panel.onRoute = (id) => this.selectRoute(id, { move: true });

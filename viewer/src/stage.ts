@@ -231,10 +231,10 @@ export class Stage {
     });
   }
 
-  /** Full colour only for `lit`; none: everything. Outlines as given, by hold id. */
-  paint(lit: Set<number> | null, outlines: Map<number, number>): void {
+  /** Full colour only for `lit`; none: everything. Outlines and heat as given, by hold id. */
+  paint(lit: Set<number> | null, outlines: Map<number, number>, heat: Map<number, number>): void {
     for (let id = 0; id < this.state.count; id++) {
-      this.state.write(id, lit === null || lit.has(id), outlines.get(id) ?? 0);
+      this.state.write(id, lit === null || lit.has(id), outlines.get(id) ?? 0, heat.get(id) ?? 0);
     }
     this.state.commit();
     this.outlined = outlines.size > 0;

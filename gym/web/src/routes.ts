@@ -27,6 +27,16 @@ export const { p, navigate, route } = createRouter({
   "/g/:gym/sessions/:visit": () => import("./pages/SessionPage.svelte"),
   "/g/:gym/board": () => import("./pages/Board.svelte"),
   "/g/:gym/feed": () => import("./pages/Feed.svelte"),
+  "/g/:gym/competitions": () => import("./competitions/List.svelte"),
+  "/g/:gym/competitions/new": () => import("./competitions/Wizard.svelte"),
+  "/g/:gym/competitions/:competition": () => import("./competitions/CompetitionPage.svelte"),
+  "/g/:gym/competitions/:competition/edit": () => import("./competitions/Wizard.svelte"),
+  "/g/:gym/competitions/:competition/entries": () => import("./competitions/StartList.svelte"),
+  "/g/:gym/competitions/:competition/card": () => import("./competitions/Card.svelte"),
+  "/g/:gym/competitions/:competition/judge": () => import("./competitions/JudgePage.svelte"),
+  "/g/:gym/competitions/:competition/judge/:problem": () => import("./competitions/JudgeProblem.svelte"),
+  "/g/:gym/competitions/:competition/appeals": () => import("./competitions/Appeals.svelte"),
+  "/g/:gym/competitions/:competition/board": () => import("./competitions/BoardPage.svelte"),
   "/g/:gym/settings": () => import("./pages/GymSettings.svelte"),
   "/g/:gym/settings/zones": () => import("./settings/Zones.svelte"),
   "/g/:gym/settings/comments": () => import("./settings/Reports.svelte"),
@@ -34,6 +44,11 @@ export const { p, navigate, route } = createRouter({
   "/g/:gym/settings/plan": () => import("./settings/PlanEditor.svelte"),
   "/g/:gym/settings/webhooks": () => import("./settings/Webhooks.svelte"),
   "/g/:gym/settings/log": () => import("./settings/Log.svelte"),
+  "/g/:gym/insights": () => import("./insights/Overview.svelte"),
+  "/g/:gym/insights/styles": () => import("./insights/Styles.svelte"),
+  "/g/:gym/insights/holds": () => import("./insights/Holds.svelte"),
+  "/g/:gym/insights/w/:wall": () => import("./insights/HeatMap.svelte"),
+  "/g/:gym/insights/w/:wall/resets": () => import("./insights/Resets.svelte"),
   "/g/:gym/w/:wall": wall,
   "/g/:gym/w/:wall/r/:route": wall,
   "/g/:gym/w/:wall/past": past,
@@ -47,6 +62,6 @@ export const { p, navigate, route } = createRouter({
 });
 
 /** A part of the present address; the page that asks has it. */
-export function part(name: "gym" | "wall" | "route" | "scan" | "person" | "visit"): string {
+export function part(name: "gym" | "wall" | "route" | "scan" | "person" | "visit" | "competition" | "problem"): string {
   return route.params[name] ?? "";
 }

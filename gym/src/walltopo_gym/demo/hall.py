@@ -27,6 +27,7 @@ from walltopo_gym.accounts.people import add_person, find_person, set_password
 from walltopo_gym.climbing.counting import recount
 from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
+from walltopo_gym.demo.aims import fill_aims
 from walltopo_gym.demo.crowd import fill, fill_own
 from walltopo_gym.gyms.grades import FONT
 from walltopo_gym.gyms.members import add_member
@@ -52,6 +53,7 @@ SLUG: Final = "demo"
 _ACCOUNTS: Final = "demo-accounts.json"
 _NAMES: Final = ("Moonshine", "Left Turn", "Cold Coffee", "The Plum", "Paperclip", "Slow Motion",
                  "Half a Sandwich", "Sunday", "Old Friend", "Quiet Feet")  # fmt: skip
+_SETTERS: Final = ("Demo setter", "Nadia (made up)")
 _LOOK_S: Final = 0.5
 
 Found = TypeVar("Found")
@@ -93,6 +95,7 @@ class Hall:
             fill(session, gym, routes, now())
             fill_own(session, gym, self._person(f"climber@{SLUG}.example"), routes, now())
             recount(session, gym)
+            fill_aims(session, gym, routes, now())
         return accounts
 
     def _accounts(self) -> dict[str, str]:
@@ -211,7 +214,7 @@ def name_routes(found: dict[int, FoundRoute]) -> dict[int, dict[str, object]]:
             "name": _NAMES[place % len(_NAMES)],
             "grade": FONT[min(first + 2 * place, len(FONT) - 1)],
             "colour": route.colour,
-            "setter": "Demo setter",
+            "setter": _SETTERS[place % len(_SETTERS)],
         }
         for place, route in enumerate(harder)
     }

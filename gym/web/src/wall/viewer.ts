@@ -4,6 +4,7 @@ export interface WallElement extends HTMLElement {
   selectedRoute: number | null;
   selectRoute(id: number | null, options?: { move?: boolean }): void;
   showRoutes(ids: Iterable<number> | null): void;
+  showHeat(values: Iterable<[number, number]> | null, words?: { title: string; low: string; high: string } | null): void;
   home(): void;
   climberView(): void;
 }
@@ -24,4 +25,9 @@ export function defineViewer(): Promise<void> {
     document.head.append(script);
   });
   return loaded;
+}
+
+/** Begins to fetch it, for a page that will show a wall; that one tells what went wrong. */
+export function expectViewer(): void {
+  defineViewer().catch(() => undefined);
 }
