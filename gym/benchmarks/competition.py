@@ -29,6 +29,7 @@ from uuid import UUID, uuid4
 
 import httpx
 import numpy as np
+from gym.benchmarks.asked import cpu_s
 from gym.benchmarks.pacing import paced
 from gym.tests.competitions.reference import Reference
 from gym.tests.running import Process
@@ -225,11 +226,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
         settings |= {"database": args.database} if args.database else {}
         process = Process(data, "serve", "--port", "0", **settings)
         try:
+            before = cpu_s(process.pid)
             seen = asyncio.run(load(process.said, cup, args))
+            spent = cpu_s(process.pid) - before
             lost, wrong = check(process.said, server.settings.database_url, cup, seen)
         finally:
             process.stop()
     report(seen, lost, wrong, args)
+    each = 1000 * spent / max(1, sum(seen.statuses.values()))
+    print(
+        f"processor time of the server: {each:.1f} ms an event, {each * args.rate / 1000:.2f} cores"
+    )
     return int(lost > 0 or wrong > 0)
 
 

@@ -63,9 +63,15 @@ def test_two_listeners_one_computation_two_servers(
     monkeypatch.setattr(live, "_LOOK_S", 0.02)
     # Another process has connections and a board of its own.
     other = Database(contest.world.server.database.url)
-    boards, asked = LiveBoards(other), []
+    boards = LiveBoards(other)
+    asked: list[Any] = []
     told = boards.told
-    monkeypatch.setattr(boards, "told", lambda *a, **k: asked.append(1) or told(*a, **k))
+
+    def counted(*given: Any, **named: Any) -> Any:
+        asked.append(given)
+        return told(*given, **named)
+
+    monkeypatch.setattr(boards, "told", counted)
     entries = [contest.entry(name) for name in ("Jana", "Ivo", "Uma")]
     competition = UUID(contest.sheet["id"])
 
@@ -77,7 +83,7 @@ def test_two_listeners_one_computation_two_servers(
 
         await all_until(0)
         for number, entry in enumerate(entries, 1):
-            await to_thread.run_sync(lambda e=entry, n=number: contest.say(e, "top", 0, n))
+            await to_thread.run_sync(contest.say, entry, "top", 0, number)
             await all_until(number)
         assert listeners[0].ranks() == [(1, "Jana"), (2, "Ivo"), (2, "Uma")]
         assert all(listener.lines == listeners[0].lines for listener in listeners)
