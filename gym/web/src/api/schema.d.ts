@@ -1286,7 +1286,8 @@ export interface paths {
         /**
          * Put Ascent
          * @description Tell what one did; under an id that one's phone has made, so that it arrives once however
-         *     often it is sent. Sent again with other words it is corrected; taken back it stays.
+         *     often it is sent. Sent again with other words it is corrected; taken back it stays. The answer
+         *     is what it says now: a late copy of an older `edit` changes nothing.
          */
         put: operations["put_ascent"];
         post?: never;
@@ -1350,7 +1351,7 @@ export interface paths {
         get: operations["read_opinion"];
         /**
          * Put Opinion
-         * @description Say what one thinks of a route.
+         * @description Say what one thinks of a route; a late copy of an older `edit` changes nothing.
          */
         put: operations["put_opinion"];
         post?: never;
@@ -3588,6 +3589,26 @@ export interface components {
             moved: number[];
         };
         /**
+         * EditWords
+         * @description Which edit of a device this is, so that a copy of an older one that arrives late changes
+         *     nothing: `number` grows with each edit of the device, `age_s` is how long ago it was made when
+         *     it is sent, by the device's own clock.
+         */
+        EditWords: {
+            /**
+             * Device
+             * Format: uuid
+             */
+            device: string;
+            /** Number */
+            number: number;
+            /**
+             * Age S
+             * @default 0
+             */
+            age_s?: number;
+        };
+        /**
          * EntryBody
          * @description A competitor; without a bib the next free one.
          */
@@ -4456,6 +4477,7 @@ export interface components {
              * @default
              */
             note?: string;
+            edit?: components["schemas"]["EditWords"] | null;
         };
         /**
          * NewBan
@@ -4572,6 +4594,31 @@ export interface components {
              * @default 1
              */
             uses?: number;
+        };
+        /**
+         * NewOpinion
+         * @description What one thinks, and which edit of it this is.
+         */
+        NewOpinion: {
+            /**
+             * Grade
+             * @default
+             */
+            grade?: string;
+            /** Stars */
+            stars?: number | null;
+            /**
+             * Wish
+             * @default
+             * @enum {string}
+             */
+            wish?: "" | "keep" | "renew";
+            /**
+             * Comment
+             * @default
+             */
+            comment?: string;
+            edit?: components["schemas"]["EditWords"] | null;
         };
         /**
          * NewPasskey
@@ -10251,7 +10298,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["OpinionWords"];
+                "application/json": components["schemas"]["NewOpinion"];
             };
         };
         responses: {
