@@ -216,6 +216,11 @@ export class WallTopo extends HTMLElement {
     this.views?.climber(this.tables.routes.get(this.route ?? -1), this.tables);
   }
 
+  /** The whole wall from one side (-1), the front (0), the other side (1), or between: for a wall that turns. */
+  swing(share: number): void {
+    this.views?.swing(share);
+  }
+
   /** What is drawn as a PNG blob, without words. */
   screenshot(): Promise<Blob | null> {
     return this.stage ? this.stage.screenshot() : Promise.resolve(null);

@@ -6,6 +6,7 @@ endpoint that is not in it fails, and so does one that lets in whom the table do
 
 from __future__ import annotations
 
+from base64 import urlsafe_b64encode
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from io import BytesIO
@@ -14,6 +15,8 @@ from uuid import UUID, uuid4
 
 import httpx
 import pytest
+from cryptography.hazmat.primitives.asymmetric.ec import SECP256R1, generate_private_key
+from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
 from gym.tests.authenticator import Device
 from gym.tests.competitions import cases as cups
 from gym.tests.worlds import ORIGIN, PASSWORD, Server, Somebody, World, hold, make_world
@@ -30,6 +33,8 @@ from walltopo_gym.gyms.members import add_member, invite
 from walltopo_gym.gyms.models import Ban, GradeSystem, Invitation
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.hall.codes import code_of
+from walltopo_gym.hall.models import PushAddress
+from walltopo_gym.hall.secrets import unsubscribe_token
 from walltopo_gym.insights.models import Washing
 from walltopo_gym.scans.states import State
 
@@ -273,6 +278,28 @@ def a_short_link(world: World) -> dict[str, Any]:
 HALL = {"parts": ["routes", "dates"], "seconds": 10, "days": 7, "board": True}
 
 
+def a_push_body() -> dict[str, Any]:
+    """As a browser gives it; nobody listens there."""
+    key = generate_private_key(SECP256R1()).public_key()
+    point = key.public_bytes(Encoding.X962, PublicFormat.UncompressedPoint)
+    told = {"public_key": point, "secret": bytes(16)}
+    coded = {name: urlsafe_b64encode(part).decode() for name, part in told.items()}
+    return {"endpoint": f"https://127.0.0.1:9/{uuid4()}"} | coded
+
+
+def person_id(who: Somebody) -> UUID:
+    assert who.id is not None
+    return who.id
+
+
+def an_own_push(world: World) -> dict[str, Any]:
+    body = a_push_body()
+    row = PushAddress(person_id=person_id(world.owner), **body)
+    with world.server.database.writing() as session:
+        session.add(row)
+    return {"browser": row.id}
+
+
 def _hall_secret(world: World) -> str:
     link: str = world.server.ask("POST", f"{world.path}/hall/key", world.owner).json()["link"]
     return link.partition("#")[2]
@@ -507,6 +534,13 @@ CASES = {
     "read_cards": Case("setter", Scope.MANAGE, lambda w: a_route(w) and {}),
     "read_calendar": Case("guest", Scope.READ),
     "read_new_routes": Case("guest", Scope.READ),
+    "read_wishes": Case("signed-in"),
+    "put_wishes": Case("signed-in", body=lambda w: {"digest": True, "language": "de"}),
+    "put_push": Case("signed-in", body=lambda w: a_push_body()),
+    "drop_push": Case("signed-in", values=an_own_push),
+    "try_push": Case("signed-in", values=an_own_push),
+    "end_mails": Case("anyone", Scope.READ, lambda w: {
+        "token": unsubscribe_token(w.server.database, person_id(w.owner))}),
     "read_short_link": Case("anyone", Scope.READ, a_short_link),
     "list_webhooks": Case("owner", Scope.MANAGE),
     "make_webhook": Case("owner", Scope.MANAGE, body=lambda w: {"url": "https://example.com/"}),
@@ -570,7 +604,15 @@ EXCEPT = (
     | {("confirm_second_factor", kind): 409 for kind in PEOPLE}  # none was begun
     | {
         (name, kind): 404
-        for name in ("drop_token", "drop_ascent", "drop_passkey", "pin_ascent", "unpin_ascent")
+        for name in (
+            "drop_push",
+            "try_push",
+            "drop_token",
+            "drop_ascent",
+            "drop_passkey",
+            "pin_ascent",
+            "unpin_ascent",
+        )
         for kind in PEOPLE
         if kind != "owner"
     }
@@ -595,6 +637,9 @@ EXCEPT = (
         for name in ("read_person", "follow_person")
         for kind in ("stranger", "operator")
     }
+    # Nothing is sent into our own network: test_gym_messages.py in hall has a service.
+    | {("put_push", kind): 422 for kind in PEOPLE}
+    | {("try_push", "owner"): 422}
     # No answer of a device: test_gym_passkeys.py has real ones.
     | {("make_passkey", kind): 422 for kind in PEOPLE}
     # There is no wall in the scans of this table.

@@ -38,7 +38,6 @@ from walltopo_gym.gyms.roles import Role
 from walltopo_gym.publishing.change import Entry, Placed, publish
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.publishing.review import found_routes
-from walltopo_gym.publishing.work import at_work
 from walltopo_gym.scans.asking import begin, start
 from walltopo_gym.scans.models import Scan, ScanProgress
 from walltopo_gym.scans.states import State
@@ -47,6 +46,7 @@ from walltopo_gym.storage.files import FileStore, hash_of_file
 from walltopo_gym.uploads.incoming import Incoming
 from walltopo_gym.uploads.models import Photo
 from walltopo_gym.uploads.receiving import announce, finish
+from walltopo_gym.work import at_work
 
 __all__ = ["SLUG", "Hall", "name_routes"]
 

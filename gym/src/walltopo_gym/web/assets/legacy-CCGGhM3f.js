@@ -1,0 +1,1 @@
+import{Lt as e}from"./Trouble-B9fHhWoB.js";e();
