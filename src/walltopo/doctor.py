@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from importlib.metadata import entry_points
 from pathlib import Path
 
+from walltopo.core.cores import cores
 from walltopo.openmvs.programs import PROGRAMS
 
 __all__ = ["Finding", "examine"]
@@ -104,8 +105,7 @@ def _distributions() -> Iterator[Finding]:
 
 
 def _cores_and_memory() -> Iterator[Finding]:
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    yield Finding("cores", "ok", str(cores))
+    yield Finding("cores", "ok", str(cores()))
     total = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30
     state = "ok" if total >= 6 else "problem"
     advice = "" if total >= 6 else "; a scan of 70 photos wants 6"

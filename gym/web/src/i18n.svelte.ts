@@ -1,6 +1,9 @@
 /** The app's words in the reader's language, by i18next. One language is loaded at a time. */
 
 import i18next from "i18next";
+import type competitions from "./competitions/locales/en.json";
+import type hall from "./hall/locales/en.json";
+import type insights from "./insights/locales/en.json";
 import type en from "./locales/en.json";
 
 export const LANGUAGES = { en: "English", de: "Deutsch", cs: "Čeština", fr: "Français" } as const;
@@ -10,11 +13,12 @@ type Forms<K extends string> = K extends `${infer Base}_${"one" | "few" | "many"
 type Paths<T, Before extends string = ""> = {
   [K in keyof T & string]: T[K] extends string ? `${Before}${Forms<K>}` : Paths<T[K], `${Before}${K}.`>;
 }[keyof T & string];
-/** Where a text stands in `locales/en.json`; plural forms without their ending. */
-export type Key = Paths<typeof en>;
+/** Where a text stands in `locales/en.json`, or in that of an area (`addWords`); plural forms without their ending. */
+export type Key = Paths<typeof en & typeof competitions & typeof hall & typeof insights>;
 
 const KEPT = "walltopo-language";
-const LOADERS = import.meta.glob<object>("./locales/*.json", { import: "default" });
+type Loaders = Record<string, () => Promise<object>>;
+const LOADERS: Loaders[] = [import.meta.glob<object>("./locales/*.json", { import: "default" })];
 
 // English are the server's own words.
 const SAID = import.meta.glob<Record<string, string>>("./said/*.json", { import: "default" });
@@ -46,10 +50,22 @@ function wished(): Language {
   return asked.map((code) => code.slice(0, 2)).find(isKnown) ?? "en";
 }
 
+async function learn(code: Language, loaders: Loaders): Promise<void> {
+  i18next.addResourceBundle(code, "translation", await loaders[`./locales/${code}.json`]!(), true);
+}
+
+/**
+ * The words of an area of the app, which come with its pages: each of those imports a `words.ts` that waits for this.
+ * The area's first key is its own.
+ */
+export async function addWords(loaders: Loaders): Promise<void> {
+  LOADERS.push(loaders);
+  await learn(spoken, loaders);
+}
+
 export async function speak(code: Language, keep = true): Promise<void> {
   saidHere = (await SAID[`./said/${code}.json`]?.()) ?? {};
-  const words = await LOADERS[`./locales/${code}.json`]!();
-  i18next.addResourceBundle(code, "translation", words);
+  await Promise.all(LOADERS.map((loaders) => learn(code, loaders)));
   spoken = code;
   document.documentElement.lang = code;
   if (keep) localStorage.setItem(KEPT, code);

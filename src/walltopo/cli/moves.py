@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from walltopo.scans.moves import ClimberRow
     from walltopo.scans.routes import Route
 
-__all__ = ["register"]
+__all__ = ["read_wall", "register", "who_gets_up"]
 
 _MOVES = """examples:
   walltopo moves gym3                     a child, a short, a usual and a tall adult
@@ -60,7 +60,7 @@ def register(commands: Commands[argparse.ArgumentParser]) -> None:
     grade.set_defaults(run=_grade)
 
 
-def _wall(path: Path) -> tuple[tuple[HoldRow, ...], tuple[Route, ...], float]:
+def read_wall(path: Path) -> tuple[tuple[HoldRow, ...], tuple[Route, ...], float]:
     """Holds and routes of a scan, and how many units a metre is."""
     from walltopo.routes.contract import RoutesSettings
     from walltopo.scans.artifacts import load_artifact
@@ -92,7 +92,7 @@ def _moves(args: argparse.Namespace) -> int:
     bodies = dict(BODIES)
     if args.height is not None:
         bodies["you"] = Body(args.height, args.reach or 0.0)
-    holds, routes, unit = _wall(args.scan)
+    holds, routes, unit = read_wall(args.scan)
     model = shipped_model()
     ranges = grade_routes(place_routes(routes, holds, unit, model), model)
     rows = []
@@ -101,7 +101,7 @@ def _moves(args: argparse.Namespace) -> int:
         found = ranges.get(route.id)
         grade = None if found is None else GradeRow(*_ends(found), found.coverage, found.graded)
         rows.append(RouteMoves(route.id, climbers, grade))
-        console.print(f"{route_name(route)}: {_told(climbers)}", soft_wrap=True)
+        console.print(f"{route_name(route)}: {who_gets_up(climbers)}", soft_wrap=True)
     folder = ScanFolder(args.scan)
     with held(folder):
         write_moves(folder, Moves(unit=unit, routes=tuple(rows)))
@@ -116,7 +116,7 @@ def _ends(found: Range) -> tuple[str, str]:
     return FONT[found.low], FONT[found.high]
 
 
-def _told(climbers: tuple[ClimberRow, ...]) -> str:
+def who_gets_up(climbers: tuple[ClimberRow, ...]) -> str:
     """Who gets up, in one line."""
     if not climbers:
         return "no start or no top: no moves"
@@ -142,7 +142,7 @@ def _grade(args: argparse.Namespace) -> int:
     from walltopo.grades.of_scan import grade_routes, place_routes
     from walltopo.scans.route_name import route_name
 
-    holds, routes, unit = _wall(args.scan)
+    holds, routes, unit = read_wall(args.scan)
     model = shipped_model()
     ranges = grade_routes(place_routes(routes, holds, unit, model), model)
     rows: list[dict[str, Any]] = []

@@ -12,9 +12,9 @@ import math
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from walltopo.climbing.statics import NONE, hold_on, place_hip
+from walltopo.kernels import kernel
 
 __all__ = ["find_way", "move_cost"]
 
@@ -36,7 +36,7 @@ _APART = 0.95  # of the arm span: farther apart are no two hands
 _HIGH = 0.30  # of the height: nearer to the hands than that no foot is put
 
 
-@njit(cache=True)
+@kernel
 def move_cost(
     position: Floats,
     wall: Floats,
@@ -68,7 +68,7 @@ def move_cost(
     return cost, lack
 
 
-@njit(cache=True)
+@kernel
 def _placed(position: Floats, side: Floats, limbs: Ints, height: float, span: float) -> float:
     """Cost of how the limbs lie: crossed, matched; infinite where no one would stand so."""
     a, b, c, d = limbs[0], limbs[1], limbs[2], limbs[3]
@@ -108,7 +108,7 @@ def _placed(position: Floats, side: Floats, limbs: Ints, height: float, span: fl
     return cost
 
 
-@njit(cache=True)
+@kernel
 def find_way(
     position: Floats,
     wall: Floats,

@@ -13,7 +13,8 @@ import math
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
+
+from walltopo.kernels import kernel
 
 __all__ = ["NONE", "hold_on", "place_hip"]
 
@@ -29,7 +30,7 @@ _LEAST = 0.08  # of a jug bears any hold in any direction: fingers find an edge
 _CROUCH = 0.16  # of the height: hip from a foot, at least
 
 
-@njit(cache=True)
+@kernel
 def place_hip(position: Floats, wall: Floats, limbs: Ints, body: Floats, hip: Floats) -> float:
     """Put a hip to a stance; the greatest lack of reach (m), 0 where all is in reach.
 
@@ -102,7 +103,7 @@ def place_hip(position: Floats, wall: Floats, limbs: Ints, body: Floats, hip: Fl
     return worst if worst > 0.01 else 0.0
 
 
-@njit(cache=True)
+@kernel
 def hold_on(
     position: Floats,
     wall: Floats,

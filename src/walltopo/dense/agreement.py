@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit, prange
 from numpy.typing import NDArray
 
 from walltopo.core import View
 from walltopo.dense.depth import intrinsics, seen_from
+from walltopo.kernels import in_ranges, kernel
 
 __all__ = ["agreeing_depth"]
 
@@ -27,8 +27,10 @@ _AGREE = 2
 _BLIND = 16.0
 
 
-@njit(cache=True, parallel=True)
+@kernel
 def _agree(
+    begin: int,
+    end: int,
     stack: Depth,
     precision: Floats,
     own: Floats,
@@ -40,9 +42,9 @@ def _agree(
     weight: Depth,
     support: NDArray[np.uint8],
 ) -> None:
-    """Fill depth, weight and support (in place)."""
-    pairs, height, width = stack.shape
-    for y in prange(height):
+    """Fill rows of depth, weight and support (in place)."""
+    pairs, _, width = stack.shape
+    for y in range(begin, end):
         for x in range(width):
             best = 0.0
             for candidate in range(pairs):
@@ -100,7 +102,9 @@ def agreeing_depth(
     stack = np.stack(maps)
     depth, weight = np.zeros(stack.shape[1:], np.float32), np.zeros(stack.shape[1:], np.float32)
     support = np.zeros(stack.shape[1:], dtype=np.uint8)
-    _agree(
+    in_ranges(
+        _agree,
+        len(depth),
         stack,
         (view.camera.fx * baselines / _DISPARITY_SIGMA) ** 2,
         intrinsics(view),

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from walltopo.kernels import kernel
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
@@ -25,7 +26,7 @@ _CLEAR = 0.6
 _AT_ENDS = 3.0
 
 
-@njit(cache=True)
+@kernel
 def _best_ends(points: Floats, along: Floats, widest: float, largest: float, edge: float) -> Ints:
     """(n,) for each start the end of the bay that gains most, -1 = none.
 

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numba import njit, prange
 from numpy.typing import NDArray
 
 from walltopo.dense.depth import DepthMap, intrinsics, seen_from
+from walltopo.kernels import in_ranges, kernel
 
 __all__ = ["confirmed"]
 
@@ -21,8 +21,10 @@ Depth = NDArray[np.float32]
 _TOLERANCE = 3.0
 
 
-@njit(cache=True, parallel=True)
+@kernel
 def _vote(
+    begin: int,
+    end: int,
     depth: Depth,
     weight: Depth,
     other: Depth,
@@ -34,9 +36,9 @@ def _vote(
     votes: NDArray[np.int8],
 ) -> None:
     """Add one for each pixel that the other map confirms, take one where it sees through."""
-    height, width = depth.shape
+    width = depth.shape[1]
     rows, columns = other.shape
-    for y in prange(height):
+    for y in range(begin, end):
         for x in range(width):
             z = depth[y, x]
             if z <= 0.0:
@@ -80,7 +82,9 @@ def confirmed(
     votes = np.zeros(own.depth.shape, dtype=np.int8)
     for j in partners:
         other = maps[j]
-        _vote(
+        in_ranges(
+            _vote,
+            len(votes),
             own.depth,
             own.weight,
             other.depth,

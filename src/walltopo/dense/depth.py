@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from walltopo.core import View
+from walltopo.kernels import kernel
 
 __all__ = ["DepthMap", "intrinsics", "seen_from"]
 
@@ -39,7 +39,7 @@ def intrinsics(view: View) -> Floats:
     return np.array([camera.fx, camera.fy, camera.cx, camera.cy])
 
 
-@njit(cache=True)
+@kernel
 def seen_from(
     x: int, y: int, z: float, here: Floats, there: Floats, there_from_here: Floats
 ) -> tuple[float, float, float]:

@@ -11,10 +11,10 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
+from walltopo.kernels import kernel
 from walltopo.meshes.topology import edges_of, fans
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ _AT_ONE = 4
 _SAME_WAY = 1e-6
 
 
-@njit(cache=True)
+@kernel
 def _leads_into_gap(
     vertices: Floats, ins: Ints, outs: Ints, normal: Floats, here: int, there: int
 ) -> bool:

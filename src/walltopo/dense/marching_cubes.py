@@ -10,11 +10,11 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
 from walltopo.dense.tsdf import BLOCK, Volume
+from walltopo.kernels import kernel
 
 __all__ = ["cube_table", "extract"]
 
@@ -109,7 +109,7 @@ def cube_table() -> NDArray[np.int8]:
     return table
 
 
-@njit(cache=True)
+@kernel
 def _fill_corners(
     distance: Singles,
     weight: Singles,
@@ -136,7 +136,7 @@ def _fill_corners(
                     )
 
 
-@njit(cache=True)
+@kernel
 def _march(
     distance: Singles,
     weight: Singles,

@@ -9,13 +9,13 @@ the hull of the rim, however rough it is.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
 from walltopo.dense.remesh import collapse_short_edges
 from walltopo.dense.rim import triangulate_rim
 from walltopo.dense.subdivide import halve_edges
+from walltopo.kernels import kernel
 from walltopo.meshes.neighbours import face_neighbours
 from walltopo.meshes.topology import edges_of
 
@@ -95,14 +95,14 @@ def _flipped(vertices: Floats, faces: Faces, barred: NDArray[np.bool_]) -> Faces
     return result
 
 
-@njit(cache=True)
+@kernel
 def _cosine_at(p: Floats, q: Floats, r: Floats) -> float:
     """Of the angle at p between q and r."""
     u, v = q - p, r - p
     return (u * v).sum() / np.sqrt(max((u * u).sum() * (v * v).sum(), 1e-60))
 
 
-@njit(cache=True)
+@kernel
 def _flip(vertices: Floats, faces: Faces, across: Faces, keys: NDArray[np.int64]) -> None:
     """Flip edges until none is worth it (in place).
 
@@ -154,7 +154,7 @@ def _flip(vertices: Floats, faces: Faces, across: Faces, keys: NDArray[np.int64]
             queue.append(3 * g + s)
 
 
-@njit(cache=True)
+@kernel
 def _relink(across: Faces, face: int, old: int, new: int) -> None:
     """One neighbour of a face instead of another."""
     if face >= 0:

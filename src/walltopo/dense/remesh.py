@@ -8,13 +8,13 @@ contraction", 1999), so the surface's topology never changes.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, StageError
 from walltopo.dense.clean import drop_crumbs, fill_holes, make_manifold
 from walltopo.dense.contract import DenseSettings
 from walltopo.dense.gaps import sew_gaps
+from walltopo.kernels import kernel
 from walltopo.meshes.topology import compact, edges_of
 
 __all__ = ["collapse_short_edges", "finish"]
@@ -31,7 +31,7 @@ _PASSES = 4
 _SHORTEST_EDGE = 0.5
 
 
-@njit(cache=True)
+@kernel
 def _shape(a: Floats, b: Floats, c: Floats, normal: Floats) -> float:
     """Twice the area over the longest side squared; writes the unnormalised normal."""
     ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
@@ -44,7 +44,7 @@ def _shape(a: Floats, b: Floats, c: Floats, normal: Floats) -> float:
     return size / longest if longest > 0 else 0.0
 
 
-@njit(cache=True)
+@kernel
 def _accepts(
     vertices: Floats,
     faces: Faces,
@@ -79,7 +79,7 @@ def _accepts(
     return True
 
 
-@njit(cache=True)
+@kernel
 def _link_holds(
     faces: Faces,
     alive: NDArray[np.bool_],
@@ -118,7 +118,7 @@ def _link_holds(
     return shared in (1, 2) and common == shared
 
 
-@njit(cache=True)
+@kernel
 def _collapse(
     vertices: Floats,
     faces: Faces,

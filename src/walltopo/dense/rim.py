@@ -8,8 +8,9 @@ least area; by dynamic programming over the rim's chords (Barequet and Sharir 19
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from walltopo.kernels import kernel
 
 __all__ = ["triangulate_rim"]
 
@@ -22,7 +23,7 @@ _FOLD_STEP = 0.1
 _FOLDED = 1.98
 
 
-@njit(cache=True)
+@kernel
 def _best_thirds(points: Floats, outer: Floats, barred: NDArray[np.bool_]) -> Ints:
     """(n, n) the third vertex over chord i < j, -1 = none is possible.
 

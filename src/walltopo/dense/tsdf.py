@@ -10,10 +10,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit, prange
 from numpy.typing import NDArray
 
 from walltopo.core import StageError, View
+from walltopo.kernels import in_ranges, kernel
 
 __all__ = ["BLOCK", "Volume", "allocate", "fuse"]
 
@@ -53,7 +53,7 @@ class Volume:
     weight: Depth
 
 
-@njit(cache=True)
+@kernel
 def _count_hits(
     depth: Depth,
     inverse_k: Floats,
@@ -98,8 +98,10 @@ def _count_hits(
                             hits[i, j, k] += 1
 
 
-@njit(cache=True, parallel=True)
+@kernel
 def _integrate(
+    begin: int,
+    end: int,
     depth: Depth,
     confidence: Depth,
     k4: Floats,
@@ -115,7 +117,7 @@ def _integrate(
     height, width = depth.shape
     size = distance.shape[1]
     radius = voxel * size * 0.8661
-    for b in prange(len(blocks)):
+    for b in range(begin, end):
         c = np.empty(3)
         half = 0.5 * (size - 1)
         for a in range(3):
@@ -242,7 +244,9 @@ def fuse(volume: Volume, depth: Depth, confidence: Depth, view: View) -> None:
     """
     camera = view.camera
     k4 = np.array([camera.fx, camera.fy, camera.cx, camera.cy])
-    _integrate(
+    in_ranges(
+        _integrate,
+        len(volume.blocks),
         depth,
         confidence,
         k4,

@@ -78,7 +78,7 @@ class Scanned:
 
 @dataclass(frozen=True)
 class RouteFacts:
-    """What a setter says of a route; empty where nothing."""
+    """What is said of a route; empty where nothing."""
 
     name: str = ""
     colour: str = ""
@@ -86,6 +86,7 @@ class RouteFacts:
     setter: str = ""
     description: str = ""
     date: str = ""
+    proposed: bool = False
 
 
 @dataclass(eq=False)
@@ -97,6 +98,7 @@ class Board:
     labels : (F,) int32, of this board alone.
     holds : by id; out : instances that are no holds, by id, the scan's first.
     route_of : hold id to route id; holds without a route are absent.
+    shared : route id to the holds that it has beside their own route, in the order they came.
     facts : of routes, by id, where a setter said something.
     roles : (route, hold) to what a setter says of it.
     decided : holds that a setter placed, never ambiguous.
@@ -113,6 +115,7 @@ class Board:
     out: dict[int, Doubtful]
     scores: dict[int, float]
     route_of: dict[int, int]
+    shared: dict[int, list[int]] = field(default_factory=dict)
     facts: dict[int, RouteFacts] = field(default_factory=dict)
     roles: dict[tuple[int, int], RoleName] = field(default_factory=dict)
     decided: set[int] = field(default_factory=set)
@@ -161,16 +164,14 @@ class Board:
         return None if found is None else self.out[found.id]
 
     def route(self, ref: Ref) -> int:
-        """The route that has the hold at a place; the id only if no hold of a route is there."""
+        """The route that has the hold at a place; by id if several have it, or no hold is there."""
         number = self.route_names.get(ref.id, ref.id)
         if ref.at is not None:
             climbed = [hold for hold in self.holds.values() if hold.role != "volume"]
             hold = self._nearest(climbed, Ref(0, ref.at))
-            if hold is not None and hold.id in self.route_of:
-                return self.route_of[hold.id]
-            if hold is not None:
-                number = -1
-        if number not in self.route_of.values():
+            if hold is not None and number not in (among := self.routes_of(hold.id)):
+                number = among[0] if among else -1
+        if number not in self.routes:
             raise MissingError("route_gone", ref.id)
         return number
 
@@ -204,25 +205,50 @@ class Board:
 
     def new_route(self, wanted: int) -> int:
         """An id for a new route: the wanted one where it is free."""
-        number = _free(wanted, {*self.route_of.values()}, self.last_route)
+        number = _free(wanted, self.routes, self.last_route)
         self.last_route, self.route_names[wanted] = max(number, self.last_route), number
         return number
 
     # Changes that several kinds of entries make.
 
+    @property
+    def routes(self) -> set[int]:
+        """Ids of the routes that have a hold."""
+        return {*self.route_of.values(), *self.shared}
+
+    def routes_of(self, hold: int) -> list[int]:
+        """The routes that a hold is on, its own one first."""
+        own = [self.route_of[hold]] if hold in self.route_of else []
+        return own + sorted(route for route, holds in self.shared.items() if hold in holds)
+
     def members(self, route: int) -> list[Hold]:
         """The holds of a route."""
-        return [self.holds[hold] for hold, number in self.route_of.items() if number == route]
+        own = [hold for hold, number in self.route_of.items() if number == route]
+        return [self.holds[hold] for hold in [*own, *self.shared.get(route, ())]]
+
+    def share(self, hold: int, route: int) -> None:
+        """Put a hold into a route beside its own one."""
+        if route not in self.routes_of(hold):
+            self.shared.setdefault(route, []).append(hold)
+
+    def leave(self, hold: int, route: int) -> None:
+        """Take a hold out of a route; its others keep it."""
+        if self.route_of.get(hold) == route:
+            del self.route_of[hold]
+        kept = [other for other in self.shared.pop(route, []) if other != hold]
+        if kept:
+            self.shared[route] = kept
+        self.roles.pop((route, hold), None)
 
     def place(self, hold: int, route: int) -> None:
-        """Put a hold into a route (0: none); what was said of its role elsewhere is gone."""
+        """Make this the hold's own route (0: none); its role in the one before is gone."""
         if self.route_of.get(hold, 0) == route:
             return
-        self.forget_roles(hold)
+        if hold in self.route_of:
+            self.leave(hold, self.route_of[hold])
         if route:
+            self.leave(hold, route)
             self.route_of[hold] = route
-        else:
-            self.route_of.pop(hold, None)
 
     def forget_roles(self, hold: int) -> None:
         """Take away what was said of a hold's role."""
@@ -231,7 +257,8 @@ class Board:
 
     def drop(self, hold: int) -> Hold:
         """Take a hold out; gives it."""
-        self.place(hold, 0)
+        for route in self.routes_of(hold):
+            self.leave(hold, route)
         self.forget_roles(hold)
         return self.holds.pop(hold)
 

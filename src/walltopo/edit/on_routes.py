@@ -8,9 +8,20 @@ import msgspec
 
 from walltopo.edit.board import Board, RouteFacts
 from walltopo.edit.notes import MissingError
-from walltopo.scans.edits import Assign, Merge, Ref, SetRole, SetRoute, Split
+from walltopo.scans.edits import (
+    Assign,
+    Leave,
+    Merge,
+    Ref,
+    RoleName,
+    SetProblem,
+    SetRole,
+    SetRoute,
+    Share,
+    Split,
+)
 
-__all__ = ["assign", "merge", "set_role", "set_route", "split"]
+__all__ = ["assign", "leave", "merge", "set_problem", "set_role", "set_route", "share", "split"]
 
 
 def merge(board: Board, edit: Merge) -> None:
@@ -25,6 +36,8 @@ def merge(board: Board, edit: Merge) -> None:
             board.decided.add(hold)
     for route in others:
         board.facts.pop(route, None)
+        for hold in board.shared.pop(route, []):
+            board.share(hold, first)
     for (route, hold), role in list(board.roles.items()):
         if route in others:
             del board.roles[route, hold]
@@ -51,13 +64,48 @@ def assign(board: Board, edit: Assign) -> None:
     hold = _climbed(board, edit.hold)
     left = {board.route_of.get(hold, 0)}
     if edit.route.id == 0:
-        board.place(hold, 0)
+        left = {*board.routes_of(hold)}
+        for route in left:
+            board.leave(hold, route)
     else:
         board.place(hold, board.route(edit.route))
         # Whoever puts a downclimb hold into a route says that it is none.
         board.holds[hold] = msgspec.structs.replace(board.holds[hold], role="hold")
     board.decided.add(hold)
     _forget_empty(board, left)
+
+
+def set_problem(board: Board, edit: SetProblem) -> None:
+    """A new route on holds that stay where they are."""
+    hands = list(dict.fromkeys(_climbed(board, ref) for ref in edit.hands))
+    said: tuple[tuple[RoleName, tuple[Ref, ...]], ...] = (
+        ("foot", edit.feet),
+        ("start", edit.start),
+        ("top", edit.top),
+    )
+    roles: dict[int, RoleName] = dict.fromkeys(hands, "hand")
+    for role, refs in said:
+        roles |= dict.fromkeys((_climbed(board, ref) for ref in refs), role)
+    number = board.new_route(edit.new)
+    for hold, role in roles.items():
+        board.share(hold, number)
+        board.roles[number, hold] = role
+    board.facts[number] = RouteFacts(proposed=edit.proposed)
+
+
+def share(board: Board, edit: Share) -> None:
+    """A hold is of a route beside its own."""
+    board.share(_climbed(board, edit.hold), board.route(edit.route))
+
+
+def leave(board: Board, edit: Leave) -> None:
+    """A hold is not of a route any more."""
+    hold, route = board.hold(edit.hold).id, board.route(edit.route)
+    if route not in board.routes_of(hold):
+        raise MissingError("other_route", edit.hold.id, edit.route.id)
+    board.leave(hold, route)
+    board.decided.add(hold)
+    _forget_empty(board, {route})
 
 
 def set_route(board: Board, edit: SetRoute) -> None:
@@ -74,7 +122,7 @@ def set_route(board: Board, edit: SetRoute) -> None:
 def set_role(board: Board, edit: SetRole) -> None:
     """What a hold is in its route."""
     hold, route = board.hold(edit.hold), board.route(edit.route)
-    if hold.role != "volume" and board.route_of.get(hold.id) != route:
+    if hold.role != "volume" and route not in board.routes_of(hold.id):
         raise MissingError("other_route", edit.hold.id, edit.route.id)
     board.roles[route, hold.id] = edit.role
 
@@ -89,7 +137,7 @@ def _climbed(board: Board, ref: Ref) -> int:
 
 def _forget_empty(board: Board, routes: set[int]) -> None:
     """What was said of routes that have no hold any more."""
-    for route in routes - set(board.route_of.values()):
+    for route in routes - board.routes:
         board.facts.pop(route, None)
         for key in [key for key in board.roles if key[0] == route]:
             del board.roles[key]

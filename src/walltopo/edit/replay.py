@@ -14,7 +14,16 @@ from walltopo.edit.board import Board, RouteFacts, Scanned
 from walltopo.edit.notes import MissingError, Note
 from walltopo.edit.on_holds import keep, remove, set_hold
 from walltopo.edit.on_new import add
-from walltopo.edit.on_routes import assign, merge, set_role, set_route, split
+from walltopo.edit.on_routes import (
+    assign,
+    leave,
+    merge,
+    set_problem,
+    set_role,
+    set_route,
+    share,
+    split,
+)
 from walltopo.edit.on_surface import cut, join, paint
 from walltopo.edit.reading import read_again
 from walltopo.edit.shapes import with_shape
@@ -32,12 +41,15 @@ from walltopo.scans.edits import (
     Edit,
     Join,
     Keep,
+    Leave,
     Merge,
     Paint,
     Remove,
     SetHold,
+    SetProblem,
     SetRole,
     SetRoute,
+    Share,
     Split,
 )
 from walltopo.scans.holds import Holds, hold_rows
@@ -51,12 +63,15 @@ _KINDS: dict[type[Any], Callable[[Board, Any], None]] = {
     Cut: cut,
     Join: join,
     Keep: keep,
+    Leave: leave,
     Merge: merge,
     Paint: paint,
     Remove: remove,
     SetHold: set_hold,
+    SetProblem: set_problem,
     SetRole: set_role,
     SetRoute: set_route,
+    Share: share,
     Split: split,
 }
 
@@ -102,8 +117,8 @@ def _outcome(board: Board, notes: Sequence[Note]) -> Outcome:
     _measure(board)
     holds = tuple(board.holds[number].rounded() for number in sorted(board.holds))
     wall = _wall(board)
-    routes = tuple(_route(board, number, wall) for number in sorted(set(board.route_of.values())))
-    unrouted = [h.id for h in holds if h.role == "hold" and h.id not in board.route_of]
+    routes = tuple(_route(board, number, wall) for number in sorted(board.routes))
+    unrouted = [h.id for h in holds if h.role == "hold" and not board.routes_of(h.id)]
     volumes = [hold.id for hold in holds if hold.role == "volume"]
     out = tuple(board.out.values())
     return Outcome(
@@ -113,12 +128,21 @@ def _outcome(board: Board, notes: Sequence[Note]) -> Outcome:
             left_out=tuple(row.row() for row in out),
         ),
         routes=Routes(routes=routes, unrouted=tuple(unrouted), volumes=tuple(volumes)),
-        holds=Holds(metric=board.scanned.metric, holds=hold_rows(holds, board.scores, routes)),
+        holds=Holds(
+            metric=board.scanned.metric,
+            holds=hold_rows(holds, board.scores, _owners_first(board, routes)),
+        ),
         labels=board.labels,
         left_out=out,
         pictures=board.pictures,
         notes=tuple(notes),
     )
+
+
+def _owners_first(board: Board, routes: Sequence[Route]) -> tuple[Route, ...]:
+    """Routes that only share holds after all others: a hold's row names its own route."""
+    own = set(board.route_of.values())
+    return tuple(sorted(routes, key=lambda route: route.id not in own))
 
 
 def _measure(board: Board) -> None:
@@ -154,7 +178,7 @@ def _route(board: Board, number: int, wall: Wall) -> Route:
     doubts = _ambiguous(board, number)
     found = describe_route(number, board.members(number), wall, doubts, roles)
     said = board.facts.get(number, RouteFacts())
-    colour = said.colour or found.colour
+    colour = said.colour or _colour(board, found)
     return replace(
         found,
         name=said.name,
@@ -164,7 +188,15 @@ def _route(board: Board, number: int, wall: Wall) -> Route:
         setter=said.setter,
         description=said.description,
         date=said.date,
+        proposed=said.proposed,
     )
+
+
+def _colour(board: Board, found: Route) -> str:
+    """That of its holds; none of a route on holds of others, of several colours."""
+    colours = {board.holds[hold].colour for hold in found.holds}
+    shares = found.id in board.shared and found.id not in board.route_of.values()
+    return "" if shares and len(colours) > 1 else found.colour
 
 
 def _looks(board: Board, colour: str) -> Rgb:
@@ -179,7 +211,7 @@ def _looks(board: Board, colour: str) -> Rgb:
 
 def _ambiguous(board: Board, number: int) -> dict[int, dict[int, float]]:
     """Of the scan's doubts about a route's holds, those that no setter has settled."""
-    alive = set(board.route_of.values())
+    alive = board.routes
     rows: dict[int, dict[int, float]] = {}
     for row in _doubts(board, number):
         shares = {int(route): share for route, share in row.routes.items() if int(route) in alive}

@@ -4,21 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+import numpy.typing as npt
 
 from walltopo.climbing.body import ADULT
 from walltopo.climbing.on_wall import climb_of, on_route
-from walltopo.climbing.sequence import find_sequence
-from walltopo.grades.calibrate import Known, calibrate
-from walltopo.grades.features import features
+from walltopo.climbing.sequence import Climb, find_sequence
+from walltopo.climbing.sequence import Sequence as Moves
+from walltopo.grades.calibrate import Gym, Known, calibrate
+from walltopo.grades.features import FEATURES, features
 from walltopo.grades.font import parse_grade
 from walltopo.grades.model import GradeModel, Range
 from walltopo.scans.attributes import UNKNOWN
 from walltopo.scans.holds import HoldRow
 from walltopo.scans.routes import Route
 
-__all__ = ["Graded", "grade_routes", "place_routes"]
+__all__ = ["Climbed", "Graded", "Scale", "climb_route", "grade_routes", "place_routes"]
 
 _TYPED = 0.5  # of a route's holds have a type: their quality counts as known
 
@@ -37,22 +40,56 @@ class Graded:
     known: bool
 
 
+@dataclass(frozen=True)
+class Climbed:
+    """A route as an adult climbs it.
+
+    Parameters
+    ----------
+    holds : what one may use on it; `climb` and `moves` count them from 0.
+    known : see `features`.
+    """
+
+    holds: tuple[HoldRow, ...]
+    climb: Climb
+    moves: Moves
+    known: bool
+
+    @property
+    def features(self) -> npt.NDArray[np.float32]:
+        """(F,) the input of the grade model."""
+        return features(self.climb, self.moves, self.known)
+
+
+def climb_route(route: Route, holds: Sequence[HoldRow], unit: float) -> Climbed | None:
+    """How an adult may go up a route; None where it is no climb, or where not even the start is in
+    reach. Whether the top is reached the moves say.
+
+    Parameters
+    ----------
+    holds : at least those of the route, and the volumes. unit : of the scan, a metre.
+    """
+    used = on_route(route, holds, unit)
+    climb = climb_of(route, used, unit)
+    moves = None if climb is None else find_sequence(climb, ADULT)
+    if climb is None or moves is None:
+        return None
+    typed = [hold.type != UNKNOWN for hold in used if hold.role == "hold"]
+    return Climbed(used, climb, moves, sum(typed) >= _TYPED * len(typed))
+
+
 def place_routes(
     routes: Sequence[Route], holds: Sequence[HoldRow], unit: float, model: GradeModel
 ) -> tuple[Graded, ...]:
     """The routes that an adult climbs, where the model puts them; others are left out."""
     kept, table = [], []
     for route in routes:
-        used = on_route(route, holds, unit)
-        climb = climb_of(route, used, unit)
-        sequence = None if climb is None else find_sequence(climb, ADULT)
-        if climb is None or sequence is None or not sequence.reached:
+        found = climb_route(route, holds, unit)
+        if found is None or not found.moves.reached:
             continue
-        typed = [hold.type != UNKNOWN for hold in used if hold.role == "hold"]
-        known = sum(typed) >= _TYPED * len(typed)
-        kept.append((route, known))
-        table.append(features(climb, sequence, known))
-    places = model.places(np.array(table, np.float32).reshape(len(table), -1))
+        kept.append((route, found.known))
+        table.append(found.features)
+    places = model.places(np.array(table, np.float32).reshape(len(table), len(FEATURES)))
     return tuple(
         Graded(route, float(place), known)
         for (route, known), place in zip(kept, places, strict=True)
@@ -64,18 +101,39 @@ def grade_routes(graded: Sequence[Graded], model: GradeModel) -> dict[int, Range
 
     A route's own grade does not count for its range: else it would only be said back.
     """
-    told = {
-        one.route.id: Known(one.place, grade)
+    return {
+        one.route.id: Scale.of(graded, model, one.route.id).range(one.place, one.known)
         for one in graded
-        if (grade := parse_grade(one.route.grade)) is not None
     }
-    ranges = {}
-    for one in graded:
-        others = [known for id_, known in told.items() if id_ != one.route.id]
-        errors = model.errors(one.known)
-        ranges[one.route.id] = (
-            calibrate(others, errors).range(one.place)
-            if others
-            else model.bounded(one.place, errors)
+
+
+@dataclass(frozen=True)
+class Scale:
+    """The scale of a wall: the gym's as its graded routes tell it, the board's without any."""
+
+    model: GradeModel
+    told: tuple[Known, ...]
+
+    @classmethod
+    def of(cls, graded: Sequence[Graded], model: GradeModel, without: int = 0) -> Scale:
+        """Of the grades that setters gave; `without`: id of a route that does not count."""
+        told = (
+            Known(one.place, grade)
+            for one in graded
+            if one.route.id != without and (grade := parse_grade(one.route.grade)) is not None
         )
-    return ranges
+        return cls(model, tuple(told))
+
+    @cached_property
+    def _gyms(self) -> dict[bool, Gym]:
+        return {known: calibrate(self.told, self.model.errors(known)) for known in (False, True)}
+
+    def grade(self, place: float, known: bool) -> float:
+        """A place in `FONT` of the model's place, and a fraction."""
+        return self._gyms[known].place(place)[0] if self.told else place
+
+    def range(self, place: float, known: bool) -> Range:
+        """The range of grades around it."""
+        if self.told:
+            return self._gyms[known].range(place)
+        return self.model.bounded(place, self.model.errors(known))

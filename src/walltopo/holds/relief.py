@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import cv2
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -115,17 +114,12 @@ def reliefs(
     mesh, face_instance : as for `measure_shapes`, which gave the shapes.
     unit : scan units a metre.
     """
-    threads = numba.get_num_threads()
-    numba.set_num_threads(1)  # pictures so small are drawn sooner than threads are started
-    try:
-        found = {}
-        for number, rows in triangles_of(face_instance, shapes):
-            relief = _relief(mesh, rows, shapes[number], unit)
-            if relief is not None:
-                found[number] = relief
-        return found
-    finally:
-        numba.set_num_threads(threads)
+    found = {}
+    for number, rows in triangles_of(face_instance, shapes):
+        relief = _relief(mesh, rows, shapes[number], unit)
+        if relief is not None:
+            found[number] = relief
+    return found
 
 
 def _relief(mesh: Mesh, rows: Ints, shape: Shape, unit: float) -> Relief | None:

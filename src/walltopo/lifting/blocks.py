@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
+from walltopo.kernels import in_ranges, kernel
 
 __all__ = ["Blocks", "blocks_of"]
 
@@ -17,8 +17,6 @@ Floats = NDArray[np.float64]
 
 FACES_PER_BLOCK = 128
 MOST_CELLS = 1 << 22
-# Parts of the work, each with a table of all vertices: enough for the cores, not too many.
-CHUNKS = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +47,9 @@ class Blocks:
 
 def blocks_of(mesh: Mesh) -> Blocks:
     """Group the triangles of a mesh; triangles without area are left out (nothing sees them)."""
-    centroids, areas, longest = _measure(mesh.vertices, mesh.faces)
+    count = len(mesh.faces)
+    centroids, areas, longest = np.zeros((count, 3)), np.zeros(count), np.zeros(count)
+    in_ranges(_measure, count, mesh.vertices, mesh.faces, centroids, areas, longest)
     low, high = centroids.min(axis=0), centroids.max(axis=0)
     # Surfaces fill few cells of a grid: its cell is sized by area, not by volume.
     side = np.sqrt(areas.sum() * FACES_PER_BLOCK / len(areas))
@@ -59,22 +59,26 @@ def blocks_of(mesh: Mesh) -> Blocks:
     if np.prod(shape.astype(np.float64)) > 2 * MOST_CELLS:  # a few far outliers
         side = float(extent.max()) / np.cbrt(MOST_CELLS)
         shape = np.floor(extent / side).astype(np.int64) + 1
-    cells = _cells(centroids, areas, low, side, shape)
+    cells = np.full(count, -1, dtype=np.int32)
+    in_ranges(_cells, count, centroids, areas, low, side, shape, cells)
     order, starts = _counting_sort(cells, int(np.prod(shape)))
-    faces, centroids, areas, longest = _permute(order, mesh.faces, centroids, areas, longest)
-    counts = _count_vertices(faces, starts, len(mesh.vertices))
+    faces = mesh.faces[order]
+    centroids, areas, longest = centroids[order], areas[order], longest[order]
+    blocks = len(starts) - 1
     vertex_starts = np.zeros(len(starts), dtype=np.int64)
-    np.cumsum(counts, out=vertex_starts[1:])
-    vertices = _gather_vertices(mesh.vertices, faces, starts, vertex_starts)
+    in_ranges(_count_vertices, blocks, faces, starts, len(mesh.vertices), vertex_starts[1:])
+    np.cumsum(vertex_starts, out=vertex_starts)
+    vertices = np.zeros((vertex_starts[-1], 3))
+    in_ranges(_gather_vertices, blocks, mesh.vertices, faces, starts, vertex_starts, vertices)
     spheres = _spheres(vertices, vertex_starts)
     return Blocks(vertices, faces, order, centroids, areas, longest, starts, vertex_starts, spheres)
 
 
-@njit(parallel=True, cache=True)
-def _measure(vertices: Any, faces: Any) -> Any:
-    n = len(faces)
-    centroids, areas, longest = np.zeros((n, 3)), np.zeros(n), np.zeros(n)
-    for f in prange(n):
+@kernel
+def _measure(
+    begin: Any, end: Any, vertices: Any, faces: Any, centroids: Any, areas: Any, longest: Any
+) -> None:
+    for f in range(begin, end):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
         ax, ay, az = vertices[a, 0], vertices[a, 1], vertices[a, 2]
         bx, by, bz = vertices[b, 0], vertices[b, 1], vertices[b, 2]
@@ -89,23 +93,22 @@ def _measure(vertices: Any, faces: Any) -> Any:
         wx, wy, wz = cx - bx, cy - by, cz - bz
         square = max(ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz)
         longest[f] = np.sqrt(max(square, wx * wx + wy * wy + wz * wz))
-    return centroids, areas, longest
 
 
-@njit(parallel=True, cache=True)
-def _cells(centroids: Any, areas: Any, low: Any, side: Any, shape: Any) -> Any:
-    cells = np.full(len(centroids), -1, dtype=np.int32)
-    for f in prange(len(centroids)):
+@kernel
+def _cells(
+    begin: Any, end: Any, centroids: Any, areas: Any, low: Any, side: Any, shape: Any, cells: Any
+) -> None:
+    for f in range(begin, end):
         if areas[f] > 0:
             cell = 0
             for axis in range(3):
                 k = int((centroids[f, axis] - low[axis]) / side)
                 cell = cell * shape[axis] + min(max(k, 0), shape[axis] - 1)
             cells[f] = cell
-    return cells
 
 
-@njit(cache=True)
+@kernel
 def _counting_sort(cells: Any, count: Any) -> Any:
     """Indices grouped by cell (cell -1 left out), and the starts of the non-empty cells."""
     places = np.zeros(count + 1, dtype=np.int64)
@@ -130,68 +133,42 @@ def _counting_sort(cells: Any, count: Any) -> Any:
     return order, starts
 
 
-@njit(parallel=True, cache=True)
-def _permute(order: Any, faces: Any, centroids: Any, areas: Any, longest: Any) -> Any:
-    n = len(order)
-    faces_out, centroids_out = np.zeros((n, 3), dtype=np.int32), np.zeros((n, 3))
-    areas_out, longest_out = np.zeros(n), np.zeros(n)
-    for k in prange(n):
-        f = order[k]
-        for axis in range(3):
-            faces_out[k, axis] = faces[f, axis]
-            centroids_out[k, axis] = centroids[f, axis]
-        areas_out[k], longest_out[k] = areas[f], longest[f]
-    return faces_out, centroids_out, areas_out, longest_out
+@kernel
+def _count_vertices(begin: Any, end: Any, faces: Any, starts: Any, total: Any, counts: Any) -> None:
+    """How many different vertices each block has."""
+    met = np.full(total, -1, dtype=np.int32)
+    for b in range(begin, end):
+        for f in range(starts[b], starts[b + 1]):
+            for corner in range(3):
+                if met[faces[f, corner]] != b:
+                    met[faces[f, corner]] = b
+                    counts[b] += 1
 
 
-@njit(parallel=True, cache=True)
-def _count_vertices(faces: Any, starts: Any, total: Any) -> Any:
-    """(B,) number of different vertices of each block."""
-    blocks = len(starts) - 1
-    counts = np.zeros(blocks, dtype=np.int64)
-    for chunk in prange(CHUNKS):
-        met = np.full(total, -1, dtype=np.int32)
-        for b in range(chunk * blocks // CHUNKS, (chunk + 1) * blocks // CHUNKS):
-            for f in range(starts[b], starts[b + 1]):
-                for corner in range(3):
-                    if met[faces[f, corner]] != b:
-                        met[faces[f, corner]] = b
-                        counts[b] += 1
-    return counts
-
-
-@njit(parallel=True, cache=True)
-def _gather_vertices(vertices: Any, faces: Any, starts: Any, vertex_starts: Any) -> Any:
+@kernel
+def _gather_vertices(
+    begin_block: Any, end_block: Any, vertices: Any, faces: Any, starts: Any, vertex_starts: Any,
+    gathered: Any,
+) -> None:  # fmt: skip
     """Vertices block by block; `faces` is changed to point at them."""
-    blocks = len(starts) - 1
-    gathered = np.zeros((vertex_starts[blocks], 3))
-    for chunk in prange(CHUNKS):
-        place = np.full(len(vertices), -1, dtype=np.int32)
-        for b in range(chunk * blocks // CHUNKS, (chunk + 1) * blocks // CHUNKS):
-            begin, end = vertex_starts[b], vertex_starts[b]
-            for f in range(starts[b], starts[b + 1]):
-                for corner in range(3):
-                    vertex = faces[f, corner]
-                    # Blocks are filled in order: a place before this block's is an older one's.
-                    if place[vertex] < begin:
-                        place[vertex] = end
-                        for axis in range(3):
-                            gathered[end, axis] = vertices[vertex, axis]
-                        end += 1
-                    faces[f, corner] = place[vertex]
-    return gathered
+    place = np.full(len(vertices), -1, dtype=np.int32)
+    for b in range(begin_block, end_block):
+        begin, end = vertex_starts[b], vertex_starts[b]
+        for f in range(starts[b], starts[b + 1]):
+            for corner in range(3):
+                vertex = faces[f, corner]
+                # Blocks are filled in order: a place before this block's is an older one's.
+                if place[vertex] < begin:
+                    place[vertex] = end
+                    for axis in range(3):
+                        gathered[end, axis] = vertices[vertex, axis]
+                    end += 1
+                faces[f, corner] = place[vertex]
 
 
-@njit(parallel=True, cache=True)
-def _spheres(vertices: Any, starts: Any) -> Any:
-    spheres = np.zeros((len(starts) - 1, 4))
-    for b in prange(len(starts) - 1):
-        square = 0.0
-        for axis in range(3):
-            low, high = np.inf, -np.inf
-            for k in range(starts[b], starts[b + 1]):
-                low, high = min(low, vertices[k, axis]), max(high, vertices[k, axis])
-            spheres[b, axis] = (low + high) / 2
-            square += (high - low) ** 2
-        spheres[b, 3] = np.sqrt(square) / 2
-    return spheres
+def _spheres(vertices: Floats, starts: NDArray[np.int64]) -> Floats:
+    """(B, 4) centre and radius of a ball around each block's vertices."""
+    low = np.minimum.reduceat(vertices, starts[:-1], axis=0)
+    high = np.maximum.reduceat(vertices, starts[:-1], axis=0)
+    radius = np.sqrt(((high - low) ** 2).sum(axis=1)) / 2
+    return np.column_stack([(low + high) / 2, radius])

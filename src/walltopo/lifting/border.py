@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
+
+from walltopo.kernels import kernel
 
 __all__ = ["STEPS", "reach_of", "stamp_borders"]
 
@@ -18,7 +19,7 @@ def reach_of(band: float) -> int:
     return int(np.ceil(band + 0.5)) if band > 0 else 0
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def stamp_borders(labels: Any, boxes: Any, reach: Any, code: Any, distance: Any) -> None:
     """Let every border pixel of the masks tell its surroundings how far away they are.
 

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
 from numpy.typing import NDArray
 
+from walltopo.kernels import in_ranges, inlined, kernel
 from walltopo.lifting.evidence import Evidence
 from walltopo.lifting.overlap import rows_of
 
@@ -62,20 +62,24 @@ def compare_projections(evidence: Evidence) -> Covisible:
     view_of = evidence.view_of
     count, views = len(view_of), len(evidence.first_mask) - 1
     chunks = _chunks(starts)
-    sizes, area = _compare_count(
-        chunks, starts, rows, evidence.starts, evidence.projection, evidence.areas,
-        evidence.share, view_of, evidence.first_mask,
+    sizes, area = np.zeros(count, dtype=np.int64), np.zeros(count)
+    in_ranges(
+        _compare_count, len(chunks) - 1, chunks, starts, rows, evidence.starts,
+        evidence.projection, evidence.areas, evidence.share, view_of, evidence.first_mask,
+        sizes, area,
     )  # fmt: skip
     places = np.zeros(count + 1, dtype=np.int64)
     np.cumsum(sizes, out=places[1:])
     q = np.zeros(places[-1], dtype=np.int32)
     shared, p_seen = np.zeros(places[-1]), np.zeros(places[-1])
-    _compare(
-        chunks, starts, rows, evidence.starts, evidence.projection, evidence.view, evidence.areas,
-        evidence.share, view_of, views, places, q, shared, p_seen,
+    in_ranges(
+        _compare, len(chunks) - 1, chunks, starts, rows, evidence.starts, evidence.projection,
+        evidence.view, evidence.areas, evidence.share, view_of, views, places, q, shared, p_seen,
     )  # fmt: skip
     p = np.repeat(np.arange(count, dtype=np.int32), sizes)
-    q_seen = p_seen[_mirror(places, p, q)]
+    # Sorted by q and then p, the pairs stand as their mirrors (q, p) do by p and then q.
+    q_seen = np.zeros_like(p_seen)
+    q_seen[np.argsort(q, kind="stable")] = p_seen
     return Covisible(starts, rows, area, p, q, shared, p_seen, q_seen)
 
 
@@ -87,7 +91,7 @@ def _chunks(starts: NDArray[np.int64], parts: int = 64) -> NDArray[np.int64]:
     return np.unique(np.minimum(borders, len(starts) - 1)).astype(np.int64)
 
 
-@njit(cache=True, inline="always")
+@inlined
 def _own_share(face_starts: Any, projection: Any, share: Any, face: Any, p: Any) -> Any:
     for k in range(face_starts[face], face_starts[face + 1]):
         if projection[k] == p:
@@ -95,15 +99,13 @@ def _own_share(face_starts: Any, projection: Any, share: Any, face: Any, p: Any)
     return np.float32(0.0)
 
 
-@njit(parallel=True, cache=True)
+@kernel
 def _compare_count(
-    chunks: Any, starts: Any, rows: Any, face_starts: Any, projection: Any, areas: Any,
-    share: Any, view_of: Any, first_mask: Any,
-) -> Any:  # fmt: skip
-    count = len(view_of)
-    sizes, area = np.zeros(count, dtype=np.int64), np.zeros(count)
-    for chunk in prange(len(chunks) - 1):
-        met = np.full(count, -1, dtype=np.int32)
+    begin: Any, stop: Any, chunks: Any, starts: Any, rows: Any, face_starts: Any,
+    projection: Any, areas: Any, share: Any, view_of: Any, first_mask: Any, sizes: Any, area: Any,
+) -> None:  # fmt: skip
+    met = np.full(len(view_of), -1, dtype=np.int32)
+    for chunk in range(begin, stop):
         for p in range(chunks[chunk], chunks[chunk + 1]):
             low, high = first_mask[view_of[p]], first_mask[view_of[p] + 1]
             for r in range(starts[p], starts[p + 1]):
@@ -114,16 +116,16 @@ def _compare_count(
                     elif q >= 0 and (q < low or q >= high) and met[q] != p:
                         met[q] = p
                         sizes[p] += 1
-    return sizes, area
 
 
-@njit(parallel=True, cache=True)
+@kernel
 def _compare(
-    chunks: Any, starts: Any, rows: Any, face_starts: Any, projection: Any, view: Any, areas: Any,
-    share: Any, view_of: Any, views: Any, places: Any, second: Any, shared: Any, p_seen: Any,
+    begin: Any, stop: Any, chunks: Any, starts: Any, rows: Any, face_starts: Any,
+    projection: Any, view: Any, areas: Any, share: Any, view_of: Any, views: Any, places: Any,
+    second: Any, shared: Any, p_seen: Any,
 ) -> None:  # fmt: skip
-    for chunk in prange(len(chunks) - 1):
-        total, seen = np.zeros(len(view_of)), np.zeros(views)
+    total, seen = np.zeros(len(view_of)), np.zeros(views)
+    for chunk in range(begin, stop):
         for p in range(chunks[chunk], chunks[chunk + 1]):
             seen[:] = 0.0
             end = places[p]
@@ -143,13 +145,3 @@ def _compare(
                 shared[e] = total[second[e]]
                 total[second[e]] = 0.0
                 p_seen[e] = max(seen[view_of[second[e]]], shared[e])
-
-
-@njit(parallel=True, cache=True)
-def _mirror(places: Any, p: Any, q: Any) -> Any:
-    """Where the pair (q, p) stands, for each pair (p, q)."""
-    found = np.zeros(len(p), dtype=np.int64)
-    for e in prange(len(p)):
-        low, high = places[q[e]], places[q[e] + 1]
-        found[e] = low + np.searchsorted(q[low:high], p[e])
-    return found

@@ -7,10 +7,10 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
 from numpy.typing import NDArray
 
 from walltopo.core import Camera, InputError, Mesh, View
+from walltopo.kernels import in_ranges, kernel
 from walltopo.lifting.contract import LiftParams, length_of_share
 
 __all__ = ["mean_object_distance", "resolve_lengths"]
@@ -18,6 +18,7 @@ __all__ = ["mean_object_distance", "resolve_lengths"]
 Floats = NDArray[np.float64]
 
 MOST_RAYS = 96
+CHUNKS = 64
 
 
 def resolve_lengths(params: LiftParams, mesh: Mesh, views: Sequence[View]) -> LiftParams:
@@ -52,7 +53,9 @@ def mean_object_distance(mesh: Mesh, views: Sequence[View], seed: int) -> float:
         ray = np.append(_slope_of(view.camera, x, y), 1.0)
         origins[row] = view.centre
         directions[row] = view.cam_from_world[:, :3].T @ (ray / np.linalg.norm(ray))
-    hits = _first_hits(mesh.vertices, mesh.faces, origins, directions)
+    nearest = np.full((CHUNKS, len(origins)), np.inf)
+    in_ranges(_first_hits, CHUNKS, mesh.vertices, mesh.faces, origins, directions, nearest)
+    hits = nearest.min(axis=0)
     hits = hits[np.isfinite(hits)]
     if len(hits) == 0:
         raise InputError(
@@ -75,12 +78,14 @@ def _slope_of(camera: Camera, x: float, y: float) -> Floats:
     return slope if np.isfinite(slope).all() else np.zeros(2)
 
 
-@njit(parallel=True, cache=True)
-def _first_hits(vertices: Any, faces: Any, origins: Any, directions: Any) -> Any:
-    """Distance of the first hit of each ray by brute force; no tree pays off for so few rays."""
-    chunks = 64
-    nearest = np.full((chunks, len(origins)), np.inf)
-    for chunk in prange(chunks):
+@kernel
+def _first_hits(
+    begin: Any, end: Any, vertices: Any, faces: Any, origins: Any, directions: Any, nearest: Any
+) -> None:
+    """Per chunk of faces the distance of each ray's first hit, by brute force: for so few rays no
+    tree pays off."""
+    chunks = len(nearest)
+    for chunk in range(begin, end):
         for f in range(chunk * len(faces) // chunks, (chunk + 1) * len(faces) // chunks):
             a, b, c = vertices[faces[f, 0]], vertices[faces[f, 1]], vertices[faces[f, 2]]
             e0, e1, e2 = b[0] - a[0], b[1] - a[1], b[2] - a[2]
@@ -100,8 +105,3 @@ def _first_hits(vertices: Any, faces: Any, origins: Any, directions: Any) -> Any
                 t = (g0 * q0 + g1 * q1 + g2 * q2) / det
                 if v >= 0 and u + v <= 1 and 0 < t < nearest[chunk, r]:
                     nearest[chunk, r] = t
-    best = np.full(len(origins), np.inf)
-    for chunk in range(chunks):
-        for r in range(len(origins)):
-            best[r] = min(best[r], nearest[chunk, r])
-    return best

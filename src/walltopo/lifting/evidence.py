@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -11,10 +10,11 @@ from threading import local
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from walltopo.core import Camera, Progress, View
+from walltopo.core.cores import cores
+from walltopo.kernels import kernel
 from walltopo.lifting.blocks import Blocks
 from walltopo.lifting.border import STEPS
 from walltopo.lifting.canvas import Canvas, mask_windows
@@ -119,7 +119,7 @@ def gather_evidence(
     not (all others can never get a label). The second asks for the visibility of candidates
     alone. Views are spread over threads; each gives its own table, put together in their order.
     """
-    workers = max(1, len(os.sched_getaffinity(0)))
+    workers = cores()
     lookers = [_Looker(blocks, view, drawing(view), sampling) for view in views]
     mark = np.zeros(len(blocks.faces), dtype=np.bool_)
     with ThreadPoolExecutor(workers) as pool:
@@ -339,7 +339,7 @@ def _by_face(
     return kept, starts, columns
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def _count(face: Any, label: Any, entries: Any, positive: Any) -> None:
     for k in range(len(face)):
         entries[face[k]] += 1
@@ -347,7 +347,7 @@ def _count(face: Any, label: Any, entries: Any, positive: Any) -> None:
             positive[face[k]] = True
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def _fill(
     face: Any, label: Any, in_share: Any, in_ease: Any, in_border: Any, in_detail: Any,
     number: Any, first: Any, place: Any,

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
 from numpy.typing import NDArray
 
 from walltopo.core import Instance, Instances
+from walltopo.kernels import in_ranges, kernel
 from walltopo.lifting.contract import Confidence
 from walltopo.lifting.evidence import Evidence
 
@@ -65,29 +65,32 @@ def keep_faces(evidence: Evidence, cluster: Ints, threshold: float) -> Kept:
     cluster : (P,) int32, cluster of each projection.
     """
     common = (
+        _keep, len(evidence.faces),
         evidence.starts, evidence.projection, evidence.ease.astype(np.float64), evidence.score,
         projection_scores(evidence), evidence.label, cluster, threshold,
     )  # fmt: skip
     places = np.zeros(len(evidence.starts), dtype=np.int64)
+    found = np.zeros(len(evidence.faces), dtype=np.int64)
     nothing = np.zeros(0, dtype=np.int32), np.zeros(0, dtype=np.float32)
-    np.cumsum(_keep(*common, places, *nothing), out=places[1:])
+    in_ranges(*common, places, found, *nothing)
+    np.cumsum(found, out=places[1:])
     owner = np.zeros(places[-1], dtype=np.int32)
     share = np.zeros(places[-1], dtype=np.float32)
-    _keep(*common, places, owner, share)
+    found[:] = 0
+    in_ranges(*common, places, found, owner, share)
     face = np.repeat(np.arange(len(places) - 1), np.diff(places))
     order = np.lexsort((owner, face))
     return Kept(face, owner[order], share[order])
 
 
-@njit(parallel=True, cache=True)
+@kernel
 def _keep(
-    starts: Any, projection: Any, ease: Any, score: Any, mean: Any, label: Any, cluster: Any,
-    threshold: Any, places: Any, owner: Any, share: Any,
-) -> Any:  # fmt: skip
+    first_face: Any, end_face: Any, starts: Any, projection: Any, ease: Any, score: Any,
+    mean: Any, label: Any, cluster: Any, threshold: Any, places: Any, found: Any, owner: Any,
+    share: Any,
+) -> None:  # fmt: skip
     """How many clusters keep each face; where `owner` is not empty, which, from `places` on."""
-    count = len(starts) - 1
-    found = np.zeros(count, dtype=np.int64)
-    for face in prange(count):
+    for face in range(first_face, end_face):
         begin, end = starts[face], starts[face + 1]
         uncovered = 0.0
         for k in range(begin, end):
@@ -114,7 +117,6 @@ def _keep(
                     owner[places[face] + found[face]] = cluster[p]
                     share[places[face] + found[face]] = positive / total
                 found[face] += 1
-    return found
 
 
 def one_each(kept: Kept, count: int) -> tuple[Ints, NDArray[np.float32]]:

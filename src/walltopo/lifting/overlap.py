@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
 from numpy.typing import NDArray
 
+from walltopo.kernels import in_ranges, kernel
 from walltopo.lifting.evidence import Evidence
 
 __all__ = ["Overlaps", "overlaps_of", "rows_of"]
@@ -44,19 +44,21 @@ def overlaps_of(evidence: Evidence) -> Overlaps:
     count = len(evidence.label)
     area = np.zeros(count)
     np.add.at(area, np.repeat(np.arange(count), np.diff(starts)), evidence.areas[rows])
-    sizes = _pair_counts(starts, rows, evidence.starts, evidence.projection)
+    sizes = np.zeros(count, dtype=np.int64)
+    in_ranges(_pair_counts, count, starts, rows, evidence.starts, evidence.projection, sizes)
     places = np.zeros(count + 1, dtype=np.int64)
     np.cumsum(sizes, out=places[1:])
     second = np.zeros(places[-1], dtype=np.int32)
     shared = np.zeros(places[-1])
-    _pairs(
-        starts, rows, evidence.starts, evidence.projection, evidence.areas, places, second, shared
+    in_ranges(
+        _pairs, count, starts, rows, evidence.starts, evidence.projection, evidence.areas, places,
+        second, shared,
     )  # fmt: skip
     first = np.repeat(np.arange(count, dtype=np.int32), sizes)
     return Overlaps(area, first, second, shared)
 
 
-@njit(cache=True)
+@kernel
 def _rows(face_starts: Any, projection: Any, count: Any) -> Any:
     starts = np.zeros(count + 1, dtype=np.int64)
     for p in projection:
@@ -75,44 +77,38 @@ def _rows(face_starts: Any, projection: Any, count: Any) -> Any:
     return starts, rows
 
 
-@njit(parallel=True, cache=True)
-def _pair_counts(starts: Any, rows: Any, face_starts: Any, projection: Any) -> Any:
-    count = len(starts) - 1
-    sizes = np.zeros(count, dtype=np.int64)
-    chunks = (count + 63) // 64
-    for chunk in prange(chunks):
-        met = np.full(count, -1, dtype=np.int32)
-        for p in range(chunk * 64, min(count, chunk * 64 + 64)):
-            for r in range(starts[p], starts[p + 1]):
-                for k in range(face_starts[rows[r]], face_starts[rows[r] + 1]):
-                    q = projection[k]
-                    if q > p and met[q] != p:
-                        met[q] = p
-                        sizes[p] += 1
-    return sizes
+@kernel
+def _pair_counts(
+    begin: Any, stop: Any, starts: Any, rows: Any, face_starts: Any, projection: Any, sizes: Any
+) -> None:
+    met = np.full(len(starts) - 1, -1, dtype=np.int32)
+    for p in range(begin, stop):
+        for r in range(starts[p], starts[p + 1]):
+            for k in range(face_starts[rows[r]], face_starts[rows[r] + 1]):
+                q = projection[k]
+                if q > p and met[q] != p:
+                    met[q] = p
+                    sizes[p] += 1
 
 
-@njit(parallel=True, cache=True)
+@kernel
 def _pairs(
-    starts: Any, rows: Any, face_starts: Any, projection: Any, areas: Any, places: Any,
-    second: Any, shared: Any,
+    begin: Any, stop: Any, starts: Any, rows: Any, face_starts: Any, projection: Any, areas: Any,
+    places: Any, second: Any, shared: Any,
 ) -> None:  # fmt: skip
-    count = len(starts) - 1
-    chunks = (count + 63) // 64
-    for chunk in prange(chunks):
-        total = np.zeros(count)
-        for p in range(chunk * 64, min(count, chunk * 64 + 64)):
-            end = places[p]
-            for r in range(starts[p], starts[p + 1]):
-                face = rows[r]
-                for k in range(face_starts[face], face_starts[face + 1]):
-                    q = projection[k]
-                    if q > p:
-                        if total[q] == 0.0:
-                            second[end] = q
-                            end += 1
-                        total[q] += areas[face]
-            second[places[p] : end] = np.sort(second[places[p] : end])
-            for e in range(places[p], end):
-                shared[e] = total[second[e]]
-                total[second[e]] = 0.0
+    total = np.zeros(len(starts) - 1)
+    for p in range(begin, stop):
+        end = places[p]
+        for r in range(starts[p], starts[p + 1]):
+            face = rows[r]
+            for k in range(face_starts[face], face_starts[face + 1]):
+                q = projection[k]
+                if q > p:
+                    if total[q] == 0.0:
+                        second[end] = q
+                        end += 1
+                    total[q] += areas[face]
+        second[places[p] : end] = np.sort(second[places[p] : end])
+        for e in range(places[p], end):
+            shared[e] = total[second[e]]
+            total[second[e]] = 0.0

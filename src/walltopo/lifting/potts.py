@@ -12,10 +12,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from walltopo.graphs.components import renumber
+from walltopo.kernels import kernel
 
 __all__ = ["potts_clusters"]
 
@@ -68,7 +68,7 @@ def _adjacency(
     return starts, target[order], np.concatenate([w, w])[order]
 
 
-@njit(cache=True)
+@kernel
 def _move(starts: Any, ends: Any, weights: Any, size: Any, cohesion: Any) -> Any:
     """Move vertices to the neighbouring cluster that gains most, until none gains."""
     count = len(size)

@@ -12,8 +12,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from walltopo.kernels import inlined, kernel
 from walltopo.raycast.lens import distort
 
 __all__ = ["cull_blocks", "mark_candidates", "place_samples", "strike_hidden", "tell_evidence"]
@@ -24,7 +24,7 @@ NEARER = 1e-5
 MOST_GRID = 512
 
 
-@njit(nogil=True, error_model="numpy", cache=True)
+@kernel
 def cull_blocks(spheres: Any, pose: Any, bounds: Any, limit: Any) -> Any:
     """Indices of blocks that may be in the photo and within `limit` of the camera."""
     kept = np.zeros(len(spheres), dtype=np.int32)
@@ -49,7 +49,7 @@ def cull_blocks(spheres: Any, pose: Any, bounds: Any, limit: Any) -> Any:
     return kept[:count]
 
 
-@njit(nogil=True, error_model="numpy", cache=True, inline="always")
+@inlined
 def _to_camera(px: Any, py: Any, pz: Any, pose: Any) -> Any:
     # `pose` is cam_from_world as a flat tuple: tuples live in registers, arrays do not.
     x = pose[0] * px + pose[1] * py + pose[2] * pz + pose[3]
@@ -58,7 +58,7 @@ def _to_camera(px: Any, py: Any, pz: Any, pose: Any) -> Any:
     return x, y, z
 
 
-@njit(nogil=True, error_model="numpy", cache=True, inline="always")
+@inlined
 def _pixel(u: Any, v: Any, lens: Any, reach: Any, size: Any, labels: Any) -> Any:
     """Row and column of the label image in direction (u, v, 1); row -1 = outside the photo.
 
@@ -74,7 +74,7 @@ def _pixel(u: Any, v: Any, lens: Any, reach: Any, size: Any, labels: Any) -> Any
     return row, col
 
 
-@njit(nogil=True, error_model="numpy", cache=True, inline="always")
+@inlined
 def _splits(longest: Any, z: Any, lens: Any, sample_px: Any, most_splits: Any) -> Any:
     """Into how many parts each edge is divided for sampling: 1 = the centroid alone."""
     if most_splits <= 1:
@@ -82,7 +82,7 @@ def _splits(longest: Any, z: Any, lens: Any, sample_px: Any, most_splits: Any) -
     return min(most_splits, max(1, int(np.ceil(longest * lens[1] / z / sample_px))))
 
 
-@njit(nogil=True, error_model="numpy", cache=True, inline="always")
+@inlined
 def _sample(corners: Any, k: Any, s: Any) -> Any:
     """x/z, y/z and z of the k-th of s*s sub-triangles' centroids; only z where z <= 0."""
     # Row i of the subdivision holds 2 (s - i) - 1 sub-triangles, upright and inverted in turn.
@@ -101,7 +101,7 @@ def _sample(corners: Any, k: Any, s: Any) -> Any:
     return (wa * ax + wb * bx + wc * cx) / z, (wa * ay + wb * by + wc * cy) / z, z
 
 
-@njit(nogil=True, error_model="numpy", cache=True)
+@kernel
 def mark_candidates(
     blocks: Any, starts: Any, spheres: Any, vertices: Any, faces: Any, centroids: Any,
     longest: Any, pose: Any, lens: Any, reach: Any, size: Any, labels: Any, limit: Any,
@@ -146,7 +146,7 @@ def mark_candidates(
                         break
 
 
-@njit(nogil=True, error_model="numpy", cache=True, inline="always")
+@inlined
 def _corners(vertices: Any, faces: Any, f: Any, pose: Any) -> Any:
     a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
     ax, ay, az = _to_camera(vertices[a, 0], vertices[a, 1], vertices[a, 2], pose)
@@ -155,7 +155,7 @@ def _corners(vertices: Any, faces: Any, f: Any, pose: Any) -> Any:
     return ax, ay, az, bx, by, bz, cx, cy, cz
 
 
-@njit(nogil=True, error_model="numpy", cache=True)
+@kernel
 def place_samples(
     blocks: Any, block_starts: Any, candidates: Any, vertices: Any, faces: Any, centroids: Any,
     longest: Any, pose: Any, lens: Any, reach: Any, size: Any, labels: Any, distance: Any,
@@ -206,7 +206,7 @@ def place_samples(
     return count
 
 
-@njit(nogil=True, error_model="numpy", cache=True)
+@kernel
 def _grid(where: Any, focal: Any) -> Any:
     """Sort samples into square cells of about 4 px: u0, v0, 1/cell, shape, starts, order."""
     u0, v0, u1, v1 = np.inf, np.inf, -np.inf, -np.inf
@@ -232,7 +232,7 @@ def _grid(where: Any, focal: Any) -> Any:
     return u0, v0, 1.0 / cell, cols, rows, starts, order
 
 
-@njit(nogil=True, error_model="numpy", cache=True)
+@kernel
 def _filled(starts: Any, cols: Any, rows: Any) -> Any:
     """Summed-area table of the number of samples: (rows + 1, cols + 1) int32."""
     table = np.zeros((rows + 1, cols + 1), dtype=np.int32)
@@ -244,7 +244,7 @@ def _filled(starts: Any, cols: Any, rows: Any) -> Any:
     return table
 
 
-@njit(nogil=True, error_model="numpy", cache=True, inline="always")
+@inlined
 def _cell_range(low: Any, high: Any, origin: Any, per_cell: Any, count: Any) -> Any:
     """First and last cell that an interval touches; last < first if none."""
     first, last = (low - origin) * per_cell, (high - origin) * per_cell
@@ -253,7 +253,7 @@ def _cell_range(low: Any, high: Any, origin: Any, per_cell: Any, count: Any) -> 
     return int(max(first, 0.0)), int(min(last, count - 1.0))
 
 
-@njit(nogil=True, error_model="numpy", cache=True, inline="always")
+@inlined
 def _outline(x: Any, y: Any, z: Any, r: Any) -> Any:
     """Bounds of x/z and y/z over a ball that lies before the camera (z > r)."""
     near, far = z - r, z + r
@@ -266,13 +266,13 @@ def _outline(x: Any, y: Any, z: Any, r: Any) -> Any:
     )
 
 
-@njit(nogil=True, error_model="numpy", cache=True, inline="always")
+@inlined
 def _sum(table: Any, r0: Any, r1: Any, c0: Any, c1: Any) -> Any:
     """Sum over rows r0..r1 and columns c0..c1, inclusive, from a summed-area table."""
     return table[r1 + 1, c1 + 1] - table[r0, c1 + 1] - table[r1 + 1, c0] + table[r0, c0]
 
 
-@njit(nogil=True, error_model="numpy", cache=True)
+@kernel
 def strike_hidden(
     blocks: Any, starts: Any, vertex_starts: Any, spheres: Any, vertices: Any, faces: Any,
     candidate_of: Any, pose: Any, focal: Any, where: Any, owner: Any,
@@ -353,7 +353,7 @@ def strike_hidden(
     return hidden
 
 
-@njit(nogil=True, error_model="numpy", cache=True)
+@kernel
 def _strike_crossing(corners: Any, mine: Any, us: Any, vs: Any, limits: Any, owners: Any) -> None:
     """Strike out samples behind a triangle that reaches behind the camera (few do)."""
     ax, ay, az, bx, by, bz, cx, cy, cz = corners
@@ -376,7 +376,7 @@ def _strike_crossing(corners: Any, mine: Any, us: Any, vs: Any, limits: Any, own
             limits[k] = np.inf
 
 
-@njit(nogil=True, error_model="numpy", cache=True)
+@kernel
 def tell_evidence(owner: Any, label: Any, border: Any, hidden: Any) -> Any:
     """Sum the samples up: per seen face and label its share of the face's seen samples.
 

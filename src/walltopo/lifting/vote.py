@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
 from numpy.typing import NDArray
 
+from walltopo.kernels import in_ranges, inlined, kernel
 from walltopo.lifting.contract import LiftParams
 from walltopo.lifting.covisible import Covisible
 from walltopo.lifting.evidence import Evidence
@@ -48,13 +48,17 @@ def vote(evidence: Evidence, cluster: Ints, params: LiftParams) -> tuple[Ints, N
     # From 0 at the border to 1 at the band's end; all 1 where evidence is in or out.
     depth = evidence.border / np.float32(band) if band > 0 else np.ones_like(weight)
     mean = float(evidence.detail.mean()) if len(weight) else 1.0
-    return _vote(
-        evidence.starts, evidence.projection, evidence.view, cluster, params.threshold,
-        weight, depth, present, DOUBT * mean,
+    faces = len(evidence.faces)
+    winner = np.full(faces, -1, dtype=np.int32)
+    shares = np.zeros(faces, dtype=np.float32)
+    in_ranges(
+        _vote, faces, evidence.starts, evidence.projection, evidence.view, cluster,
+        params.threshold, weight, depth, present, DOUBT * mean, winner, shares,
     )  # fmt: skip
+    return winner, shares
 
 
-@njit(cache=True, inline="always")
+@inlined
 def _tally(
     begin: Any, end: Any, wanted: Any, projection: Any, view: Any, cluster: Any, weight: Any,
     depth: Any, present: Any,
@@ -72,15 +76,12 @@ def _tally(
     return mine, total
 
 
-@njit(parallel=True, cache=True)
+@kernel
 def _vote(
-    starts: Any, projection: Any, view: Any, cluster: Any, threshold: Any,
-    weight: Any, depth: Any, present: Any, doubt: Any,
-) -> Any:  # fmt: skip
-    count = len(starts) - 1
-    winner = np.full(count, -1, dtype=np.int32)
-    shares = np.zeros(count, dtype=np.float32)
-    for face in prange(count):
+    begin_face: Any, end_face: Any, starts: Any, projection: Any, view: Any, cluster: Any,
+    threshold: Any, weight: Any, depth: Any, present: Any, doubt: Any, winner: Any, shares: Any,
+) -> None:  # fmt: skip
+    for face in range(begin_face, end_face):
         begin, end = starts[face], starts[face + 1]
         best = 0.0
         for k in range(begin, end):
@@ -97,7 +98,6 @@ def _vote(
                 best = sure
                 winner[face] = cluster[p]
                 shares[face] = mine / total
-    return winner, shares
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,9 +135,9 @@ def claims_of(evidence: Evidence, pairs: Covisible, winner: Ints, count: int) ->
     np.cumsum(most, out=places[1:])
     met = np.full(places[-1], -1, dtype=np.int32)
     shared = np.zeros(places[-1])
-    _meet(
-        pairs.starts, pairs.rows, evidence.starts, evidence.projection, evidence.share,
-        evidence.areas, winner, count, places, met, shared,
+    in_ranges(
+        _meet, len(most), pairs.starts, pairs.rows, evidence.starts, evidence.projection,
+        evidence.share, evidence.areas, winner, count, places, met, shared,
     )  # fmt: skip
     used = met >= 0
     projection = np.repeat(np.arange(len(most), dtype=np.int32), most)[used]
@@ -145,7 +145,7 @@ def claims_of(evidence: Evidence, pairs: Covisible, winner: Ints, count: int) ->
     return Claims(area, projection, met[used], shared[used], seen, visible)
 
 
-@njit(cache=True)
+@kernel
 def _visible(
     starts: Any, view: Any, share: Any, areas: Any, winner: Any, count: Any, views: Any
 ) -> Any:
@@ -157,26 +157,23 @@ def _visible(
     return visible
 
 
-@njit(parallel=True, cache=True)
+@kernel
 def _meet(
-    row_starts: Any, rows: Any, starts: Any, projection: Any, share: Any, areas: Any,
-    winner: Any, count: Any, places: Any, met: Any, shared: Any,
+    begin: Any, stop: Any, row_starts: Any, rows: Any, starts: Any, projection: Any,
+    share: Any, areas: Any, winner: Any, count: Any, places: Any, met: Any, shared: Any,
 ) -> None:  # fmt: skip
-    chunks = 64
-    total = len(row_starts) - 1
-    for chunk in prange(chunks):
-        slot = np.full(count, -1, dtype=np.int64)
-        for p in range(chunk * total // chunks, (chunk + 1) * total // chunks):
-            end = places[p]
-            for r in range(row_starts[p], row_starts[p + 1]):
-                face = rows[r]
-                c = winner[face]
-                if c < 0:
-                    continue
-                if slot[c] < places[p]:
-                    slot[c] = end
-                    met[end] = c
-                    end += 1
-                for k in range(starts[face], starts[face + 1]):
-                    if projection[k] == p:
-                        shared[slot[c]] += areas[face] * share[k]
+    slot = np.full(count, -1, dtype=np.int64)
+    for p in range(begin, stop):
+        end = places[p]
+        for r in range(row_starts[p], row_starts[p + 1]):
+            face = rows[r]
+            c = winner[face]
+            if c < 0:
+                continue
+            if slot[c] < places[p]:
+                slot[c] = end
+                met[end] = c
+                end += 1
+            for k in range(starts[face], starts[face + 1]):
+                if projection[k] == p:
+                    shared[slot[c]] += areas[face] * share[k]

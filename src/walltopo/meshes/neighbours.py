@@ -9,8 +9,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from walltopo.kernels import kernel
 
 __all__ = ["face_neighbours", "parts", "patches"]
 
@@ -51,7 +52,7 @@ def parts(faces: NDArray[np.integer]) -> Ints:
     return patches(face_neighbours(faces), np.zeros(len(faces), dtype=np.int32))[0]
 
 
-@njit(cache=True)
+@kernel
 def _neighbours(faces: Any, vertices: Any) -> Any:
     count = len(faces)
     starts = np.zeros(vertices + 1, dtype=np.int32)
@@ -81,7 +82,7 @@ def _neighbours(faces: Any, vertices: Any) -> Any:
     return found
 
 
-@njit(cache=True)
+@kernel
 def _root(parent: Any, k: Any) -> Any:
     while parent[k] != k:
         parent[k] = parent[parent[k]]
@@ -89,7 +90,7 @@ def _root(parent: Any, k: Any) -> Any:
     return k
 
 
-@njit(cache=True)
+@kernel
 def _patches(neighbours: Any, label: Any) -> Any:
     parent = np.arange(len(label)).astype(np.int32)
     for f in range(len(label)):

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from walltopo.core import Camera
+from walltopo.kernels import kernel
 
 __all__ = ["distort", "lens_of"]
 
@@ -29,7 +29,7 @@ def lens_of(camera: Camera) -> NDArray[np.float64]:
     return lens
 
 
-@njit(nogil=True, error_model="numpy", cache=True)
+@kernel
 def distort(u, v, lens):  # type: ignore[no-untyped-def]
     """Pixel of the direction (u, v, 1) in the camera frame."""
     kind = lens[0]

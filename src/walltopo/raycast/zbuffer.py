@@ -6,13 +6,11 @@ order of the triangles: the picture does not depend on the number of threads.
 
 from __future__ import annotations
 
-import threading
-
 import numpy as np
-from numba import njit, prange
 from numpy.typing import NDArray
 
 from walltopo.core import Camera
+from walltopo.kernels import in_ranges, inlined, kernel
 from walltopo.raycast.clip import clip_near
 from walltopo.raycast.screen import screen_vertices
 
@@ -21,8 +19,6 @@ __all__ = ["render_ids"]
 Floats = NDArray[np.float64]
 BAND_ROWS = 32
 CHUNK = 1 << 15
-# Else numba's default threading layer ends the process.
-_ONE_AT_A_TIME = threading.Lock()
 
 
 def render_ids(
@@ -46,7 +42,7 @@ def render_ids(
     Notes
     -----
     Of several triangles at exactly the same depth the one with the lowest index wins;
-    deterministic. May be called from several threads: numba's threads serve one at a time.
+    deterministic. May be called from several threads.
     """
     faces = np.ascontiguousarray(faces, dtype=np.int32)
     local = np.ascontiguousarray(vertices, dtype=np.float64) @ cam_from_world[:, :3].T
@@ -57,10 +53,12 @@ def render_ids(
     inverse = np.zeros((camera.height, camera.width), dtype=np.float64)
     if len(triangles):
         bands = (camera.height + BAND_ROWS - 1) // BAND_ROWS
-        with _ONE_AT_A_TIME:
-            first, last = _band_range(screen, triangles, camera.width, camera.height)
-            starts, order = _sort_into_bands(first, last, bands)
-            _draw_bands(screen, triangles, starts, order, face_id, inverse)
+        starts, order = _into_bands(screen, triangles, camera.width, camera.height, bands)
+        # Few triangles are drawn sooner than threads are started.
+        least = 1 if len(triangles) > CHUNK else bands
+        in_ranges(
+            _draw_bands, bands, screen, triangles, starts, order, face_id, inverse, least=least
+        )
         if owner is not None:
             drawn = face_id >= 0
             face_id[drawn] = owner[face_id[drawn]]
@@ -69,13 +67,28 @@ def render_ids(
     return face_id, depth
 
 
-@njit(parallel=True, cache=True)
-def _band_range(screen, triangles, width, height):  # type: ignore[no-untyped-def]
+def _into_bands(
+    screen: Floats, triangles: NDArray[np.int32], width: int, height: int, bands: int
+) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
+    """Triangle indices grouped by band, ascending within each: (bands + 1,) starts, indices."""
+    count = len(triangles)
+    chunks = (count + CHUNK - 1) // CHUNK
+    first, last = np.zeros(count, dtype=np.int16), np.full(count, -1, dtype=np.int16)
+    in_ranges(_band_range, count, screen, triangles, width, height, first, last, least=CHUNK)
+    counts = np.zeros((chunks, bands), dtype=np.int64)
+    in_ranges(_count_bands, chunks, first, last, counts)
+    # Band after band, and in each band chunk after chunk.
+    ends = np.cumsum(counts.T).reshape(bands, chunks).T
+    starts = np.concatenate([[0], ends[-1]])
+    order = np.zeros(starts[-1], dtype=np.int32)
+    in_ranges(_fill_bands, chunks, first, last, np.ascontiguousarray(ends - counts), order)
+    return starts, order
+
+
+@kernel
+def _band_range(begin, end, screen, triangles, width, height, first, last):  # type: ignore[no-untyped-def]
     """First and last band of each triangle; last < first for one that is not to be drawn."""
-    n = len(triangles)
-    first = np.zeros(n, dtype=np.int16)
-    last = np.full(n, -1, dtype=np.int16)
-    for t in prange(n):
+    for t in range(begin, end):
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
         x0 = min(screen[a, 0], screen[b, 0], screen[c, 0])
         x1 = max(screen[a, 0], screen[b, 0], screen[c, 0])
@@ -91,41 +104,31 @@ def _band_range(screen, triangles, width, height):  # type: ignore[no-untyped-de
             if top <= bottom and left <= right:
                 first[t] = top // BAND_ROWS
                 last[t] = bottom // BAND_ROWS
-    return first, last
 
 
-@njit(parallel=True, cache=True)
-def _sort_into_bands(first, last, bands):  # type: ignore[no-untyped-def]
-    """Triangle indices grouped by band, ascending within each: (bands + 1) starts, indices."""
-    n = len(first)
-    chunks = (n + CHUNK - 1) // CHUNK
-    counts = np.zeros((chunks, bands), dtype=np.int64)
-    for k in prange(chunks):
-        for t in range(k * CHUNK, min(n, (k + 1) * CHUNK)):
+@kernel
+def _count_bands(begin, end, first, last, counts):  # type: ignore[no-untyped-def]
+    """How many triangles of each chunk each band has: adds to (chunks, bands) `counts`."""
+    for k in range(begin, end):
+        for t in range(k * CHUNK, min(len(first), (k + 1) * CHUNK)):
             for band in range(first[t], last[t] + 1):
                 counts[k, band] += 1
-    starts = np.zeros(bands + 1, dtype=np.int64)
-    total = 0
-    for band in range(bands):
-        starts[band] = total
-        for k in range(chunks):
-            count = counts[k, band]
-            counts[k, band] = total
-            total += count
-    starts[bands] = total
-    order = np.zeros(total, dtype=np.int32)
-    for k in prange(chunks):
-        for t in range(k * CHUNK, min(n, (k + 1) * CHUNK)):
+
+
+@kernel
+def _fill_bands(begin, end, first, last, places, order):  # type: ignore[no-untyped-def]
+    """Write each chunk's triangles to `order`, from each band's place for that chunk on."""
+    for k in range(begin, end):
+        for t in range(k * CHUNK, min(len(first), (k + 1) * CHUNK)):
             for band in range(first[t], last[t] + 1):
-                order[counts[k, band]] = t
-                counts[k, band] += 1
-    return starts, order
+                order[places[k, band]] = t
+                places[k, band] += 1
 
 
-@njit(parallel=True, cache=True)
-def _draw_bands(screen, triangles, starts, order, face_id, inverse):  # type: ignore[no-untyped-def]
+@kernel
+def _draw_bands(begin, end, screen, triangles, starts, order, face_id, inverse):  # type: ignore[no-untyped-def]
     height = face_id.shape[0]
-    for band in prange(len(starts) - 1):
+    for band in range(begin, end):
         top = band * BAND_ROWS
         bottom = min(height, top + BAND_ROWS)
         for k in range(starts[band], starts[band + 1]):
@@ -133,7 +136,7 @@ def _draw_bands(screen, triangles, starts, order, face_id, inverse):  # type: ig
             _draw(screen, triangles[t], t, top, bottom, face_id, inverse)
 
 
-@njit(cache=True, inline="always")
+@inlined
 def _draw(screen, triangle, index, top, bottom, face_id, inverse):  # type: ignore[no-untyped-def]
     """Draw one triangle into rows top..bottom-1; nearer (larger 1/z) wins, then lower index."""
     a, b, c = triangle[0], triangle[1], triangle[2]

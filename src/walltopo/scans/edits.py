@@ -32,6 +32,7 @@ __all__ = [
     "EditLog",
     "Join",
     "Keep",
+    "Leave",
     "Merge",
     "Paint",
     "Place",
@@ -40,8 +41,10 @@ __all__ = [
     "Remove",
     "RoleName",
     "SetHold",
+    "SetProblem",
     "SetRole",
     "SetRoute",
+    "Share",
     "Split",
     "Text",
     "check_text",
@@ -81,6 +84,7 @@ class Ref(msgspec.Struct, frozen=True, omit_defaults=True, forbid_unknown_fields
 
 
 Refs = Annotated[tuple[Ref, ...], msgspec.Meta(min_length=1, max_length=MOST)]
+MaybeRefs = Annotated[tuple[Ref, ...], msgspec.Meta(max_length=MOST)]
 
 
 class _Edit(
@@ -193,8 +197,42 @@ class Assign(_Edit, frozen=True, kw_only=True, tag="assign"):
     route: Ref
 
 
+class SetProblem(_Edit, frozen=True, kw_only=True, tag="problem"):
+    """A new route on holds that hang. They stay on the routes that they are on.
+
+    Parameters
+    ----------
+    hands : holds for hands and feet, from bottom to top; start, top : those of them.
+    feet : holds for feet alone.
+    new : its id (the highest in use + 1; 0: the next free one).
+    proposed : by walltopo, and climbed by nobody yet.
+    """
+
+    hands: Refs
+    start: Refs
+    top: Refs
+    feet: MaybeRefs = ()
+    new: Label
+    proposed: bool = False
+
+
+class Share(_Edit, frozen=True, kw_only=True, tag="share"):
+    """A hold is of this route too, and stays on the one that it is on."""
+
+    hold: Ref
+    route: Ref
+
+
+class Leave(_Edit, frozen=True, kw_only=True, tag="leave"):
+    """A hold is not of this route any more; its others keep it."""
+
+    hold: Ref
+    route: Ref
+
+
 class SetRoute(_Edit, frozen=True, kw_only=True, tag="route"):
-    """Any of a route's attributes; empty text clears one. `date`: ISO, such as 2026-03-01."""
+    """Any of a route's attributes; empty text clears one. `date`: ISO, such as 2026-03-01;
+    `proposed`: see `SetProblem`."""
 
     route: Ref
     name: Text | None = None
@@ -203,6 +241,7 @@ class SetRoute(_Edit, frozen=True, kw_only=True, tag="route"):
     setter: Text | None = None
     description: LongText | None = None
     date: Date | None = None
+    proposed: bool | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -216,7 +255,21 @@ class SetRoute(_Edit, frozen=True, kw_only=True, tag="route"):
 
 
 Edit = (
-    SetHold | Remove | Keep | SetRole | Add | Paint | Cut | Join | Merge | Split | Assign | SetRoute
+    SetHold
+    | Remove
+    | Keep
+    | SetRole
+    | Add
+    | Paint
+    | Cut
+    | Join
+    | Merge
+    | Split
+    | Assign
+    | SetProblem
+    | Share
+    | Leave
+    | SetRoute
 )
 
 

@@ -39,6 +39,7 @@ class Route(msgspec.Struct, frozen=True):
     footholds : ids of holds for feet alone: too small for hands, or a setter says so.
     doubtful_start, doubtful_top : why someone should have a look; empty where all speaks for them.
     ambiguous : holds that two routes could own.
+    proposed : by walltopo, and climbed by nobody yet.
     """
 
     id: Label
@@ -62,6 +63,7 @@ class Route(msgspec.Struct, frozen=True):
     description: str = ""
     date: str = ""
     colour_rgb: Rgb = (128, 128, 128)
+    proposed: bool = False
 
 
 class Routes(Document, frozen=True, kw_only=True):

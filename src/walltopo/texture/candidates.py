@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numba import njit, prange
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, View
+from walltopo.kernels import in_ranges, kernel
 from walltopo.raycast import render_ids
 
 __all__ = ["CANDIDATES", "Candidates", "find_candidates"]
@@ -46,8 +46,10 @@ class Candidates:
     colour: NDArray[np.uint8]
 
 
-@njit(cache=True, parallel=True)
+@kernel
 def _keep_best(
+    begin: int,
+    end: int,
     index: int,
     focal: float,
     which: NDArray[np.int64],
@@ -66,7 +68,7 @@ def _keep_best(
     """Offer one view to the triangles `which`, with their cosines (in place)."""
     height, width = depth.shape
     slots = view.shape[1]
-    for n in prange(len(which)):
+    for n in range(begin, end):
         f = which[n]
         cosine = cosines[n]
         if cosine <= 0.05:
@@ -134,7 +136,9 @@ def find_candidates(
         # seen, so that the nearer thing's border does not bleed onto it.
         nearest = np.asarray(cv2.erode(depth, np.ones((3, 3), np.uint8)))
         blurred = np.asarray(cv2.GaussianBlur(load(item.name), (0, 0), _BLUR), dtype=np.uint8)
-        _keep_best(
+        in_ranges(
+            _keep_best,
+            len(which),
             index,
             item.camera.fx,
             which,

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from walltopo.kernels import kernel
 from walltopo.meshes.neighbours import patches
 from walltopo.texture.candidates import Candidates
 
@@ -17,7 +17,7 @@ _SWEEPS = 12
 _LEAST_CHART = 200
 
 
-@njit(cache=True)
+@kernel
 def _sweep(
     view: NDArray[np.int16],
     gain: NDArray[np.float32],
@@ -68,7 +68,7 @@ def choose_labels(
     return label
 
 
-@njit(cache=True)
+@kernel
 def _relabel(
     view: NDArray[np.int16],
     adjacent: NDArray[np.int32],

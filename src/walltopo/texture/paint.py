@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numba import njit, prange
 from numpy.typing import NDArray
+
+from walltopo.kernels import in_ranges, kernel
 
 __all__ = ["fill_gaps", "paint_colours", "paint_photo", "sample_points"]
 
@@ -15,7 +16,7 @@ Single = NDArray[np.float32]
 _BAND = 64  # rows of the atlas that one thread paints at a time
 
 
-@njit(cache=True)
+@kernel
 def _sample(photo: Image, x: float, y: float, channel: int) -> float:
     """Bilinear colour at a pixel position (corner convention)."""
     height, width = photo.shape[:2]
@@ -27,7 +28,6 @@ def _sample(photo: Image, x: float, y: float, channel: int) -> float:
     return (1 - b) * top + b * low
 
 
-@njit(cache=True, parallel=True)
 def paint_photo(
     photo: Image,
     gain: Single,
@@ -54,8 +54,29 @@ def paint_photo(
     rows = _rows(which, texels, side)
     # Neighbours claim the texels on their common edge both: by bands of rows, in the order of
     # the triangles, the same one has the last word whatever the threads do.
-    for band in prange((side + _BAND - 1) // _BAND):
-        top, bottom = band * _BAND, min((band + 1) * _BAND, side) - 1
+    in_ranges(
+        _paint_bands, (side + _BAND - 1) // _BAND,
+        photo, gain, which, rows, pixels, texels, correction, atlas, painted,
+    )  # fmt: skip
+
+
+@kernel
+def _paint_bands(
+    begin: int,
+    end: int,
+    photo: Image,
+    gain: Single,
+    which: NDArray[np.int64],
+    rows: NDArray[np.int32],
+    pixels: Single,
+    texels: Single,
+    correction: Single,
+    atlas: Image,
+    painted: NDArray[np.uint8],
+) -> None:
+    """Paint the triangles on some bands of rows of the atlas."""
+    for band in range(begin, end):
+        top, bottom = band * _BAND, min((band + 1) * _BAND, len(atlas)) - 1
         for n in range(len(which)):
             y0, y1 = max(rows[n, 0], top), min(rows[n, 1], bottom)
             if y0 <= y1:
@@ -65,7 +86,7 @@ def paint_photo(
                 )
 
 
-@njit(cache=True)
+@kernel
 def _rows(which: NDArray[np.int64], texels: Single, side: int) -> NDArray[np.int32]:
     """(n, 2) first and last row of each triangle in the atlas."""
     rows = np.empty((len(which), 2), dtype=np.int32)
@@ -76,7 +97,7 @@ def _rows(which: NDArray[np.int64], texels: Single, side: int) -> NDArray[np.int
     return rows
 
 
-@njit(cache=True)
+@kernel
 def _paint_rows(
     photo: Image,
     gain: Single,
@@ -112,7 +133,7 @@ def _paint_rows(
             painted[y, x] = 1
 
 
-@njit(cache=True)
+@kernel
 def paint_colours(
     which: NDArray[np.int64],
     texels: Single,
@@ -133,7 +154,7 @@ def paint_colours(
                 painted[y, x] = 1
 
 
-@njit(cache=True)
+@kernel
 def _sample_all(photo: Image, points: Single, out: Single) -> None:
     for n in range(len(points)):
         for channel in range(3):

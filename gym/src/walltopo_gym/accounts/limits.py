@@ -18,6 +18,7 @@ from walltopo_gym.errors import TooManyError
 __all__ = [
     "Limit",
     "count_code",
+    "count_document",
     "count_mail",
     "count_old_password",
     "count_report",
@@ -45,6 +46,7 @@ _ELSEWHERE: Final = Limit("sign-in-account", 100, 900)
 _CLIENT: Final = Limit("sign-in-client", 100, 900)
 _OLD_PASSWORD: Final = Limit("old-password", 10, 900)
 _REPORTS: Final = Limit("report", 30, 86400)
+_DOCUMENTS: Final = Limit("document", 120, 3600)
 _CODE: Final = Limit("second-factor", 10, 900)
 _MAILS_TO: Final = Limit("mail-address", 3, 3600)
 _MAILS_FROM: Final = Limit("mail-client", 30, 3600)
@@ -77,6 +79,11 @@ def count_old_password(session: Session, person: UUID) -> None:
 def count_report(session: Session, person: UUID) -> None:
     """Count a comment that somebody reports, likewise."""
     _count_try(session, _REPORTS, str(person))
+
+
+def count_document(session: Session, person: UUID) -> None:
+    """Count a document that somebody has made, likewise."""
+    _count_try(session, _DOCUMENTS, str(person))
 
 
 def count_code(session: Session, person: UUID) -> None:

@@ -6,7 +6,7 @@ from datetime import datetime
 from typing import Any
 from uuid import UUID
 
-from sqlalchemy import JSON, ForeignKey, Index, LargeBinary, String, UniqueConstraint, true
+from sqlalchemy import JSON, ForeignKey, Index, LargeBinary, String, UniqueConstraint, false, true
 from sqlalchemy.orm import Mapped, mapped_column
 
 from walltopo_gym.clock import now
@@ -204,7 +204,8 @@ class Profile(Base):
 
     `show_*` is one of `profiles.Audience`; `category` is "" or what boards of a gym may be
     divided by; `birth_year` and `category` are shown to nobody, lengths are centimetres. `feed`:
-    they like to see what those climb whom they follow.
+    they like to see what those climb whom they follow. `on_screens`: boards may show them to
+    everybody, in the hall and on the gym's website.
     """
 
     __tablename__ = "profiles"
@@ -222,3 +223,4 @@ class Profile(Base):
     reach_cm: Mapped[int | None]
     changed_at: Mapped[datetime] = mapped_column(default=now)
     feed: Mapped[bool] = mapped_column(default=True, server_default=true())
+    on_screens: Mapped[bool] = mapped_column(default=False, server_default=false())

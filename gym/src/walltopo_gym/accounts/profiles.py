@@ -37,4 +37,5 @@ def profile_of(session: Session, person: UUID) -> Profile:
     return Profile(
         person_id=person, on_boards=False, category=Category.UNSAID, show_ascents=Audience.NOBODY,
         show_pins=Audience.NOBODY, show_body=Audience.NOBODY, feed=True,
+        on_screens=False,
     )  # fmt: skip

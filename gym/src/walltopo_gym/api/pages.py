@@ -16,13 +16,14 @@ from pathlib import Path
 from typing import Final
 
 from fastapi import APIRouter, Request, Response
-from starlette.responses import HTMLResponse
+from starlette.responses import HTMLResponse, RedirectResponse
 
 from walltopo.core import EnvironmentLacksError
 from walltopo.export.webpage import viewer_script
 from walltopo_gym.api.link_previews import head_of
 from walltopo_gym.api.services import ServicesOf
 from walltopo_gym.errors import NotFoundError
+from walltopo_gym.hall.codes import route_by_code
 
 __all__ = ["router"]
 
@@ -39,13 +40,13 @@ _FOR_EVER: Final = "public, max-age=31536000, immutable"
 _POLICY: Final = (
     "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; "
     "img-src 'self' blob: data:; connect-src 'self' blob:; worker-src 'self' blob:; "
-    "manifest-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors "
+    "manifest-src 'self'; frame-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors "
 )
 
 # The first part of each address of the app (gym/web/src/routes.ts).
 _PLACES: Final = {
-    "", "embed", "g", "invitation", "me", "new-gym", "new-password", "people",
-    "sign-in", "sign-up",
+    "", "embed", "g", "invitation", "kiosk", "me", "new-gym", "new-password", "people", "r",
+    "sign-in", "sign-up", "unsubscribe",
 }  # fmt: skip
 
 
@@ -108,6 +109,21 @@ def read_loose_file(request: Request) -> Response:
     return answer
 
 
+@router.api_route("/r/{code}", methods=_READING, response_class=HTMLResponse)
+def read_short_address(code: str, request: Request, services: ServicesOf) -> Response:
+    """On to the route that has this address now; of a private gym only the app can know it."""
+    with services.database.reading() as session:
+        try:
+            gym, route = route_by_code(session, code)
+        except NotFoundError:
+            return read_page(f"r/{code}", request, services)
+    if gym.visibility == "private":
+        return read_page(f"r/{code}", request, services)
+    place = f"/g/{gym.slug}/w/{route.wall_id}/r/{route.id}"
+    # Not for ever: the route may come to hang on another wall.
+    return RedirectResponse(place, 302, {"cache-control": "no-cache"})
+
+
 @router.api_route("/{place:path}", methods=_READING, response_class=HTMLResponse)
 def read_page(place: str, request: Request, services: ServicesOf) -> Response:
     """The app, which finds by the address what to show; framed by others below `/embed` alone."""
@@ -116,9 +132,8 @@ def read_page(place: str, request: Request, services: ServicesOf) -> Response:
         raise NotFoundError("no such endpoint")
     is_embedded = first == "embed"
     shown = rest if is_embedded else place
-    head = head_of(services, shown, indexed=not is_embedded)
-    script = f'<meta name="wall-viewer" content="{_viewer()}">'
-    page = _assets()["/index.html"].content.decode().replace(_MARK, head + script)
+    head = head_of(services, shown, _viewer(), indexed=not is_embedded)
+    page = _assets()["/index.html"].content.decode().replace(_MARK, head)
     policy = _POLICY + ("*" if is_embedded else "'none'")
     headers = {"content-security-policy": policy, "cache-control": "private, no-cache"}
     return HTMLResponse(page, 200 if first in _PLACES else 404, headers)

@@ -34,12 +34,14 @@ Length = Annotated[int | None, Field(ge=50, le=280)]
 
 
 class ProfileWords(Body):
-    """What one lets others know; all of it, each time. `on_boards`: whether one is ranked at all.
+    """What one lets others know; all of it, each time. `on_boards`: whether one is ranked at all;
+    `on_screens`: whether everybody may see that, in the hall and on the gym's website.
 
     Body data is shown to whom `show_body` names, and used for nothing else.
     """
 
     on_boards: bool = False
+    on_screens: bool = False
     category: Category = Category.UNSAID
     birth_year: int | None = Field(None, ge=1900, le=2100)
     show_ascents: Audience = Audience.NOBODY

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Mapping
 from dataclasses import asdict
 from datetime import date
 from typing import Annotated, Literal
@@ -16,10 +13,10 @@ from starlette.responses import PlainTextResponse
 from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.api.rules import Access, gym_rule
 from walltopo_gym.api.services import Db
-from walltopo_gym.climbing.own_data import harmless
 from walltopo_gym.climbing.progress import progress
 from walltopo_gym.clock import now
 from walltopo_gym.gyms.roles import Role
+from walltopo_gym.spreadsheets import csv_table
 
 __all__ = ["router"]
 
@@ -114,15 +111,5 @@ def read_progress_table(part: Part, session: Db, access: ReaderMay) -> PlainText
         "steepness": StyleFacts,
         "holds": StyleFacts,
     }
-    table = _table(list(kinds[part].model_fields), told[part])
+    table = csv_table(list(kinds[part].model_fields), told[part])
     return PlainTextResponse(table, headers=headers, media_type="text/csv")
-
-
-def _table(columns: list[str], rows: list[Mapping[str, object]]) -> str:
-    out = io.StringIO()
-    writer = csv.DictWriter(out, columns, lineterminator="\n")
-    writer.writeheader()
-    for row in rows:
-        words = {n: harmless(v) if isinstance(v, str) else v for n, v in row.items()}
-        writer.writerow(words)
-    return out.getvalue()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from datetime import date, datetime
-from typing import Annotated, Final
+from typing import Annotated
 from uuid import UUID
 
 from fastapi import APIRouter
@@ -20,20 +20,14 @@ from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.models import Wall
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.publishing.change import check_grade, strip
+from walltopo_gym.publishing.hanging import gym_routes, wall_routes
 from walltopo_gym.publishing.models import Placement, Route
 
-__all__ = ["PublisherMay", "RouteFacts", "RouteWords", "gym_routes", "route_of", "router",
-           "routes_of", "wall_routes"]  # fmt: skip
+__all__ = ["PublisherMay", "RouteFacts", "RouteWords", "route_of", "router", "routes_of"]
 
 router = APIRouter(tags=["routes"])
 
 PublisherMay = Annotated[Access, gym_rule(Role.SETTER, Scope.PUBLISH)]
-
-_HANGING: Final = (
-    select(Route, Placement)
-    .join(Placement, Placement.route_id == Route.id)
-    .where(Route.stripped_at.is_(None))
-)
 
 Tags = Annotated[list[Name], Field(max_length=20)]
 
@@ -116,20 +110,6 @@ def strip_route(route: UUID, session: Db, access: PublisherMay) -> RouteFacts:
 def routes_of(session: Session, wall: Wall) -> list[RouteFacts]:
     """The routes that hang on a wall, by their numbers."""
     return [_told(route, placement) for route, placement in wall_routes(session, wall)]
-
-
-def wall_routes(session: Session, wall: Wall) -> list[tuple[Route, Placement]]:
-    """What hangs on a wall, by number."""
-    hanging = _HANGING.where(Placement.scan_id == wall.published_scan_id)
-    rows = session.execute(hanging.order_by(Placement.number))
-    return [(route, placement) for route, placement in rows]
-
-
-def gym_routes(session: Session, gym: UUID) -> list[tuple[Route, Placement]]:
-    """What hangs in a gym, wall by wall."""
-    hanging = _HANGING.join(Wall, Wall.published_scan_id == Placement.scan_id)
-    rows = hanging.where(Wall.gym_id == gym).order_by(Wall.place, Wall.name, Placement.number)
-    return [(route, placement) for route, placement in session.execute(rows)]
 
 
 def route_of(session: Session, access: Access, route: UUID) -> Route:

@@ -23,12 +23,15 @@ from walltopo_gym.errors import ForbiddenError, NotFoundError, SignInNeededError
 from walltopo_gym.gyms.members import check_not_banned, role_of
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.gyms.roles import Role
+from walltopo_gym.hall.screen import has_key
 
-__all__ = ["COOKIE", "Access", "AnyoneMay", "GuestMay", "OperatorsMay", "OwnerMay", "Rule",
-           "SetterMay", "SignedInMay", "declare_rules", "gym_rule"]  # fmt: skip
+__all__ = ["COOKIE", "KIOSK", "Access", "AnyoneMay", "GuestMay", "OperatorsMay", "OwnerMay", "Rule",
+           "SetterMay", "SignedInMay", "declare_rules", "gym_rule", "visible_gym"]  # fmt: skip
 
 # `__Host-`: over HTTPS only, of this host only, for all of it (RFC 6265bis, 4.1.3.2).
 COOKIE: Final = "__Host-walltopo"
+# Of a screen in the hall: it is a guest of one private gym.
+KIOSK: Final = "__Host-walltopo-kiosk"
 
 
 @dataclass(frozen=True)
@@ -108,10 +111,11 @@ def gym_rule(least: Role, scope: Scope | None) -> Any:
     rule = Rule(least.value, scope)
 
     def check(
-        gym: Annotated[str, Path(max_length=60)], actor: _Asker, services: ServicesOf
-    ) -> Access:
+        gym: Annotated[str, Path(max_length=60)], actor: _Asker, services: ServicesOf,
+        request: Request,
+    ) -> Access:  # fmt: skip
         with services.database.reading() as session:
-            found, role = _visible_gym(session, gym, actor)
+            found, role = visible_gym(session, gym, actor, request)
         if not role.covers(least):
             if actor.person is None:
                 raise SignInNeededError("nobody is signed in", "Sign in first.")
@@ -130,11 +134,21 @@ SetterMay = Annotated[Access, gym_rule(Role.SETTER, Scope.MANAGE)]
 OwnerMay = Annotated[Access, gym_rule(Role.OWNER, Scope.MANAGE)]
 
 
-def _visible_gym(session: Session, slug: str, actor: Actor) -> tuple[Gym, Role]:
+def visible_gym(session: Session, slug: str, actor: Actor, request: Request) -> tuple[Gym, Role]:
+    """A gym, and what the asker is in it.
+
+    Raises
+    ------
+    NotFoundError : there is none that they may know of.
+    """
     found = session.scalar(select(Gym).where(Gym.slug == slug))
     if found is not None:
         role = role_of(session, found.id, actor.person)
         if found.visibility != "private" or role != Role.GUEST:
+            return found, role
+        # Only where nobody is signed in: the link to a screen lets nobody join.
+        secret = request.cookies.get(KIOSK, "") if actor.person is None else ""
+        if secret and has_key(session, found.id, secret):
             return found, role
     raise NotFoundError("no such gym")
 

@@ -11,13 +11,14 @@ from pydantic import BaseModel
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from walltopo_gym.api.routes import gym_routes, route_of, wall_routes
+from walltopo_gym.api.routes import route_of
 from walltopo_gym.api.rules import Access, GuestMay
 from walltopo_gym.api.services import Db
 from walltopo_gym.api.walls import wall_of
 from walltopo_gym.climbing.models import Opinion
 from walltopo_gym.climbing.tallies import tallies
 from walltopo_gym.gyms.roles import Role
+from walltopo_gym.publishing.hanging import gym_routes, wall_routes
 from walltopo_gym.publishing.models import Placement
 from walltopo_gym.scans.models import Scan
 

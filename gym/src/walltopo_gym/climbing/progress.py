@@ -15,20 +15,18 @@ from sqlalchemy.orm import Session
 from walltopo_gym.climbing.counted_models import ClimbingSession
 from walltopo_gym.climbing.counting import zone_of
 from walltopo_gym.climbing.models import Ascent
+from walltopo_gym.climbing.styles import STEEPNESS, main_hold, steepness_of
 from walltopo_gym.climbing.visits import gym_day
 from walltopo_gym.gyms.models import GradeSystem, Gym, Wall
 from walltopo_gym.publishing.models import Placement, Route
 from walltopo_gym.scans.models import Scan
 
-__all__ = ["Hanging", "Month", "OfGrade", "Progress", "STEEPNESS", "Style", "Week",
-           "progress"]  # fmt: skip
+__all__ = ["Hanging", "Month", "OfGrade", "Progress", "Style", "Week", "progress"]
 
 _TOPS: Final = ("flash", "top")
 _WEEK: Final = timedelta(days=7)
 _WEEKS: Final = 53
 _AT_ONCE: Final = 500  # a statement has a limited number of parameters
-# Kinds of walls, and below how many degrees of overhang one still is of that kind.
-STEEPNESS: Final = {"slab": -5.0, "vertical": 5.0, "slight": 20.0, "steep": 45.0, "roof": 181.0}
 
 
 class _Done(NamedTuple):
@@ -89,7 +87,7 @@ class Hanging:
 class Style:
     """Routes of one kind that were tried, each once, and those topped and flashed among them.
 
-    `kind` is of `STEEPNESS`, or a type of hold: the one that a route has most of.
+    `kind` is of `styles.STEEPNESS`, or a type of hold: the one that a route has most of.
     """
 
     kind: str
@@ -276,10 +274,9 @@ def _styles(session: Session, done: Sequence[_Done]) -> tuple[list[Style], list[
     of_type: dict[str, Style] = {}
     for route, (degrees, types) in _placed(session, list(best)).items():
         styles = []
-        if degrees is not None:
-            styles.append(steep[next(k for k, below in STEEPNESS.items() if degrees < below)])
-        if types:
-            most = max(sorted(types), key=lambda name: types[name])
+        if kind := steepness_of(degrees):
+            styles.append(steep[kind])
+        if most := main_hold(types):
             styles.append(of_type.setdefault(most, Style(most)))
         for style in styles:
             style.tried += 1

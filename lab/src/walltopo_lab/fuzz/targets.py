@@ -354,7 +354,10 @@ def _log_of_all() -> EditLog:
             log.Merge(routes=(one, log.Ref(2, at))),
             log.Split(route=one, holds=(one,), new=3),
             log.Assign(hold=one, route=log.Ref(2, at)),
-            log.SetRoute(route=one, name="Owl", grade="6b", date="2026-03-01"),
+            log.SetProblem(hands=(one,), start=(one,), top=(one,), feet=(one,), new=4),
+            log.Share(hold=one, route=log.Ref(2, at)),
+            log.Leave(hold=one, route=one),
+            log.SetRoute(route=one, name="Owl", grade="6b", date="2026-03-01", proposed=False),
         )
     )
 
@@ -433,6 +436,30 @@ def _read_tables(folder: Path) -> object:
     return named_points(folder / "points.toml", views)
 
 
+def _make_moves(root: Path) -> None:
+    from walltopo.scans.moves import ClimberRow, GradeRow, MoveRow, Moves, RouteMoves
+
+    start = MoveRow(limb="start", holds=(1, 2, 0, 3), hip=(0.0, -0.2, 1.0), effort=0.5)
+    step = MoveRow(
+        limb="left hand", holds=(4, 2, 0, 3), hip=(0.0, -0.2, 1.2), effort=1.5, beyond=0.1
+    )
+    adult = ClimberRow("adult", 1.75, 1.75, True, 1, (start, step))
+    child = ClimberRow("child", 1.3, 1.3, False, 0, ())
+    routes = (RouteMoves(1, (child, adult), GradeRow("6B", "7A", 0.8, 3)), RouteMoves(2, ()))
+    (root / "0").mkdir()
+    Moves(unit=1.0, routes=routes).save(root / "0" / "moves.json")
+
+
+def _read_moves(folder: Path) -> object:
+    """As the command reads it before it writes the script for pages opened from disk."""
+    from walltopo.scans.folder import ScanFolder
+    from walltopo.scans.moves import Moves, write_moves
+
+    moves = Moves.load(folder / "moves.json")
+    write_moves(ScanFolder(folder), moves)
+    return moves
+
+
 # --- pictures ---
 
 
@@ -466,6 +493,7 @@ TARGETS: dict[str, Target] = {
     "arrays": Target(_make_arrays, _read_arrays),
     "documents": Target(_make_documents, _read_documents),
     "edits": Target(_make_edits, _read_edits),
+    "moves": Target(_make_moves, _read_moves),
     "tables": Target(_make_tables, _read_tables),
     "pictures": Target(_make_photos, _read_photo),
 }

@@ -20,7 +20,6 @@ from dataclasses import dataclass
 from functools import cache
 
 import cv2
-import numba
 import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
@@ -156,7 +155,6 @@ def _named(rgb: NDArray[np.uint8]) -> list[str]:
 def _reliefs(bodies: Sequence[Body], rng: np.random.Generator) -> list[Relief | None]:
     """The reliefs of holds as a scan has them."""
     cv2.setNumThreads(1)  # pictures so small are done sooner than threads are started
-    numba.set_num_threads(1)
     found = []
     for body in bodies:
         pixel = 2.9 * float(np.abs(body.vertices[:, :2]).max()) / GRID

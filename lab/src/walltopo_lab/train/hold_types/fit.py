@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import cv2
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -59,7 +58,6 @@ def make(bodies: int, forms: int, others: int, seed: int) -> tuple[list[Relief],
     others : things that are no hold of any one type.
     """
     cv2.setNumThreads(1)  # pictures so small are done sooner than threads are started
-    numba.set_num_threads(1)
     rng = np.random.default_rng(seed)
     rows: list[tuple[Relief | None, int]] = []
     for label, kind in enumerate(TYPES):

@@ -1,0 +1,30 @@
+"""What a route is like, in few words: how steep, how long, and which hold it has most of."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+__all__ = ["LENGTHS", "STEEPNESS", "length_of", "main_hold", "steepness_of"]
+
+# Kinds of walls, and below how many degrees of overhang one still is of that kind.
+STEEPNESS: Final = {"slab": -5.0, "vertical": 5.0, "slight": 20.0, "steep": 45.0, "roof": 181.0}
+# Up to how many holds a route is that long; in numbers of holds, for not every scan has a scale.
+LENGTHS: Final = {"short": 6, "middle": 10, "long": 10_000}
+
+
+def steepness_of(degrees: float | None) -> str:
+    """The kind of wall, of `STEEPNESS`; empty where the angle is not known."""
+    if degrees is None:
+        return ""
+    return next(kind for kind, below in STEEPNESS.items() if degrees < below)
+
+
+def main_hold(types: Mapping[str, int]) -> str:
+    """The type that a route has most holds of, of two the first by name; empty for none."""
+    return max(sorted(types), key=lambda name: types[name]) if types else ""
+
+
+def length_of(holds: int) -> str:
+    """How long a route of so many holds is, of `LENGTHS`; empty where none are known."""
+    return next(kind for kind, most in LENGTHS.items() if holds <= most) if holds else ""

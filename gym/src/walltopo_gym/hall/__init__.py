@@ -1,0 +1,1 @@
+"""The gym beyond the app: its screen in the hall, paper, feeds, mails and messages by choice."""

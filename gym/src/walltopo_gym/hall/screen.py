@@ -1,0 +1,78 @@
+"""The screen in the hall: what it shows, and the link that opens a private gym's."""
+
+from __future__ import annotations
+
+from typing import Final, Literal
+from uuid import UUID
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from walltopo_gym.accounts.models import Person, Profile
+from walltopo_gym.accounts.secrets import hash_of, new_secret
+from walltopo_gym.climbing.boards import Line, month_of
+from walltopo_gym.climbing.counted_models import Standing
+from walltopo_gym.clock import now
+from walltopo_gym.gyms.models import Gym, Membership
+from walltopo_gym.hall.models import HallSettings
+
+__all__ = ["PARTS", "Part", "drop_key", "has_key", "new_key", "public_board", "settings_of"]
+
+Part = Literal["routes", "wall", "climbers", "board", "dates"]
+PARTS: Final[tuple[Part, ...]] = ("routes", "wall", "climbers", "board", "dates")
+_SECONDS: Final = 20
+_DAYS: Final = 14
+
+
+def settings_of(session: Session, gym: UUID) -> HallSettings:
+    """What a gym has chosen; where it has not, the usual, which is in no session."""
+    kept = session.get(HallSettings, gym)
+    if kept is not None:
+        return kept
+    return HallSettings(gym_id=gym, parts=list(PARTS), seconds=_SECONDS, days=_DAYS, board=False)
+
+
+def new_key(session: Session, gym: UUID) -> str:
+    """A secret that opens the screen of this gym; the one before is good no more."""
+    row = session.merge(settings_of(session, gym))
+    secret, row.key_hash = new_secret()
+    row.key_made_at = now()
+    return secret
+
+
+def drop_key(session: Session, gym: UUID) -> None:
+    """No link opens the screen any more; again, too."""
+    row = session.get(HallSettings, gym)
+    if row is not None:
+        row.key_hash = row.key_made_at = None
+
+
+def has_key(session: Session, gym: UUID, secret: str) -> bool:
+    """Whether a secret opens this gym's screen."""
+    row = session.get(HallSettings, gym)
+    return row is not None and row.key_hash == hash_of(secret)
+
+
+def public_board(session: Session, gym: Gym, size: int) -> list[Line] | None:
+    """The first of this month's board, of those alone who agreed to be seen by everybody; None
+    where the gym shows none."""
+    if gym.boards == "off" or not settings_of(session, gym.id).board:
+        return None
+    rows = session.execute(
+        select(Standing.person_id, Person.name, Standing.points, Standing.tops, Standing.flashes)
+        .join(Person, Person.id == Standing.person_id)
+        .join(Profile, Profile.person_id == Standing.person_id)
+        .join(
+            Membership,
+            (Membership.person_id == Standing.person_id) & (Membership.gym_id == gym.id),
+        )
+        .where(Standing.gym_id == gym.id, Standing.period == month_of(gym, now()))
+        .where(Standing.circuit == "", Profile.on_boards.is_(True), Profile.on_screens.is_(True))
+        .order_by(Standing.points.desc(), Person.name, Standing.person_id)
+        .limit(size)
+    )
+    lines: list[Line] = []
+    for place, row in enumerate(rows, 1):
+        same = lines and lines[-1].points == row.points
+        lines.append(Line(lines[-1].rank if same else place, *row))
+    return lines

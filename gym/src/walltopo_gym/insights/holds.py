@@ -1,0 +1,149 @@
+"""Which holds hang where, and which are free; which walls are due for washing."""
+
+from __future__ import annotations
+
+import tempfile
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from functools import lru_cache
+from pathlib import Path
+from typing import Final
+from uuid import UUID
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from walltopo.pipeline.settings import Settings
+from walltopo.scans.attributes import Attributes
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.scale import Scale
+from walltopo.scans.units import unit_of
+from walltopo_gym.gyms.models import Wall
+from walltopo_gym.insights.models import Aims, Washing
+from walltopo_gym.insights.routes import OfRoute
+from walltopo_gym.insights.usage import last_washed, worn_walls
+from walltopo_gym.scans.shelf import take_files
+from walltopo_gym.storage.files import FileStore
+
+__all__ = ["SIZES", "Hanging", "Stock", "Wear", "hanging_holds", "stock", "wear"]
+
+# Up to how many metres along the wall a hold is that large.
+SIZES: Final = {"s": 0.08, "m": 0.16, "l": 0.32, "xl": float("inf")}
+
+
+@dataclass(frozen=True)
+class Hanging:
+    """Holds of one colour, type and size on one wall; `holds` of them."""
+
+    wall_id: UUID
+    colour: str
+    type: str
+    size: str
+    holds: int
+
+
+@dataclass(frozen=True)
+class Stock:
+    """Holds of one colour, and type (empty: of all): what hangs, what the gym has (None: not
+    said), what is free; fewer than none where more hang than the gym has said."""
+
+    colour: str
+    type: str
+    hanging: int
+    total: int | None
+    free: int | None
+
+
+@dataclass(frozen=True)
+class Wear:
+    """A wall: since when its holds were not washed (None: never), tries on what hangs since then
+    (None: of few people), how many of its routes are due."""
+
+    wall_id: UUID
+    washed_at: datetime | None
+    washing_id: UUID | None
+    tries: int | None
+    routes: int
+    due: int
+
+
+def hanging_holds(session: Session, store: FileStore, gym: UUID) -> list[Hanging]:
+    """What the published scans show, wall by wall; volumes are of the type `volume`."""
+    walls = session.execute(
+        select(Wall.id, Wall.published_scan_id)
+        .where(Wall.gym_id == gym, Wall.published_scan_id.is_not(None))
+        .order_by(Wall.place, Wall.name)
+    )
+    return [
+        Hanging(wall, *kind, number)
+        for wall, scan in walls if scan is not None
+        for kind, number in _counted(store, scan)
+    ]  # fmt: skip
+
+
+def stock(aims: Aims, hanging: Sequence[Hanging]) -> list[Stock]:
+    """What is free, of each colour and of each of its types."""
+    there: Counter[tuple[str, str]] = Counter()
+    for one in hanging:
+        there[one.colour, one.type] += one.holds
+        there[one.colour, ""] += one.holds
+    totals = {(row["colour"], row["type"]): int(row["total"]) for row in aims.stock}
+    return [
+        Stock(*kind, there[kind], totals.get(kind),
+              None if kind not in totals else totals[kind] - there[kind])
+        for kind in sorted({*there, *totals})
+    ]  # fmt: skip
+
+
+def wear(session: Session, gym: UUID, wash_after: int, routes: Sequence[OfRoute]) -> list[Wear]:
+    """Of each wall on which something hangs.
+
+    A route's holds are due once it was tried `wash_after` times since they were last washed: by
+    hand, or because they were put up (a route's tries begin with it).
+    """
+    last = last_washed()
+    washings = {
+        row.wall_id: row
+        for row in session.scalars(
+            select(Washing)
+            .join(last, (last.c.wall_id == Washing.wall_id) & (last.c.at == Washing.washed_at))
+            .join(Wall, Wall.id == Washing.wall_id)
+            .where(Wall.gym_id == gym)
+        )
+    }
+    tries = worn_walls(session, gym)
+    found = []
+    for wall in dict.fromkeys(route.wall_id for route in routes):
+        mine = [route for route in routes if route.wall_id == wall]
+        washing = washings.get(wall)
+        found.append(Wear(
+            wall_id=wall,
+            washed_at=None if washing is None else washing.washed_at,
+            washing_id=None if washing is None else washing.id,
+            tries=tries.get(wall, 0),
+            routes=len(mine),
+            due=sum(route.use.worn >= wash_after for route in mine),
+        ))  # fmt: skip
+    return found
+
+
+@lru_cache(maxsize=512)
+def _counted(store: FileStore, scan: UUID) -> list[tuple[tuple[str, str, str], int]]:
+    """Colour, type and size of the holds of a published scan, which does not change any more."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = ScanFolder(Path(name))
+        take_files(store, scan, folder, "attributes", "scale")
+        holds = Attributes.load(folder.attributes).instances
+        metric = Scale.load(folder.scale).metric
+    unit = unit_of(holds, metric, Settings().routes.typical_hold)
+    kinds = Counter(
+        (hold.colour, "volume" if hold.kind == "volume" else hold.type, _size(hold.size / unit))
+        for hold in holds
+    )
+    return sorted(kinds.items())
+
+
+def _size(metres: float) -> str:
+    return next(name for name, most in SIZES.items() if metres <= most)

@@ -1,0 +1,311 @@
+"""Which styles are climbed and liked, and by whom; groups are of five people or more.
+
+Of the last year up to the last Monday, so that two looks on one day do not tell apart who came in
+between. A climber's band is that of their hardest top of that year; bands and categories of fewer
+than five are put together with the next.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from datetime import datetime, timedelta
+from typing import Final
+from uuid import UUID
+
+from sqlalchemy import case, func, select
+from sqlalchemy.orm import Session
+
+from walltopo_gym.accounts.models import Profile
+from walltopo_gym.climbing.counting import zone_of
+from walltopo_gym.climbing.models import Ascent, Opinion
+from walltopo_gym.climbing.points import worth_of
+from walltopo_gym.climbing.styles import length_of, main_hold, steepness_of
+from walltopo_gym.climbing.visits import day_begins, gym_day
+from walltopo_gym.gyms.grades import FONT
+from walltopo_gym.gyms.models import Gym, Wall
+from walltopo_gym.insights.guard import People, Style, may_be_told
+from walltopo_gym.insights.shrinking import NOTHING, Sample, shrunk
+from walltopo_gym.insights.usage import ENOUGH, what_counts
+from walltopo_gym.publishing.models import Placement, Route
+from walltopo_gym.scans.models import Scan
+
+__all__ = ["BANDS", "Cell", "Group", "Line", "Styles", "styles"]
+
+_YEAR: Final = timedelta(days=364)
+# The first grade of each band but the first.
+BANDS: Final = ("6A", "6C", "7B")
+_NO_TOP: Final = "none"
+_TOPS: Final = ("flash", "top")
+
+
+@dataclass(frozen=True)
+class Group:
+    """Climbers of a band or a category, `size` of them. `parts`: what was put together, such as
+    ("0", "1") for the bands below 6A and from there to 6C, or ("men", "other")."""
+
+    parts: tuple[str, ...]
+    size: int
+
+    @property
+    def key(self) -> str:
+        """Its name in a table."""
+        return "+".join(self.parts)
+
+
+@dataclass
+class Cell:
+    """Of one style and group: routes that somebody tried and topped, each once a person; votes and
+    the mean of their stars."""
+
+    tried: int | None = None
+    topped: int | None = None
+    votes: int | None = None
+    stars: float | None = None
+
+
+@dataclass
+class Line:
+    """A style: how many of its routes were tried and topped, each once a person; votes, and their
+    mean stars, shrunk (`shrinking.py`). `cells` by group. None: not told, for it is of few."""
+
+    kind: str
+    value: str
+    routes: int
+    tried: int | None
+    topped: int | None
+    votes: int | None
+    stars: float | None
+    cells: dict[str, Cell] = field(default_factory=dict)
+
+
+@dataclass
+class Styles:
+    """`since`, `until`: of which days; `groups` of the asked kind; fewer than two: not broken
+    down."""
+
+    since: datetime
+    until: datetime
+    groups: list[Group]
+    lines: list[Line]
+
+
+@dataclass(frozen=True)
+class _Climbed:
+    """That one person tried one route, and whether they topped it."""
+
+    route: UUID
+    person: UUID
+    topped: bool
+    worth: int
+
+
+def styles(session: Session, gym: Gym, at: datetime, by: str) -> Styles:
+    """Styles by groups of climbers.
+
+    Parameters
+    ----------
+    at : now; by : "bands" or "categories".
+    """
+    zone = zone_of(gym)
+    today = gym_day(at, zone)
+    until = day_begins(today - timedelta(days=today.weekday()), zone)
+    since = until - _YEAR
+    climbed = _climbed(session, gym, since, until)
+    routes = _styled(session, gym)
+    groups = _groups(session, gym, climbed, by)
+    of_person = {person: group.key for group, people in groups.items() for person in people}
+    numbers = {person: number for number, person in enumerate(of_person)}
+    votes = [
+        (route, person, stars) for route, person, stars in _votes(session, gym, since, until)
+        if person in of_person
+    ]  # fmt: skip
+    tried = _people(((one.route, one.person) for one in climbed), of_person, numbers)
+    voted = _people(((route, person) for route, person, _ in votes), of_person, numbers)
+    lines = _lines(routes, climbed, votes, of_person, [group.key for group in groups])
+    _keep_back(lines, _Told.of(routes, tried), _Told.of(routes, voted))
+    return Styles(since, until, list(groups) if len(groups) > 1 else [], lines)
+
+
+@dataclass(frozen=True)
+class _Told:
+    """Of which styles it may be told what all come to, and what each group does."""
+
+    whole: set[Style]
+    parts: set[Style]
+
+    @classmethod
+    def of(cls, routes: Mapping[Style, frozenset[UUID]], people: People) -> _Told:
+        together: dict[UUID, frozenset[int]] = {}
+        for of in people.values():
+            for route, who in of.items():
+                together[route] = together.get(route, frozenset()) | who
+        whole = may_be_told(routes, {"": together})
+        return cls(whole, whole & may_be_told(routes, people))
+
+
+def _keep_back(lines: list[Line], climbed: _Told, liked: _Told) -> None:
+    """Take out of the lines what would tell of fewer than five."""
+    for line in lines:
+        style = Style(line.kind, line.value)
+        if style not in climbed.whole:
+            line.tried = line.topped = None
+        if style not in liked.whole:
+            line.votes = line.stars = None
+        for cell in line.cells.values():
+            if style not in climbed.parts:
+                cell.tried = cell.topped = None
+            if style not in liked.parts:
+                cell.votes = cell.stars = None
+
+
+def _climbed(session: Session, gym: Gym, since: datetime, until: datetime) -> list[_Climbed]:
+    is_top = Ascent.kind.in_(_TOPS)
+    rows = session.execute(
+        select(
+            Ascent.route_id, Ascent.person_id, func.max(case((is_top, 1), else_=0)),
+            func.max(case((is_top, func.coalesce(Ascent.worth, 0)), else_=0)),
+        )
+        .where(what_counts(gym.id), Ascent.climbed_at >= since, Ascent.climbed_at < until)
+        .group_by(Ascent.route_id, Ascent.person_id)
+    )  # fmt: skip
+    return [
+        _Climbed(route, person, bool(topped), int(worth)) for route, person, topped, worth in rows
+        if route is not None
+    ]  # fmt: skip
+
+
+def _votes(
+    session: Session, gym: Gym, since: datetime, until: datetime
+) -> list[tuple[UUID, UUID, int]]:
+    rows = session.execute(
+        select(Opinion.route_id, Opinion.person_id, Opinion.stars)
+        .join(Route, Route.id == Opinion.route_id)
+        .join(Wall, Wall.id == Route.wall_id)
+        .where(
+            Wall.gym_id == gym.id, Opinion.stars.is_not(None), Opinion.changed_at >= since,
+            Opinion.changed_at < until,
+        )
+    )  # fmt: skip
+    return [(route, person, stars) for route, person, stars in rows if stars is not None]
+
+
+def _styled(session: Session, gym: Gym) -> dict[Style, frozenset[UUID]]:
+    """The styles of the gym's routes, in the last scan that each was in."""
+    rows = session.execute(
+        select(Route.id, Route.colour, Placement.steepness_deg, Placement.hold_types,
+               Placement.holds)
+        .join(Wall, Wall.id == Route.wall_id)
+        .join(Placement, Placement.route_id == Route.id)
+        .join(Scan, Scan.id == Placement.scan_id)
+        .where(Wall.gym_id == gym.id)
+        .order_by(Scan.created_at)
+    )  # fmt: skip
+    last = {
+        route: {
+            "steepness": steepness_of(degrees), "hold": main_hold(types or {}), "colour": colour,
+            "length": length_of(len(holds)),
+        }
+        for route, colour, degrees, types, holds in rows
+    }  # fmt: skip
+    found: dict[Style, set[UUID]] = defaultdict(set)
+    for route, of in last.items():
+        for kind, value in of.items():
+            if value:
+                found[Style(kind, value)].add(route)
+    return {style: frozenset(found[style]) for style in sorted(found)}
+
+
+def _groups(
+    session: Session, gym: Gym, climbed: list[_Climbed], by: str
+) -> dict[Group, list[UUID]]:  # fmt: skip
+    """Who is in which; one of few is put together with the next, the last with the one before."""
+    if by == "bands":
+        sorted_in = _by_band(climbed)
+    else:
+        people = {one.person for one in climbed}
+        here = select(Ascent.person_id).where(Ascent.gym_id == gym.id)
+        categories = select(Profile.person_id, Profile.category)
+        said = dict(session.execute(categories.where(Profile.person_id.in_(here))).all())
+        sorted_in = {name: [] for name in ("women", "men", "other", "unsaid")}
+        for person in sorted(people):
+            sorted_in[said.get(person) or "unsaid"].append(person)
+    merged: list[tuple[list[str], list[UUID]]] = []
+    for name, people_of in sorted_in.items():
+        if not people_of:
+            continue
+        if merged and len(merged[-1][1]) < ENOUGH:
+            merged[-1][0].append(name)
+            merged[-1][1].extend(people_of)
+        else:
+            merged.append(([name], list(people_of)))
+    if len(merged) > 1 and len(merged[-1][1]) < ENOUGH:
+        names, people_of = merged.pop()
+        merged[-1][0].extend(names)
+        merged[-1][1].extend(people_of)
+    return {Group(tuple(names), len(people_of)): people_of for names, people_of in merged}
+
+
+def _by_band(climbed: list[_Climbed]) -> dict[str, list[UUID]]:
+    """Band 0 is below `BANDS[0]`; who has topped nothing is in a group of their own."""
+    grades = [{"label": label} for label in FONT]
+    begins = [worth_of(grades, label) for label in BANDS]
+    best: dict[UUID, int] = {}
+    for one in climbed:
+        best[one.person] = max(best.get(one.person, -1), one.worth if one.topped else -1)
+    sorted_in: dict[str, list[UUID]] = {name: [] for name in (_NO_TOP, "0", "1", "2", "3")}
+    for person, worth in sorted(best.items()):
+        band = _NO_TOP if worth < 0 else str(sum(worth >= begin for begin in begins))
+        sorted_in[band].append(person)
+    return sorted_in
+
+
+def _people(
+    pairs: Iterable[tuple[UUID, UUID]], of_person: Mapping[UUID, str], numbers: Mapping[UUID, int]
+) -> People:
+    found: dict[str, dict[UUID, set[int]]] = {key: {} for key in sorted(set(of_person.values()))}
+    for route, person in pairs:
+        found[of_person[person]].setdefault(route, set()).add(numbers[person])
+    return {
+        key: {route: frozenset(people) for route, people in of.items()} for key, of in found.items()
+    }
+
+
+def _lines(
+    routes: Mapping[Style, frozenset[UUID]], climbed: list[_Climbed],
+    votes: list[tuple[UUID, UUID, int]], of_person: Mapping[UUID, str], groups: list[str],
+) -> list[Line]:  # fmt: skip
+    of_route: dict[UUID, list[Style]] = defaultdict(list)
+    for style, these in routes.items():
+        for route in these:
+            of_route[route].append(style)
+    lines = {
+        style: Line(style.kind, style.value, len(these), 0, 0, 0, None,
+                    {key: Cell(0, 0, 0) for key in groups} if len(groups) > 1 else {})
+        for style, these in routes.items()
+    }  # fmt: skip
+    for one in climbed:
+        for style in of_route[one.route]:
+            line = lines[style]
+            for sums in (line, line.cells.get(of_person[one.person])):
+                if sums is not None:
+                    sums.tried = (sums.tried or 0) + 1
+                    sums.topped = (sums.topped or 0) + one.topped
+    samples: dict[Style, Sample] = {}
+    given: dict[tuple[Style, str], int] = defaultdict(int)
+    for route, person, stars in votes:
+        for style in of_route[route]:
+            line, key = lines[style], of_person[person]
+            samples[style] = samples.get(style, NOTHING) + Sample(1, stars, stars**2)
+            line.votes = (line.votes or 0) + 1
+            given[style, key] += stars
+            if key in line.cells:
+                cell = line.cells[key]
+                cell.votes = (cell.votes or 0) + 1
+                cell.stars = round(given[style, key] / cell.votes, 2)
+    for style, line in lines.items():
+        alike = {s: sample for s, sample in samples.items() if s.kind == style.kind}
+        mean = shrunk(alike).get(style)
+        line.stars = None if mean is None else round(mean, 2)
+    return [line for line in lines.values() if line.tried or line.votes]

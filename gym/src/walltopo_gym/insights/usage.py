@@ -1,0 +1,156 @@
+"""How each route of a gym was climbed: summed by the database, nobody is named."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Any, Final
+from uuid import UUID
+
+from sqlalchemy import ColumnElement, and_, case, func, or_, select
+from sqlalchemy.orm import Session
+
+from walltopo_gym.climbing.models import Ascent
+from walltopo_gym.insights.models import Washing
+from walltopo_gym.publishing.models import Route
+
+__all__ = ["ENOUGH", "Usage", "climbers_of", "last_washed", "told", "usage", "what_counts",
+           "worn_walls"]  # fmt: skip
+
+# Groups of fewer people are not broken down.
+ENOUGH: Final = 5
+_TOPS: Final = ("flash", "top")
+
+
+@dataclass(frozen=True)
+class Usage:
+    """Of one route; projects do not count, for nobody has tried.
+
+    Parameters
+    ----------
+    ascents : flashes, tops, zones and tries; climbers : who topped, each once; tried : who has one
+        of these ascents, each once; flashed : who flashed.
+    tries : of all ascents.
+    recent : ascents since a moment; recent_people, earlier_people : who has one since then, before.
+    worn : tries since the wall was last washed.
+    """
+
+    ascents: int = 0
+    climbers: int = 0
+    tried: int = 0
+    flashed: int = 0
+    tries: int = 0
+    recent: int = 0
+    recent_people: int = 0
+    earlier_people: int = 0
+    worn: int = 0
+
+    @property
+    def told_recent(self) -> int | None:
+        """`recent`, where neither it nor the rest is of few."""
+        return told(self.recent, self.recent_people, self.earlier_people)
+
+
+def told(value: int, *people: int) -> int | None:
+    """A value of a group and its rest, each of nobody or of at least `ENOUGH` people; else None."""
+    return value if all(n == 0 or n >= ENOUGH for n in people) else None
+
+
+def usage(session: Session, gym: UUID, since: datetime) -> dict[UUID, Usage]:
+    """Of each route of the gym that was tried, whether it hangs or not.
+
+    Parameters
+    ----------
+    since : from when on an ascent is recent.
+    """
+    washed = last_washed()
+    pairs = (
+        select(
+            Ascent.route_id,
+            func.count().label("ascents"),
+            func.sum(Ascent.tries).label("tries"),
+            _some(Ascent.kind.in_(_TOPS)).label("topped"),
+            _some(Ascent.kind == "flash").label("flashed"),
+            _number(Ascent.climbed_at >= since).label("recent"),
+            func.sum(case((_since(washed), Ascent.tries), else_=0)).label("worn"),
+        )
+        .join(Route, Route.id == Ascent.route_id)
+        .join(washed, washed.c.wall_id == Route.wall_id, isouter=True)
+        .where(what_counts(gym))
+        .group_by(Ascent.route_id, Ascent.person_id)
+        .subquery()
+    )
+    of = pairs.c
+    sums = select(
+        of.route_id, func.sum(of.ascents), func.sum(of.topped), func.count(), func.sum(of.flashed),
+        func.sum(of.tries), func.sum(of.recent), _number(of.recent > 0),
+        _number(of.recent < of.ascents), func.sum(of.worn),
+    ).group_by(of.route_id)  # fmt: skip
+    return {
+        route: Usage(*(int(value) for value in values)) for route, *values in session.execute(sums)
+    }
+
+
+def climbers_of(session: Session, gym: UUID) -> dict[str, int]:
+    """How many people have topped a route of each setter, each once."""
+    people = (
+        select(Route.setter, func.count(Ascent.person_id.distinct()))
+        .join(Route, Route.id == Ascent.route_id)
+        .where(what_counts(gym), Ascent.kind.in_(_TOPS))
+        .group_by(Route.setter)
+    )
+    return dict(session.execute(people).all())
+
+
+def worn_walls(session: Session, gym: UUID) -> dict[UUID, int | None]:
+    """Of each wall: tries on what hangs there since it was last washed; None where they, or those
+    before, are of few people."""
+    washed = last_washed()
+    of = (
+        select(
+            Route.wall_id,
+            func.sum(case((_since(washed), Ascent.tries), else_=0)).label("tries"),
+            _some(_since(washed)).label("since"),
+            _some(~_since(washed)).label("before"),
+        )
+        .join(Route, Route.id == Ascent.route_id)
+        .join(washed, washed.c.wall_id == Route.wall_id, isouter=True)
+        .where(what_counts(gym), Route.stripped_at.is_(None))
+        .group_by(Route.wall_id, Ascent.person_id)
+        .subquery()
+    ).c
+    sums = select(of.wall_id, func.sum(of.tries), func.sum(of.since), func.sum(of.before))
+    return {
+        wall: told(int(tries), int(since), int(before))
+        for wall, tries, since, before in session.execute(sums.group_by(of.wall_id))
+    }
+
+
+def _since(washed: Any) -> ColumnElement[bool]:
+    return or_(washed.c.at.is_(None), Ascent.climbed_at >= washed.c.at)
+
+
+def last_washed() -> Any:
+    """Walls and when they were last washed (`wall_id`, `at`), as a table to join with."""
+    return (
+        select(Washing.wall_id, func.max(Washing.washed_at).label("at"))
+        .group_by(Washing.wall_id)
+        .subquery()
+    )
+
+
+def what_counts(gym: UUID) -> ColumnElement[bool]:
+    """Ascents of a gym that count into sums."""
+    return and_(
+        Ascent.gym_id == gym, Ascent.taken_back_at.is_(None), Ascent.kind != "project",
+        Ascent.route_id.is_not(None),
+    )  # fmt: skip
+
+
+def _some(condition: ColumnElement[bool]) -> ColumnElement[int]:
+    """1 where one row of the group is so."""
+    return func.max(case((condition, 1), else_=0))
+
+
+def _number(condition: ColumnElement[bool]) -> ColumnElement[int]:
+    return func.sum(case((condition, 1), else_=0))

@@ -1,0 +1,1 @@
+"""Settings that teach: problems proposed on holds that hang, and what makes a route easier."""
