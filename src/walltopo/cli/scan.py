@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from contextlib import ExitStack
 from pathlib import Path
 
 __all__ = ["register"]
@@ -70,6 +71,9 @@ def _register_scan(commands: Commands[argparse.ArgumentParser]) -> None:
     scan.add_argument("--align", metavar="HOW", help="constrained (default) or rigid")
     scan.add_argument("--dense", metavar="BACKEND", help="auto, sgm, colmap, openmvs, sparse")
     scan.add_argument("--model", metavar="NAME|FILE", help="the detector")
+    scan.add_argument(
+        "--ray", metavar="ADDRESS", help="by a Ray cluster, too: auto, local or its address"
+    )
     scan.add_argument("-v", "--verbose", action="store_true", help="more detail")
     scan.add_argument("-q", "--quiet", action="store_true", help="errors only")
     scan.set_defaults(run=_scan)
@@ -78,6 +82,8 @@ def _register_scan(commands: Commands[argparse.ArgumentParser]) -> None:
 def _scan(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.cli.scan_progress import ScanListener
+    from walltopo.cluster import RayWorkers, on_cluster
+    from walltopo.core.workers import Here, Workers
     from walltopo.pipeline.runner import scan
     from walltopo.pipeline.settings import load_settings
 
@@ -85,7 +91,13 @@ def _scan(args: argparse.Namespace) -> int:
     config = args.config or (found if found.is_file() else None)
     given = [*_shortcuts(args), *args.set]
     settings = load_settings(config, given, programs=args.config is not None)
-    with ScanListener(console, verbose=args.verbose, quiet=args.quiet) as listener:
+    with ExitStack() as stack:
+        workers: Workers = Here()
+        if args.ray is not None:
+            stack.enter_context(on_cluster(args.ray))
+            workers = RayWorkers()
+        listener = ScanListener(console, verbose=args.verbose, quiet=args.quiet)
+        stack.enter_context(listener)
         result = scan(
             args.photos,
             args.out,
@@ -96,6 +108,7 @@ def _scan(args: argparse.Namespace) -> int:
             verify=args.verify,
             accept_changes=args.accept_changes,
             listener=listener,
+            workers=workers,
         )
     if not args.quiet and result.folder.routes.exists() and args.to_stage in (None, "export"):
         _show_result(result.folder.root)
