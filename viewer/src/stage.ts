@@ -404,6 +404,15 @@ export class Stage {
     this.camera.updateProjectionMatrix();
   }
 
+  /** Look from as far aside as the wall may be turned by hand at -1 and 1, from the front at 0. */
+  swing(share: number): void {
+    if (!this.front) return;
+    const { minAzimuthAngle, maxAzimuthAngle } = this.controls;
+    const part = (Math.min(Math.max(share, -1), 1) + 1) / 2;
+    void this.controls.rotateAzimuthTo(minAzimuthAngle + part * (maxAzimuthAngle - minAzimuthAngle), false);
+    this.redraw();
+  }
+
   /** The steepest look up from below that keeps the camera above the mat. */
   private keepAboveMat(): void {
     if (!this.front) return;

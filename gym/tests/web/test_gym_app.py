@@ -19,6 +19,7 @@ ROOT = Path(__file__).resolve().parents[3]
 WEB = ROOT / "gym" / "web"
 CHECKS = (
     "forms", "setting", "publishing", "progress", "insights", "climbing", "competitions", "account",
+    "hall",
 )  # fmt: skip
 NAMES = [
     name

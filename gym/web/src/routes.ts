@@ -7,6 +7,7 @@ import NotFound from "./pages/NotFound.svelte";
 const wall = () => import("./pages/WallPage.svelte");
 const past = () => import("./pages/PastPage.svelte");
 const embedded = () => import("./pages/Embedded.svelte");
+const widget = () => import("./hall/Widget.svelte");
 
 export const { p, navigate, route } = createRouter({
   "/": Home,
@@ -19,6 +20,8 @@ export const { p, navigate, route } = createRouter({
   "/me/profile": () => import("./pages/MyProfile.svelte"),
   "/me/security": () => import("./pages/Security.svelte"),
   "/me/waiting": () => import("./pages/Waiting.svelte"),
+  "/me/messages": () => import("./hall/Messages.svelte"),
+  "/unsubscribe": () => import("./hall/Unsubscribe.svelte"),
   "/me/data": () => import("./pages/MyData.svelte"),
   "/people/:person": () => import("./pages/PersonPage.svelte"),
   "/new-gym": () => import("./pages/NewGym.svelte"),
@@ -38,6 +41,10 @@ export const { p, navigate, route } = createRouter({
   "/g/:gym/competitions/:competition/appeals": () => import("./competitions/Appeals.svelte"),
   "/g/:gym/competitions/:competition/board": () => import("./competitions/BoardPage.svelte"),
   "/g/:gym/settings": () => import("./pages/GymSettings.svelte"),
+  "/g/:gym/settings/hall": () => import("./hall/HallPage.svelte"),
+  "/g/:gym/settings/hall/paper": () => import("./hall/Paper.svelte"),
+  "/g/:gym/settings/hall/tags": () => import("./hall/Tags.svelte"),
+  "/g/:gym/settings/hall/website": () => import("./hall/Website.svelte"),
   "/g/:gym/settings/zones": () => import("./settings/Zones.svelte"),
   "/g/:gym/settings/comments": () => import("./settings/Reports.svelte"),
   "/g/:gym/settings/people": () => import("./settings/People.svelte"),
@@ -56,12 +63,16 @@ export const { p, navigate, route } = createRouter({
   "/g/:gym/w/:wall/versions": () => import("./pages/Versions.svelte"),
   "/g/:gym/s/:scan/edit": () => import("./pages/Editing.svelte"),
   "/g/:gym/s/:scan": () => import("./pages/ScanPage.svelte"),
+  "/kiosk/g/:gym": () => import("./hall/Kiosk.svelte"),
+  "/r/:code": () => import("./hall/Short.svelte"),
+  "/embed/g/:gym/new": widget,
+  "/embed/g/:gym/board": widget,
   "/embed/g/:gym/w/:wall": embedded,
   "/embed/g/:gym/w/:wall/r/:route": embedded,
   "*": NotFound,
 });
 
 /** A part of the present address; the page that asks has it. */
-export function part(name: "gym" | "wall" | "route" | "scan" | "person" | "visit" | "competition" | "problem"): string {
+export function part(name: "gym" | "wall" | "route" | "scan" | "person" | "visit" | "competition" | "problem" | "code"): string {
   return route.params[name] ?? "";
 }

@@ -20,6 +20,7 @@ from walltopo_gym.api import (
     follows,
     grades,
     gyms,
+    hall_messages,
     hall_paper,
     hall_screen,
     handovers,
@@ -68,8 +69,8 @@ PREFIX = "/api/v1"
 _ROOMS = (sign_up, sessions, me, passwords, second_factor, tokens, gyms, members, grades, walls,
           scans, uploads, floor_plan, publishing, plans, editing, routes, pictures, climbing,
           comments, logbook, tallies, profiles, passkeys, handovers, own_data, past, webhooks,
-          climbing_sessions, progress, boards, follows, insights, insight_aims, hall_screen,
-          hall_paper, competitions, competition_entries, judging,
+          climbing_sessions, progress, boards, follows, insights, insight_aims,
+          hall_screen, hall_paper, hall_messages, competitions, competition_entries, judging,
           competition_board, about)  # fmt: skip
 
 

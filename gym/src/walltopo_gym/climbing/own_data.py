@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
 from uuid import UUID
 
@@ -70,10 +70,15 @@ _LEFT_OUT: Final = {
 _COLUMNS: Final = ("climbed_at", "gym_name", "route_name", "grade", "kind", "tries", "note")
 
 
-def all_of(session: Session, person: UUID) -> dict[str, Any]:
-    """The account and every row of it; hashes of secrets apart."""
+def all_of(session: Session, person: UUID, above: Mapping[str, Any]) -> dict[str, Any]:
+    """The account and every row of it; hashes of secrets apart.
+
+    Parameters
+    ----------
+    above : tables of rooms above this one that name a person, too.
+    """
     told: dict[str, Any] = {"account": _row(session.get_one(Person, person))}
-    for name, kind in _KINDS.items():
+    for name, kind in {**_KINDS, **above}.items():
         mine: Select[Any] = select(kind).where(kind.person_id == person)
         told[name] = [_row(row) for row in session.scalars(mine)]
     told["following"] = [vars(known) for known in following(session, person)]

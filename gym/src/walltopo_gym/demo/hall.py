@@ -29,6 +29,7 @@ from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
 from walltopo_gym.demo.aims import fill_aims
 from walltopo_gym.demo.crowd import fill, fill_own
+from walltopo_gym.demo.cups import hold_cups
 from walltopo_gym.gyms.grades import FONT
 from walltopo_gym.gyms.members import add_member
 from walltopo_gym.gyms.models import GradeSystem, Gym, Wall
@@ -37,7 +38,6 @@ from walltopo_gym.gyms.roles import Role
 from walltopo_gym.publishing.change import Entry, Placed, publish
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.publishing.review import found_routes
-from walltopo_gym.publishing.work import at_work
 from walltopo_gym.scans.asking import begin, start
 from walltopo_gym.scans.models import Scan, ScanProgress
 from walltopo_gym.scans.states import State
@@ -46,6 +46,7 @@ from walltopo_gym.storage.files import FileStore, hash_of_file
 from walltopo_gym.uploads.incoming import Incoming
 from walltopo_gym.uploads.models import Photo
 from walltopo_gym.uploads.receiving import announce, finish
+from walltopo_gym.work import at_work
 
 __all__ = ["SLUG", "Hall", "name_routes"]
 
@@ -94,6 +95,7 @@ class Hall:
             routes = session.scalars(hanging).all()
             fill(session, gym, routes, now())
             fill_own(session, gym, self._person(f"climber@{SLUG}.example"), routes, now())
+            hold_cups(session, gym, setter, routes, now())
             recount(session, gym)
             fill_aims(session, gym, routes, now())
         return accounts

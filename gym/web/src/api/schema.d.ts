@@ -1131,6 +1131,46 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/gyms/{gym}/scans/{scan}/editor/log/problems": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Propose Problems
+         * @description Problems for a wish, on the holds of the wall as a log makes it; changes nothing.
+         */
+        post: operations["propose_problems"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/scans/{scan}/editor/log/ease": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Ease Route
+         * @description Which hold makes a route one grade easier or harder; changes nothing.
+         */
+        post: operations["ease_route"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/gyms/{gym}/scans/{scan}/editor/log/state": {
         parameters: {
             query?: never;
@@ -1286,7 +1326,8 @@ export interface paths {
         /**
          * Put Ascent
          * @description Tell what one did; under an id that one's phone has made, so that it arrives once however
-         *     often it is sent. Sent again with other words it is corrected; taken back it stays.
+         *     often it is sent. Sent again with other words it is corrected; taken back it stays. The answer
+         *     is what it says now: a late copy of an older `edit` changes nothing.
          */
         put: operations["put_ascent"];
         post?: never;
@@ -1350,7 +1391,7 @@ export interface paths {
         get: operations["read_opinion"];
         /**
          * Put Opinion
-         * @description Say what one thinks of a route.
+         * @description Say what one thinks of a route; a late copy of an older `edit` changes nothing.
          */
         put: operations["put_opinion"];
         post?: never;
@@ -2585,6 +2626,110 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/me/messages": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Wishes
+         * @description What one wants to be told.
+         */
+        get: operations["read_wishes"];
+        /**
+         * Put Wishes
+         * @description Say what one wants to be told.
+         */
+        put: operations["put_wishes"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/push": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Put Push
+         * @description Let this browser be told; again, too. It was perhaps somebody else's before.
+         */
+        put: operations["put_push"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/push/{browser}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Drop Push
+         * @description Tell a browser nothing more.
+         */
+        delete: operations["drop_push"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/push/{browser}/trial": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Try Push
+         * @description Send a message to a browser now, to see whether it arrives.
+         */
+        post: operations["try_push"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/unsubscribe/{token}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * End Mails
+         * @description No weekly mail any more: by the mail program's own button (RFC 8058), or the mail's link.
+         */
+        post: operations["end_mails"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/gyms/{gym}/competitions": {
         parameters: {
             query?: never;
@@ -3588,6 +3733,26 @@ export interface components {
             moved: number[];
         };
         /**
+         * EditWords
+         * @description Which edit of a device this is, so that a copy of an older one that arrives late changes
+         *     nothing: `number` grows with each edit of the device, `age_s` is how long ago it was made when
+         *     it is sent, by the device's own clock.
+         */
+        EditWords: {
+            /**
+             * Device
+             * Format: uuid
+             */
+            device: string;
+            /** Number */
+            number: number;
+            /**
+             * Age S
+             * @default 0
+             */
+            age_s?: number;
+        };
+        /**
          * EntryBody
          * @description A competitor; without a bib the next free one.
          */
@@ -4456,6 +4621,7 @@ export interface components {
              * @default
              */
             note?: string;
+            edit?: components["schemas"]["EditWords"] | null;
         };
         /**
          * NewBan
@@ -4574,6 +4740,31 @@ export interface components {
             uses?: number;
         };
         /**
+         * NewOpinion
+         * @description What one thinks, and which edit of it this is.
+         */
+        NewOpinion: {
+            /**
+             * Grade
+             * @default
+             */
+            grade?: string;
+            /** Stars */
+            stars?: number | null;
+            /**
+             * Wish
+             * @default
+             * @enum {string}
+             */
+            wish?: "" | "keep" | "renew";
+            /**
+             * Comment
+             * @default
+             */
+            comment?: string;
+            edit?: components["schemas"]["EditWords"] | null;
+        };
+        /**
          * NewPasskey
          * @description What `navigator.credentials.create` gave, as JSON; `name` is for its owner.
          */
@@ -4606,6 +4797,18 @@ export interface components {
             routes: components["schemas"]["RouteEntry"][];
             /** At */
             at?: string | null;
+        };
+        /**
+         * NewPush
+         * @description What a browser gave (PushSubscription.toJSON).
+         */
+        NewPush: {
+            /** Endpoint */
+            endpoint: string;
+            /** Public Key */
+            public_key: string;
+            /** Secret */
+            secret: string;
         };
         /**
          * NewSecret
@@ -4655,6 +4858,94 @@ export interface components {
         NewWebhook: {
             /** Url */
             url: string;
+        };
+        /**
+         * NewsFacts
+         * @description The same, the browsers, and `key`: of this server, by which browsers know it.
+         */
+        NewsFacts: {
+            /**
+             * Language
+             * @default en
+             * @enum {string}
+             */
+            language?: "en" | "de" | "cs" | "fr";
+            /**
+             * Digest
+             * @default false
+             */
+            digest?: boolean;
+            /**
+             * Fresh
+             * @default false
+             */
+            fresh?: boolean;
+            /**
+             * Soon
+             * @default false
+             */
+            soon?: boolean;
+            /**
+             * Competitions
+             * @default false
+             */
+            competitions?: boolean;
+            /**
+             * Quiet From
+             * @default 22
+             */
+            quiet_from?: number;
+            /**
+             * Quiet To
+             * @default 8
+             */
+            quiet_to?: number;
+            /** Key */
+            key: string;
+            /** Browsers */
+            browsers: components["schemas"]["PushFacts"][];
+        };
+        /**
+         * NewsWords
+         * @description What one wants to be told, all of it, each time; `quiet_from` and `quiet_to` are hours.
+         */
+        NewsWords: {
+            /**
+             * Language
+             * @default en
+             * @enum {string}
+             */
+            language?: "en" | "de" | "cs" | "fr";
+            /**
+             * Digest
+             * @default false
+             */
+            digest?: boolean;
+            /**
+             * Fresh
+             * @default false
+             */
+            fresh?: boolean;
+            /**
+             * Soon
+             * @default false
+             */
+            soon?: boolean;
+            /**
+             * Competitions
+             * @default false
+             */
+            competitions?: boolean;
+            /**
+             * Quiet From
+             * @default 22
+             */
+            quiet_from?: number;
+            /**
+             * Quiet To
+             * @default 8
+             */
+            quiet_to?: number;
         };
         /**
          * OfGradeFacts
@@ -5268,6 +5559,21 @@ export interface components {
             revision: number;
             /** Routes */
             routes: components["schemas"]["RouteEntry"][];
+        };
+        /**
+         * PushFacts
+         * @description A browser that is told; `endpoint` by which it knows itself.
+         */
+        PushFacts: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Browser */
+            browser: string;
+            /** Endpoint */
+            endpoint: string;
         };
         /** PuttingBack */
         PuttingBack: {
@@ -9736,6 +10042,100 @@ export interface operations {
             };
         };
     };
+    propose_problems: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                scan: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    [key: string]: unknown;
+                };
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": unknown;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    ease_route: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                scan: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    [key: string]: unknown;
+                };
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": unknown;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
     read_edit_state: {
         parameters: {
             query?: never;
@@ -10251,7 +10651,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["OpinionWords"];
+                "application/json": components["schemas"]["NewOpinion"];
             };
         };
         responses: {
@@ -13133,6 +13533,240 @@ export interface operations {
                 content: {
                     "application/json": components["schemas"]["ShortLink"];
                 };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_wishes: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["NewsFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_wishes: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewsWords"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_push: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewPush"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PushFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    drop_push: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                browser: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    try_push: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                browser: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    end_mails: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                token: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
             };
             /** @description Why not, in words */
             "4XX": {

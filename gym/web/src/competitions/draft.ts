@@ -98,14 +98,15 @@ export function wordsOf({ format: _f, categories: _c, rounds: _r, ...words }: Dr
   return words;
 }
 
-/** Its sheet as the server takes it: an entry without an id is new. */
-export function sheetOf({ categories, rounds }: Draft) {
+/** Its sheet as the server takes it: an entry without an id is new. An only round ends with the competition. */
+export function sheetOf({ format, categories, rounds, starts_at, ends_at }: Draft) {
+  const times = format === "festival" || format === "night" ? { opens_at: starts_at, closes_at: ends_at } : {};
   const blank = { route_id: null, name: "", colour: "", grade: "", wall: "", points: null, category_ids: [], label: "" };
   return {
     categories: categories.map((category) => ({ ...category })),
     rounds: rounds.map(({ blank: more, route_ids, ...round }) => {
       const routes = route_ids.map((route_id) => ({ ...blank, route_id }));
-      return { ...round, problems: [...round.problems, ...routes, ...Array.from({ length: more }, () => ({ ...blank }))] };
+      return { ...round, ...times, problems: [...round.problems, ...routes, ...Array.from({ length: more }, () => ({ ...blank }))] };
     }),
   };
 }

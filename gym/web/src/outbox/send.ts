@@ -1,5 +1,6 @@
 /** Sends what waits, from whichever tab or the service worker, one at a time (Web Locks). */
 
+import { told as toldEdit } from "./edits";
 import { all, keyOf, revise, type Item } from "./store";
 
 const API = "/api/v1";
@@ -27,13 +28,14 @@ function isBusy({ status }: Response): boolean {
 
 /** Puts it to the server. What was taken back is told first too: a late copy of it then finds that it is over. */
 async function put(item: Item): Promise<Response> {
-  if (item.what === "opinion") return ask("PUT", `/gyms/${item.gym}/routes/${item.route}/opinion`, item.body);
   if (item.what === "score") {
     // Both times are this device's: the server learns how wrong its clock is.
     const body = { ...item.body, sent_at: new Date().toISOString() };
     return ask("PUT", `/gyms/${item.gym}/competitions/${item.competition}/events/${item.id}`, body);
   }
-  const told = await ask("PUT", `/gyms/${item.gym}/ascents/${item.id}`, item.body);
+  const body = item.edit ? { ...item.body, edit: toldEdit(item.edit) } : item.body;
+  if (item.what === "opinion") return ask("PUT", `/gyms/${item.gym}/routes/${item.route}/opinion`, body);
+  const told = await ask("PUT", `/gyms/${item.gym}/ascents/${item.id}`, body);
   return told.ok && item.takenBack ? ask("DELETE", `/me/ascents/${item.id}`) : told;
 }
 

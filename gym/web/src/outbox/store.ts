@@ -4,6 +4,7 @@
  */
 
 import { createStore, entries, promisifyRequest, update, type UseStore } from "idb-keyval";
+import { nextEdit, type Edit } from "./edits";
 
 export type Kind = "flash" | "top" | "zone" | "try" | "project";
 
@@ -55,6 +56,8 @@ export type Item = Words & {
   at: number;
   /** Grows with every change, so that an answer to an older one settles nothing. */
   version: number;
+  /** For the server; what an older app kept has none. */
+  edit?: Edit;
   /** How often it may have been sent. */
   sent: number;
   /** When the server took it, ms; it stays until the server shows it (`settle`). */
@@ -96,12 +99,14 @@ export async function all(): Promise<Item[]> {
 
 /** Keep what was said; of the same ascent or opinion only the last counts. */
 export async function keep(words: Words): Promise<void> {
+  const edit = await nextEdit();
   await update<Item>(keyOf(words), (old) => ({
     ...words,
     // One that is taken back and not here any more is at the server.
     ...(words.what === "ascent" ? { known: words.known || (old?.what === "ascent" ? old.known : words.takenBack) } : {}),
     at: old?.at ?? Date.now(),
     version: (old?.version ?? 0) + 1,
+    edit,
     sent: old?.sent ?? 0,
     done: null,
     refused: null,

@@ -7,6 +7,7 @@ export interface WallElement extends HTMLElement {
   showHeat(values: Iterable<[number, number]> | null, words?: { title: string; low: string; high: string } | null): void;
   home(): void;
   climberView(): void;
+  swing(share: number): void;
 }
 
 let loaded: Promise<void> | undefined;
