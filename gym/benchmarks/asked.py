@@ -74,9 +74,9 @@ def measure(fill: Callable[[Server], Prepare], args: argparse.Namespace) -> None
         process = Process(data, "serve", "--port", "0", **settings)
         try:
             asyncio.run(_ask(process.said, prepare, args.rate, _WARM_S))
-            before = _cpu_s(process.pid)
+            before = cpu_s(process.pid)
             times, statuses = asyncio.run(_ask(process.said, prepare, args.rate, args.seconds))
-            spent = _cpu_s(process.pid) - before
+            spent = cpu_s(process.pid) - before
         finally:
             process.stop()
     _report(times, statuses, args)
@@ -113,7 +113,7 @@ async def _ask(
     return times, statuses
 
 
-def _cpu_s(pid: int) -> float:
+def cpu_s(pid: int) -> float:
     """Processor time of a process so far, all of its threads (proc(5))."""
     fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")

@@ -386,6 +386,7 @@ export class WallTopo extends HTMLElement {
         this.overlay?.mark(places);
         this.stage?.redraw();
       },
+      frame: (route: Route) => this.views?.route(route, this.tables),
       say: (text: string) => this.say(text),
     };
     this.editor?.dispose();
@@ -459,7 +460,8 @@ export class WallTopo extends HTMLElement {
   }
 
   private repaint(): void {
-    const route = this.route === null ? undefined : this.tables.routes.get(this.route);
+    const chosen = this.route === null ? undefined : this.tables.routes.get(this.route);
+    const route = this.editor?.preview ?? chosen;
     const outlines = new Map<number, number>();
     for (const id of route?.holds ?? []) outlines.set(id, Outline.route);
     if (this.hold !== null) outlines.set(this.hold, Outline.chosen);
@@ -549,7 +551,7 @@ export class WallTopo extends HTMLElement {
   }
 
   private insets(): Insets {
-    return this.arrangement.insets(this.route !== null, this.editor?.height ?? 0);
+    return this.arrangement.insets(this.route !== null || this.editor?.preview != null, this.editor?.height ?? 0);
   }
 
   /** As the page says; else the wall takes every touch where it is all of the page. */

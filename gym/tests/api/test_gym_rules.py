@@ -18,6 +18,7 @@ import pytest
 from cryptography.hazmat.primitives.asymmetric.ec import SECP256R1, generate_private_key
 from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
 from gym.tests.authenticator import Device
+from gym.tests.competitions import cases as cups
 from gym.tests.worlds import ORIGIN, PASSWORD, Server, Somebody, World, hold, make_world
 from PIL import Image
 from sqlalchemy import func, select
@@ -27,6 +28,7 @@ from walltopo_gym.accounts.mailed_links import new_link
 from walltopo_gym.accounts.models import AuditEntry, SignIn
 from walltopo_gym.climbing.models import Follow
 from walltopo_gym.clock import now
+from walltopo_gym.competitions.models import Entry, Round
 from walltopo_gym.gyms.members import add_member, invite
 from walltopo_gym.gyms.models import Ban, GradeSystem, Invitation
 from walltopo_gym.gyms.roles import Role
@@ -53,7 +55,7 @@ class Case:
     ----------
     who : "anyone", "signed-in", or the least role in the gym ("guest": whoever sees it).
     scope : what a token needs; None: no token will do.
-    values : of the path, made anew for each request; body : likewise.
+    values : of the path, made anew for each request; body, query : likewise.
     known : a guest must be signed in.
     """
 
@@ -64,6 +66,7 @@ class Case:
     known: bool = False
     headers: dict[str, str] = field(default_factory=dict)
     content: bytes | None = None
+    query: Callable[[World], str] = lambda world: ""
 
 
 def _invitation(world: World) -> str:
@@ -546,6 +549,41 @@ CASES = {
     "put_plan": Case("setter", Scope.PUBLISH, a_draft, lambda w: PLAN),
     "drop_plan": Case("setter", Scope.PUBLISH, a_plan),
     "read_thumbnail": Case("setter", Scope.UPLOAD, a_seen_photo),
+    "list_competitions": Case("guest", Scope.READ),
+    "make_competition": Case("setter", Scope.MANAGE, body=lambda w: cups.CUP),
+    "read_competition": Case("guest", Scope.READ, cups.a_competition),
+    "change_competition": Case(
+        "setter", Scope.MANAGE, cups.a_competition, lambda w: {"fee": "12 €"}),
+    "put_competition_sheet": Case(
+        "setter", Scope.MANAGE, cups.a_competition, cups.a_sheet),
+    "put_competition_state": Case(
+        "setter", Scope.MANAGE, cups.a_competition, lambda w: {"state": "ended"}),
+    "freeze_board": Case("setter", Scope.MANAGE, cups.a_competition, lambda w: {"frozen": True}),
+    "drop_competition": Case("owner", Scope.MANAGE, cups.a_competition),
+    "put_round_state": Case(
+        "setter", Scope.MANAGE, cups.with_row(Round, "one"), lambda w: {"state": "ended"}),
+    "list_starters": Case("guest", Scope.READ, cups.with_row(Round, "one")),
+    "put_starters": Case("setter", Scope.MANAGE, cups.with_row(Round, "one", 1), cups.an_order),
+    "list_entries": Case("judge", Scope.MANAGE, cups.a_competition),
+    "make_entry": Case("setter", Scope.MANAGE, cups.a_competition, cups.a_competitor),
+    "change_competitor": Case(
+        "setter", Scope.MANAGE, cups.with_row(Entry, "entry"), lambda w: {"team": "Blue"}),
+    "import_entries": Case(
+        "setter", Scope.MANAGE, cups.a_competition, lambda w: {"csv": "name\nIvo\n"}),
+    "sign_waiver": Case(
+        "judge", Scope.MANAGE, cups.with_row(Entry, "entry"), lambda w: {"signed_by": "Eva"}),
+    "read_own_entry": Case("member", Scope.READ, cups.a_competition),
+    "enter_competition": Case("member", None, cups.a_competition, cups.oneself),
+    "withdraw": Case("member", None, cups.a_competition),
+    "put_score_event": Case("member", None, cups.an_event, cups.a_top),
+    "list_score_events": Case("judge", Scope.MANAGE, cups.a_competition),
+    "list_marks": Case("judge", Scope.MANAGE, cups.a_problem),
+    "list_appeals": Case("judge", Scope.MANAGE, cups.a_competition),
+    "read_competition_board": Case("guest", Scope.READ, cups.a_competition),
+    "explain_order": Case("guest", Scope.READ, cups.a_competition, query=cups.two_of_them),
+    "watch_competition_board": Case("guest", Scope.READ, cups.an_ended_competition),
+    "read_results_table": Case("guest", Scope.READ, cups.a_competition),
+    "read_results_paper": Case("guest", Scope.READ, cups.a_competition),
 }  # fmt: skip
 
 
@@ -620,7 +658,8 @@ def prepare(world: World, name: str, **other: Any) -> Request:
     method, path, _ = operations(world.server)[name]
     case = CASES[name]
     values = {"gym": world.gym.slug, **case.values(world), **other}
-    return method, path.format(**values), case.body(world), case.headers, case.content
+    path = path.format(**values) + case.query(world)
+    return method, path, case.body(world), case.headers, case.content
 
 
 def send(world: World, request: Request, who: Somebody) -> httpx.Response:

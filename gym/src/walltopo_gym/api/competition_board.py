@@ -17,10 +17,9 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.api.competitions import competition_of
 from walltopo_gym.api.rules import GuestMay
-from walltopo_gym.api.services import Db
+from walltopo_gym.api.services import BoardsOf, Db
 from walltopo_gym.competitions.board import Board
 from walltopo_gym.competitions.history import board_of
-from walltopo_gym.competitions.live import LiveBoards
 from walltopo_gym.competitions.models import Competition
 from walltopo_gym.competitions.ranking import Step
 from walltopo_gym.competitions.tables import results_csv, results_pdf
@@ -38,14 +37,6 @@ _WORDS: Final = {
            "points": "Punkte", "out": "raus",
            "frozen": "Stand von dem Moment, in dem die Tafel angehalten wurde."},
 }  # fmt: skip
-
-
-def _boards(request: Request) -> LiveBoards:
-    boards: LiveBoards = request.app.state.boards
-    return boards
-
-
-BoardsOf = Annotated[LiveBoards, Depends(_boards)]
 
 
 @dataclass(frozen=True)

@@ -160,7 +160,7 @@ def category_of(session: Session, row: Competition, category: UUID) -> Category:
 def misfit(category: Category, gender: str, birth_year: int | None) -> str:
     """Why somebody is not of a category; empty where they are."""
     if category.gender and gender != category.gender:
-        return f"the category {category.name!r} is for {category.gender}"
+        return f"the category {category.name!r} is for another gender"
     bounds = category.born_from, category.born_to
     if bounds == (None, None):
         return ""

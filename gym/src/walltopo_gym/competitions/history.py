@@ -8,7 +8,7 @@ from datetime import datetime
 from typing import Final
 from uuid import UUID
 
-from sqlalchemy import ColumnElement, or_, select
+from sqlalchemy import ColumnElement, select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.competitions.board import Board
@@ -80,13 +80,7 @@ def marks_of(session: Session, competition: UUID, about: ColumnElement[bool]) ->
     ----------
     about : which; events that strike others are read anyway.
     """
-    rows = select(*_FACT).where(
-        ScoreEvent.competition_id == competition, or_(about, ScoreEvent.target_id.is_not(None))
-    )
-    facts = [Fact(*row) for row in session.execute(rows.order_by(ScoreEvent.seq))]
-    ledger = Ledger()
-    for fact in facts:
-        ledger.add(fact)
+    facts, ledger = _with_strikers(session, competition, about)
     told = []
     for entry, problem in dict.fromkeys(fact.place for fact in facts):
         if problem is None:
@@ -100,11 +94,21 @@ def marks_of(session: Session, competition: UUID, about: ColumnElement[bool]) ->
 
 def struck(session: Session, competition: UUID, events: Collection[UUID]) -> set[UUID]:
     """Which of these events do not count."""
-    rows = select(*_FACT).where(
-        ScoreEvent.competition_id == competition,
-        or_(ScoreEvent.id.in_(events), ScoreEvent.target_id.is_not(None)),
+    _, ledger = _with_strikers(session, competition, ScoreEvent.id.in_(events))
+    return {event for event in events if not ledger.counts(event)}
+
+
+def _with_strikers(
+    session: Session, competition: UUID, about: ColumnElement[bool]
+) -> tuple[list[Fact], Ledger]:
+    """Some events, and a ledger of them and of what may strike them: an event strikes those of its
+    own competitor alone."""
+    of = select(*_FACT).where(ScoreEvent.competition_id == competition).order_by(ScoreEvent.seq)
+    facts = [Fact(*row) for row in session.execute(of.where(about))]
+    strikers = of.where(
+        ScoreEvent.entry_id.in_({fact.entry for fact in facts}), ScoreEvent.target_id.is_not(None)
     )
     ledger = Ledger()
-    for row in session.execute(rows):
-        ledger.add(Fact(*row))
-    return {event for event in events if not ledger.counts(event)}
+    for fact in (*facts, *(Fact(*row) for row in session.execute(strikers))):
+        ledger.add(fact)
+    return facts, ledger

@@ -55,8 +55,8 @@ class Results:
         return self._marks[entry].get(problem, NOTHING)
 
     def score(self, one: RoundSheet, who: Competitor) -> Score | None:
-        """What somebody has in a round; None where they have not climbed in it, and did not come
-        into it by a quota either."""
+        """What somebody has in a round; None for who is out, and for who has not climbed in it and
+        did not come into it by a quota either."""
         key = one.id, who.id
         if key not in self._scores:
             self._scores[key] = self._scored(one, who)
@@ -72,7 +72,7 @@ class Results:
         return {task.id: mine[task.id] for task in one.problems if task.id in mine}
 
     def _scored(self, one: RoundSheet, who: Competitor) -> Score | None:
-        if not one.has(who.id):
+        if not one.has(who.id) or who.id in self.outs:
             return None
         tried = [
             Tried(problem, mark, self._task[problem].points)
@@ -115,7 +115,8 @@ class Results:
             self.outs[who.id] = reason
         for problem, mark in self._marks[who.id].items():  # they share no points while they are out
             self._hold(who, problem, mark)
-        self.touched.add(who.category)
+        for one in self.sheet.rounds:
+            self._forget(one, who)
 
     def _hold(self, who: Competitor, problem: UUID, mark: Mark) -> None:
         """Count them among those who have the problem; the others' share may be another one."""

@@ -29,6 +29,7 @@ from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
 from walltopo_gym.demo.aims import fill_aims
 from walltopo_gym.demo.crowd import fill, fill_own
+from walltopo_gym.demo.cups import hold_cups
 from walltopo_gym.gyms.grades import FONT
 from walltopo_gym.gyms.members import add_member
 from walltopo_gym.gyms.models import GradeSystem, Gym, Wall
@@ -94,6 +95,7 @@ class Hall:
             routes = session.scalars(hanging).all()
             fill(session, gym, routes, now())
             fill_own(session, gym, self._person(f"climber@{SLUG}.example"), routes, now())
+            hold_cups(session, gym, setter, routes, now())
             recount(session, gym)
             fill_aims(session, gym, routes, now())
         return accounts

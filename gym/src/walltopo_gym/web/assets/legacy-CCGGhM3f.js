@@ -1,1 +1,0 @@
-import{Lt as e}from"./Trouble-B9fHhWoB.js";e();
