@@ -70,6 +70,9 @@ def _register_scan(commands: Commands[argparse.ArgumentParser]) -> None:
     scan.add_argument("--align", metavar="HOW", help="constrained (default) or rigid")
     scan.add_argument("--dense", metavar="BACKEND", help="auto, sgm, colmap, openmvs, sparse")
     scan.add_argument("--model", metavar="NAME|FILE", help="the detector")
+    scan.add_argument(
+        "--profile", type=Path, metavar="FILE", help="write a trace for ui.perfetto.dev (.json)"
+    )
     scan.add_argument("-v", "--verbose", action="store_true", help="more detail")
     scan.add_argument("-q", "--quiet", action="store_true", help="errors only")
     scan.set_defaults(run=_scan)
@@ -77,7 +80,7 @@ def _register_scan(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def _scan(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
-    from walltopo.cli.scan_progress import ScanListener
+    from walltopo.cli.profiling import ProfiledListener, profiled
     from walltopo.pipeline.runner import scan
     from walltopo.pipeline.settings import load_settings
 
@@ -85,7 +88,11 @@ def _scan(args: argparse.Namespace) -> int:
     config = args.config or (found if found.is_file() else None)
     given = [*_shortcuts(args), *args.set]
     settings = load_settings(config, given, programs=args.config is not None)
-    with ScanListener(console, verbose=args.verbose, quiet=args.quiet) as listener:
+    with (
+        profiled(args.profile) as tracer,
+        ProfiledListener(console, verbose=args.verbose, quiet=args.quiet) as listener,
+    ):
+        listener.tracer = tracer
         result = scan(
             args.photos,
             args.out,
