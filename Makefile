@@ -5,6 +5,8 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 DEMO ?= demo-scan
+# Processes that the tests run in: browsers and servers wait much. 0: in this one.
+WORKERS ?= 2
 
 .PHONY: help demo gym test test-ultralytics test-pythons lint docs site wheels sbom npm-package film viewer app pictures system system-venv system-compiler browser database clean
 .DEFAULT_GOAL := help
@@ -56,7 +58,7 @@ gym: $(VENV)/core-ready
 	$(BIN)/walltopo gym demo --data demo-gym --photos examples/demo-photos
 
 test: $(VENV)/dev-ready browser database
-	$(BIN)/python -m pytest --cov=walltopo --cov=walltopo_gym --cov-report=term:skip-covered
+	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --cov=walltopo --cov=walltopo_gym --cov-report=term:skip-covered
 
 # Ultralytics is AGPL-3.0, so it is no part of `make test`.
 test-ultralytics: $(VENV)/dev-ready

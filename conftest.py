@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import shutil
 import subprocess
@@ -50,14 +51,33 @@ def gym_a(data_root: Path) -> Path:
     return data_root / "gym-a"
 
 
+Once = Callable[[str, Callable[[Path], object]], Path]
+
+
 @pytest.fixture(scope="session")
-def tiny_gym(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A small rendered gym with its truth: `photos/` and `truth/`."""
+def once(tmp_path_factory: pytest.TempPathFactory) -> Once:
+    """`once(name, make)`: a folder that `make` fills, once for all processes of pytest-xdist."""
+    base = tmp_path_factory.getbasetemp()
+    shared = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+
+    def made(name: str, make: Callable[[Path], object]) -> Path:
+        out, done = shared / name, shared / f"{name}-is-made"
+        with (shared / f"{name}-lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not done.exists():
+                make(out)
+                done.touch()
+        return out
+
+    return made
+
+
+@pytest.fixture(scope="session")
+def tiny_gym(once: Once) -> Path:
+    """A small rendered gym with its truth: `photos/` and `truth/`; nobody changes it."""
     from walltopo_lab.synth import tiny
 
-    out = tmp_path_factory.mktemp("tiny-gym")
-    tiny(out)
-    return out
+    return once("tiny-gym", tiny)
 
 
 @pytest.fixture(scope="session")
@@ -67,7 +87,7 @@ def tiny_photos(tiny_gym: Path) -> Path:
 
 
 @pytest.fixture(scope="session")
-def tiny_scan(tiny_photos: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def tiny_scan(tiny_photos: Path, once: Once) -> Path:
     """A finished scan of the small rendered gym; who changes it works on a copy.
 
     Small and quick, and the same bytes on every run.
@@ -75,9 +95,8 @@ def tiny_scan(tiny_photos: Path, tmp_path_factory: pytest.TempPathFactory) -> Pa
     from walltopo.pipeline.runner import scan
     from walltopo.pipeline.settings import load_settings
 
-    out = tmp_path_factory.mktemp("tiny") / "scan"
-    scan(tiny_photos, out, load_settings(None, ["sparse.threads=1", "texture.size=512"]))
-    return out
+    settings = load_settings(None, ["sparse.threads=1", "texture.size=512"])
+    return once("tiny-scan", lambda out: scan(tiny_photos, out, settings))
 
 
 @pytest.fixture(scope="session")

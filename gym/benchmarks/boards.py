@@ -1,6 +1,6 @@
 """How soon a leaderboard and a climber's progress are there, and a tick that changes both.
 
-    python -m gym.benchmarks.boards [--database URL] [--rate 5] [--seconds 30]
+    python -m gym.benchmarks.boards [--database URL] [--rate 5] [--seconds 40]
 
 5,000 climbers, 1,000,000 ascents in a year on 1,800 routes of six circuits (all made up), put in
 past the application and then counted as `walltopo gym recount` does; in SQLite or in an empty
@@ -11,29 +11,20 @@ the request was due.
 
 from __future__ import annotations
 
-import argparse
-import asyncio
-import os
-import tempfile
 import time
-from collections import Counter, defaultdict
-from collections.abc import Coroutine, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from datetime import timedelta
-from pathlib import Path
 from typing import Any
 from uuid import UUID
 
 import httpx
 import numpy as np
-from gym.benchmarks.pacing import paced
-from gym.tests.running import Process
+from gym.benchmarks.asked import Asking, Draw, Prepare, measure, options
 from gym.tests.worlds import Server, make_world
 from sqlalchemy import insert, text
 
 from walltopo_gym.accounts.actor import sign_in
 from walltopo_gym.accounts.models import Person, Profile
-from walltopo_gym.api.app import PREFIX
-from walltopo_gym.api.rules import COOKIE
 from walltopo_gym.climbing.counting import recount
 from walltopo_gym.climbing.models import Ascent, Follow
 from walltopo_gym.clock import now
@@ -125,78 +116,38 @@ def _ascents(
             }  # fmt: skip
 
 
-async def ask(
-    address: str, path: str, cookies: list[str], routes: list[UUID], rate: float, seconds: float
-) -> tuple[dict[str, list[float]], Counter[int]]:
-    """Milliseconds of each kind of request, and statuses."""
+def asking(path: str, cookies: list[str], routes: list[UUID]) -> Prepare:
+    """Each kind in its turn, of some climber."""
     rng = np.random.default_rng(1)
-    times: dict[str, list[float]] = defaultdict(list)
-    statuses: Counter[int] = Counter()
-    async with httpx.AsyncClient(base_url=address + PREFIX, timeout=60) as client:
 
-        async def one(due: float, kind: str, cookie: str, route: UUID, key: UUID) -> None:
-            headers = {"cookie": f"{COOKIE}={cookie}"}
-            if kind == "tick":
-                body = {"route_id": str(route), "kind": "top", "climbed_at": now().isoformat()}
-                where = f"{path}/ascents/{key}"
-                answer = await client.put(where, headers=headers, json=body)
-            else:
-                where = f"{path}/{KINDS[kind].replace('YEAR', f'{now():%Y}')}"
-                answer = await client.get(where, headers=headers)
-            statuses[answer.status_code] += 1
-            times[kind].append(1000 * (time.perf_counter() - due))
+    def draw(number: int) -> Asking:
+        kind = list(KINDS)[number % len(KINDS)]
+        cookie = cookies[int(rng.integers(len(cookies)))]
+        if kind != "tick":
+            where = f"{path}/{KINDS[kind].replace('YEAR', f'{now():%Y}')}"
+            return Asking(kind, where, cookie)
+        route = routes[int(rng.integers(len(routes)))]
+        body = {"route_id": str(route), "kind": "top", "climbed_at": now().isoformat()}
+        return Asking(kind, f"{path}/ascents/{_key(rng)}", cookie, "PUT", body=body)
 
-        def drawn(number: int, due: float) -> Coroutine[None, None, None]:
-            kind = list(KINDS)[number % len(KINDS)]
-            cookie = cookies[int(rng.integers(len(cookies)))]
-            route = routes[int(rng.integers(len(routes)))]
-            return one(due, kind, cookie, route, _key(rng))
+    async def prepare(_: httpx.AsyncClient) -> Draw:
+        return draw
 
-        await paced(rate, seconds, drawn)
-    return times, statuses
+    return prepare
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
-    parser.add_argument("--database", default="", help="of an empty PostgreSQL database")
-    parser.add_argument("--rate", type=float, default=5.0, help="requests a second")
-    parser.add_argument("--seconds", type=float, default=40.0)
-    args = parser.parse_args(arguments)
-    with tempfile.TemporaryDirectory() as name:
-        data = Path(name)
-        server = Server(data, args.database)
-        path, cookies, routes, counted_s = fill(server)
-        with server.database.writing() as session:
-            session.execute(text("ANALYZE"))  # as the database does by itself in time
-        server.close()
-        settings = {"workers": "0", "requests_per_minute": "0"}
-        settings |= {"database": args.database} if args.database else {}
-        process = Process(data, "serve", "--port", "0", **settings)
-        try:
-            asyncio.run(ask(process.said, path, cookies, routes, args.rate, 5))  # warm
-            times, statuses = asyncio.run(
-                ask(process.said, path, cookies, routes, args.rate, args.seconds)
-            )
-        finally:
-            process.stop()
-    report(times, statuses, counted_s, args)
+    args = options(__doc__, rate=5, seconds=40).parse_args(arguments)
+    counted_s: list[float] = []
+
+    def filled(server: Server) -> Prepare:
+        path, cookies, routes, seconds = fill(server)
+        counted_s.append(seconds)
+        return asking(path, cookies, routes)
+
+    measure(filled, args)
+    print(f"counted anew: {ASCENTS} ascents of {CLIMBERS} climbers in {counted_s[0]:.0f} s")
     return 0
-
-
-def report(
-    times: dict[str, list[float]], statuses: Counter[int], counted_s: float, args: Any
-) -> None:
-    """A line each kind."""
-    kind = "PostgreSQL" if args.database else "SQLite"
-    print(f"{kind}, {args.rate:.0f} requests a second for {args.seconds:.0f} s, "
-          f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")  # fmt: skip
-    print(f"{'':<20} {'p50':>7} {'p95':>7} ms")
-    for name in KINDS:
-        p50, p95 = np.percentile(times[name], [50, 95])
-        print(f"{name:<20} {p50:7.1f} {p95:7.1f}")
-    bad = sum(number for status, number in statuses.items() if status not in (200, 201))
-    print(f"requests: {sum(statuses.values())}, errors: {bad}")
-    print(f"counted anew: {ASCENTS} ascents of {CLIMBERS} climbers in {counted_s:.0f} s")
 
 
 if __name__ == "__main__":

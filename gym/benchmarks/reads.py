@@ -9,29 +9,18 @@ rate whether or not the ones before were answered; a time counts from when the r
 
 from __future__ import annotations
 
-import argparse
-import asyncio
-import os
-import tempfile
-import time
-from collections import Counter, defaultdict
-from collections.abc import Coroutine, Sequence
+from collections.abc import Sequence
 from datetime import timedelta
-from pathlib import Path
-from typing import Any
 from uuid import UUID
 
 import httpx
 import numpy as np
-from gym.benchmarks.pacing import paced
-from gym.tests.running import Process
+from gym.benchmarks.asked import Asking, Draw, Prepare, measure, options
 from gym.tests.worlds import Server, World, hold, make_world
-from sqlalchemy import insert, select, text
+from sqlalchemy import insert, select
 
 from walltopo_gym.accounts.actor import sign_in
 from walltopo_gym.accounts.models import Person
-from walltopo_gym.api.app import PREFIX
-from walltopo_gym.api.rules import COOKIE
 from walltopo_gym.climbing.models import Ascent, Opinion
 from walltopo_gym.clock import now
 from walltopo_gym.gyms.models import Membership, Wall
@@ -93,92 +82,36 @@ def crowd(server: Server, world: World) -> list[str]:
         return [sign_in(session, person, "phone", 1) for person in people[:_SIGNED_IN]]
 
 
-async def ask(
-    address: str, path: str, walls: list[UUID], cookies: list[str], rate: float, seconds: float
-) -> tuple[dict[str, list[float]], Counter[int]]:
-    """Milliseconds of each kind of request, and statuses."""
+def asking(path: str, walls: list[UUID], cookies: list[str]) -> Prepare:
+    """By `SHARES`; the walls' ETags are asked for first."""
     rng = np.random.default_rng(1)
-    times: dict[str, list[float]] = defaultdict(list)
-    statuses: Counter[int] = Counter()
-    limits = httpx.Limits(max_connections=200, max_keepalive_connections=50)
-    async with httpx.AsyncClient(base_url=address + PREFIX, limits=limits, timeout=30) as client:
+
+    async def prepare(client: httpx.AsyncClient) -> Draw:
         etags = {}
         for wall in walls:
             answer = await client.get(f"{path}/walls/{wall}/published")
             etags[wall] = answer.headers["etag"]
 
-        async def one(due: float, kind: str, wall: UUID, cookie: str) -> None:
-            where, headers = f"{path}/walls/{wall}/published", {}
-            if kind == "wall, unchanged":
-                headers = {"if-none-match": etags[wall]}
-            elif kind == "tallies":
-                where = f"{path}/walls/{wall}/tallies"
-            elif kind == "own ascents":
-                where, headers = f"/me/ascents?wall={wall}", {"cookie": f"{COOKIE}={cookie}"}
-            try:
-                statuses[(await client.get(where, headers=headers)).status_code] += 1
-            except httpx.HTTPError:
-                statuses[0] += 1
-            times[kind].append(1000 * (time.perf_counter() - due))
-
-        def drawn(_: int, due: float) -> Coroutine[None, None, None]:
+        def draw(_: int) -> Asking:
             kind = str(rng.choice(list(SHARES), p=list(SHARES.values())))
             wall = walls[int(rng.integers(len(walls)))]
             cookie = cookies[int(rng.integers(len(cookies)))]
-            return one(due, kind, wall, cookie)
+            if kind == "tallies":
+                return Asking(kind, f"{path}/walls/{wall}/tallies")
+            if kind == "own ascents":
+                return Asking(kind, f"/me/ascents?wall={wall}", cookie)
+            known = {"if-none-match": etags[wall]} if kind == "wall, unchanged" else {}
+            return Asking(kind, f"{path}/walls/{wall}/published", headers=known)
 
-        await paced(rate, seconds, drawn)
-    return times, statuses
+        return draw
+
+    return prepare
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
-    parser.add_argument("--database", default="", help="of an empty PostgreSQL database")
-    parser.add_argument("--rate", type=float, default=100.0, help="requests a second")
-    parser.add_argument("--seconds", type=float, default=30.0)
-    args = parser.parse_args(arguments)
-    with tempfile.TemporaryDirectory() as name:
-        data = Path(name)
-        server = Server(data, args.database)
-        path, walls, cookies = fill(server)
-        with server.database.writing() as session:
-            session.execute(text("ANALYZE"))  # as the database does by itself in time
-        server.close()
-        settings = {"workers": "0", "requests_per_minute": "0"}
-        settings |= {"database": args.database} if args.database else {}
-        process = Process(data, "serve", "--port", "0", **settings)
-        try:
-            asyncio.run(ask(process.said, path, walls, cookies, args.rate, 3))  # warm
-            before = cpu_s(process.pid)
-            times, statuses = asyncio.run(
-                ask(process.said, path, walls, cookies, args.rate, args.seconds)
-            )
-            spent = cpu_s(process.pid) - before
-        finally:
-            process.stop()
-    report(times, statuses, args)
-    print(f"processor time of the server: {1000 * spent / sum(statuses.values()):.1f} ms a request")
+    args = options(__doc__, rate=100, seconds=30).parse_args(arguments)
+    measure(lambda server: asking(*fill(server)), args)
     return 0
-
-
-def cpu_s(pid: int) -> float:
-    """Processor time of a process so far, all of its threads (proc(5))."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
-def report(times: dict[str, list[float]], statuses: Counter[int], args: Any) -> None:
-    """A line each kind, and all together."""
-    kind = "PostgreSQL" if args.database else "SQLite"
-    print(f"{kind}, {args.rate:.0f} requests a second for {args.seconds:.0f} s, "
-          f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")  # fmt: skip
-    print(f"{'':<16} {'p50':>7} {'p95':>7} {'p99':>7} ms")
-    whole = [value for values in times.values() for value in values]
-    for name, values in [*sorted(times.items()), ("all", whole)]:
-        p50, p95, p99 = np.percentile(values, [50, 95, 99])
-        print(f"{name:<16} {p50:7.1f} {p95:7.1f} {p99:7.1f}")
-    bad = sum(number for status, number in statuses.items() if status not in (200, 304))
-    print(f"requests: {sum(statuses.values())}, errors: {bad}")
 
 
 if __name__ == "__main__":

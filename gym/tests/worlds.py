@@ -61,6 +61,8 @@ class Outbox:
     def send(self, letter: Letter) -> None:
         self.letters.append(letter)
 
+    hand_over = send
+
     def secret_for(self, email: str) -> str:
         """The secret of the last link that was mailed there."""
         texts = [letter.text for letter in self.letters if letter.to == email]

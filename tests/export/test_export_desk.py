@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 from made_scan import build_scan  # type: ignore[import-not-found]
@@ -22,10 +23,12 @@ from walltopo.export.server.run import Server
 from walltopo.pipeline.runner import refresh
 from walltopo.scans.edits import EditLog, Paint, Ref, Remove, SetRole, SetRoute
 from walltopo.scans.folder import ScanFolder
-from walltopo.scans.holds import Holds
+from walltopo.scans.holds import HoldRow, Holds
 from walltopo.scans.manifest import Manifest
 from walltopo.scans.old_edits import Rename, RouteEdits
 from walltopo.scans.routes import Routes
+from walltopo.setting.put import as_problem
+from walltopo.setting.rows import Proposal
 
 SMALL = {
     "first_triangles": 1000, "detail_triangles": 2000, "first_texture": 64, "detail_texture": 64,
@@ -33,9 +36,9 @@ SMALL = {
 }  # fmt: skip
 
 
-def built(root: Path) -> ScanFolder:
+def built(root: Path, holds: int = 12) -> ScanFolder:
     """A small scan, exported once."""
-    scan: ScanFolder = build_scan(root, cells=40)
+    scan: ScanFolder = build_scan(root, holds=holds, cells=40)
     manifest = Manifest.load(scan.manifest)
     manifest.settings = {"export": SMALL}
     manifest.save(scan.manifest)
@@ -46,6 +49,14 @@ def built(root: Path) -> ScanFolder:
 @pytest.fixture(scope="module")
 def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     with served(built(tmp_path_factory.mktemp("desk") / "scan").root, True, desk=Desk) as server:
+        yield server
+
+
+@pytest.fixture(scope="module")
+def spray(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """A wall with holds enough to set on."""
+    scan = built(tmp_path_factory.mktemp("desk") / "spray", holds=40)
+    with served(scan.root, True, desk=Desk) as server:
         yield server
 
 
@@ -64,6 +75,30 @@ def ask(server: Server, path: str, body: object = None) -> Any:
     top, _, text = answer.partition(b"\r\n\r\n")
     assert b" 200 " in top.splitlines()[0], text
     return json.loads(text)
+
+
+def test_problems_are_proposed_for_the_wall_as_a_log_makes_it(spray: Server) -> None:
+    before = (spray.scan.root / "routes.json").read_bytes()
+    wish = {"grade": "6C-7B", "moves": 3, "count": 1}
+    found = ask(spray, "/api/edits/problems", {"edits": log_of(), "wish": wish})
+    (one,) = found["proposals"]
+    assert found["unit"] == 1
+    assert {*one["start"], *one["top"]} <= {*one["hands"]}
+    gone = {"do": "remove", "hold": {"id": one["hands"][0]}}
+    other = ask(spray, "/api/edits/problems", {"edits": log_of(gone), "wish": wish})
+    assert all(one["hands"][0] not in row["hands"] + row["feet"] for row in other["proposals"])
+    made = EditLog(edits=(as_problem(msgspec.convert(one, Proposal), rows_of(spray.scan)),))
+    edits = msgspec.to_builtins(made)
+    tried = ask(spray, "/api/edits/try", {"edits": edits})["result"]
+    new = next(route for route in tried["routes"] if route["proposed"])
+    assert {*new["holds"]} == {*one["hands"], *one["feet"]}
+    eased = ask(spray, "/api/edits/ease", {"edits": edits, "route": new["id"], "way": "harder"})
+    assert eased["route"] == new["id"]
+    assert (spray.scan.root / "routes.json").read_bytes() == before, "nothing is written"
+
+
+def rows_of(scan: ScanFolder) -> dict[int, HoldRow]:
+    return {row.id: row for row in Holds.load(scan.holds).holds}
 
 
 def row(scan: ScanFolder, number: int) -> Any:

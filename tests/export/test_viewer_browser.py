@@ -338,12 +338,14 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Sca
         "shots": str(SHOTS),
     }
     after = exported(room / "reset", missed=1)
+    dense = exported(room / "spray", holds=40)
     with (
         served(scan.root, edit=False) as web,
         served(editing.root, edit=True, desk=Desk) as edit,
         served(after.root, edit=True, desk=Desk) as reset,
+        served(dense.root, edit=True, desk=Desk) as spray,
     ):
-        found |= {"web": web.url, "edit": edit.url}
+        found |= {"web": web.url, "edit": edit.url, "spray": spray.url}
         x, z = hold_places(12)[-1]
         found["reset"] = {"address": reset.url, "missed": [x, 0.0, z]}
         listing.write_text(json.dumps(found))

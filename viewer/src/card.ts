@@ -77,6 +77,7 @@ export function routeCard(
   const parts = [top(swatch(route, tables), routeName(route), text, close)];
   const origin = routeOrigin(route);
   if (origin) parts.push(h("p", { class: "told" }, origin));
+  if (route.proposed) parts.push(h("p", { class: "told warn" }, say().setting.proposed));
   if (route.description) parts.push(h("p", { class: "told" }, route.description));
   const may = mayGo(grade, act);
   if (may) parts.push(may);

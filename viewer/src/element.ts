@@ -11,6 +11,8 @@ import { Editor } from "./edit/editor";
 import { Server } from "./edit/server";
 import type { Insets } from "./fit";
 import { Grab, grabMode } from "./grab";
+import { Heat } from "./heat";
+import type { HeatWords } from "./heat";
 import { pressed } from "./keys";
 import { say, speak } from "./languages";
 import { readPlace } from "./link";
@@ -61,6 +63,7 @@ export class WallTopo extends HTMLElement {
     card: this.card,
   });
   private readonly toast = new Toast();
+  private readonly heat = new Heat();
   private readonly message = new Message();
   private readonly thread = h("div", { class: "thread", hidden: true }, h("i"));
   private route: number | null = null;
@@ -188,6 +191,15 @@ export class WallTopo extends HTMLElement {
     this.repaint();
   }
 
+  /**
+   * Colour the holds of routes by a value from 0 to 1, by route id; the rest fades. With `words` a legend says what
+   * the ends stand for. null: as photographed.
+   */
+  showHeat(values: Iterable<[number, number]> | null, words: HeatWords | null = null): void {
+    this.heat.set(values, words);
+    this.repaint();
+  }
+
   /** Choose a hold and light up its route. */
   selectHold(id: number | null): void {
     const hold = id === null ? undefined : this.tables.holds.get(id);
@@ -202,6 +214,11 @@ export class WallTopo extends HTMLElement {
   /** From where a climber stands, looking at the chosen route (or the whole wall). */
   climberView(): void {
     this.views?.climber(this.tables.routes.get(this.route ?? -1), this.tables);
+  }
+
+  /** The whole wall from one side (-1), the front (0), the other side (1), or between: for a wall that turns. */
+  swing(share: number): void {
+    this.views?.swing(share);
   }
 
   /** What is drawn as a PNG blob, without words. */
@@ -369,6 +386,7 @@ export class WallTopo extends HTMLElement {
         this.overlay?.mark(places);
         this.stage?.redraw();
       },
+      frame: (route: Route) => this.views?.route(route, this.tables),
       say: (text: string) => this.say(text),
     };
     this.editor?.dispose();
@@ -442,14 +460,15 @@ export class WallTopo extends HTMLElement {
   }
 
   private repaint(): void {
-    const route = this.route === null ? undefined : this.tables.routes.get(this.route);
+    const chosen = this.route === null ? undefined : this.tables.routes.get(this.route);
+    const route = this.editor?.preview ?? chosen;
     const outlines = new Map<number, number>();
     for (const id of route?.holds ?? []) outlines.set(id, Outline.route);
     if (this.hold !== null) outlines.set(this.hold, Outline.chosen);
     for (const id of this.editor?.marked ?? []) outlines.set(id, Outline.marked);
     const alone = this.hold === null ? [] : [this.hold];
-    const lit = route ? new Set([...route.holds, ...alone]) : this.panel.lit;
-    this.stage?.paint(lit, outlines);
+    const lit = this.heat.shown ? new Set(alone) : route ? new Set([...route.holds, ...alone]) : this.panel.lit;
+    this.stage?.paint(lit, outlines, this.heat.holds(this.tables));
     this.overlay?.flags(route ?? null, this.tables);
   }
 
@@ -509,7 +528,7 @@ export class WallTopo extends HTMLElement {
       picture: () => void this.savePicture(),
     });
     this.panel = new Panel();
-    this.view.replaceChildren(this.canvas, this.bar.root, this.thread, this.toast.root);
+    this.view.replaceChildren(this.canvas, this.bar.root, this.thread, this.heat.root, this.toast.root);
     this.shell.replaceChildren(this.panel.root, this.view, this.card, this.message.root);
     this.root.append(this.shell);
     this.panel.onRoute = (id) => this.selectRoute(id, { move: true });
@@ -532,7 +551,7 @@ export class WallTopo extends HTMLElement {
   }
 
   private insets(): Insets {
-    return this.arrangement.insets(this.route !== null, this.editor?.height ?? 0);
+    return this.arrangement.insets(this.route !== null || this.editor?.preview != null, this.editor?.height ?? 0);
   }
 
   /** As the page says; else the wall takes every touch where it is all of the page. */

@@ -29,14 +29,14 @@ export class Player {
     private readonly tables: Tables,
     moves: RouteMoves,
     private readonly unit: number,
-    close: () => void,
+    close?: () => void,
   ) {
     const able = moves.climbers.filter((one) => one.moves.length > 0);
     this.climber = able.find((one) => one.climber === "adult") ?? able[0]!;
     const { words } = say();
     const step = (by: number, label: string, shape: "previous" | "next"): HTMLElement =>
       h("button", { class: "tool", "aria-label": label, title: label, onClick: () => this.step(by) }, icon(shape));
-    const shut = h("button", { class: "tool", "aria-label": words.close, title: words.close, onClick: close }, icon("close"));
+    const shut = close && h("button", { class: "tool", "aria-label": words.close, title: words.close, onClick: close }, icon("close"));
     this.go.addEventListener("click", () => (this.frame ? this.pause() : this.play()));
     this.root.setAttribute("aria-label", words.mayGo);
     this.root.append(

@@ -3,6 +3,7 @@
 import { Color, GLSL3, NoBlending, NormalBlending, ShaderMaterial, Vector2 } from "three";
 import type { Texture } from "three";
 import type { Part } from "./load";
+import { rampColours } from "./heat";
 import { STATE_WIDTH } from "./state";
 
 const LOOKUP = /* glsl */ `
@@ -18,6 +19,7 @@ const LOOKUP = /* glsl */ `
 const WALL_VERTEX = /* glsl */ `
   ${LOOKUP}
   flat out vec2 vFull;
+  flat out float vHeat;
   out float vDepth;
   out vec3 vView;
   #ifdef USE_MAP_UV
@@ -29,6 +31,7 @@ const WALL_VERTEX = /* glsl */ `
   #endif
   void main() {
     vFull = vec2(stateOf(0.0).r, stateOf(near).r);
+    vHeat = stateOf(near).b;
     vDepth = depth;
     #ifdef USE_MAP_UV
       vTexel = uv;
@@ -45,7 +48,9 @@ const WALL_FRAGMENT = /* glsl */ `
   uniform sampler2D uMap;
   uniform vec3 uBackdrop;
   uniform float uFade;
+  uniform vec3 uRamp[3];
   flat in vec2 vFull;
+  flat in float vHeat;
   in float vDepth;
   in vec3 vView;
   #ifdef USE_MAP_UV
@@ -69,8 +74,16 @@ const WALL_FRAGMENT = /* glsl */ `
     float grey = dot(base, vec3(0.2126, 0.7152, 0.0722));
     vec3 faded = mix(mix(vec3(grey), base, 0.12), uBackdrop, 0.55);
     float pixel = max(length(fwidth(vView.xy)), 1e-9);
-    float full = mix(vFull.x, vFull.y, clamp(vDepth / pixel + 0.5, 0.0, 1.0));
-    colour = vec4(mix(base, faded, uFade * (1.0 - full)), 1.0);
+    float inside = clamp(vDepth / pixel + 0.5, 0.0, 1.0);
+    float full = mix(vFull.x, vFull.y, inside);
+    vec3 shown = mix(base, faded, uFade * (1.0 - full));
+    if (vHeat > 0.0) {
+      // 1 is no heat and 255 all of it; the hold's own shading stays to be seen.
+      float heat = (vHeat * 255.0 - 1.0) / 127.0;
+      vec3 hue = heat < 1.0 ? mix(uRamp[0], uRamp[1], heat) : mix(uRamp[1], uRamp[2], heat - 1.0);
+      shown = mix(shown, hue * (0.75 + 0.5 * sqrt(grey)), inside);
+    }
+    colour = vec4(shown, 1.0);
     colour = linearToOutputTexel(colour);
   }`;
 
@@ -90,7 +103,7 @@ export function wallMaterial(part: Pick<Part, "map" | "coloured">, look: WallLoo
     vertexShader: WALL_VERTEX,
     fragmentShader: WALL_FRAGMENT,
     defines,
-    uniforms: { ...look, uMap: { value: part.map } },
+    uniforms: { ...look, uMap: { value: part.map }, uRamp: { value: rampColours() } },
   });
 }
 

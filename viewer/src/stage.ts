@@ -231,10 +231,10 @@ export class Stage {
     });
   }
 
-  /** Full colour only for `lit`; none: everything. Outlines as given, by hold id. */
-  paint(lit: Set<number> | null, outlines: Map<number, number>): void {
+  /** Full colour only for `lit`; none: everything. Outlines and heat as given, by hold id. */
+  paint(lit: Set<number> | null, outlines: Map<number, number>, heat: Map<number, number>): void {
     for (let id = 0; id < this.state.count; id++) {
-      this.state.write(id, lit === null || lit.has(id), outlines.get(id) ?? 0);
+      this.state.write(id, lit === null || lit.has(id), outlines.get(id) ?? 0, heat.get(id) ?? 0);
     }
     this.state.commit();
     this.outlined = outlines.size > 0;
@@ -402,6 +402,15 @@ export class Stage {
     this.camera.near = Math.max(0.005, size * 0.001);
     this.camera.far = size * 6;
     this.camera.updateProjectionMatrix();
+  }
+
+  /** Look from as far aside as the wall may be turned by hand at -1 and 1, from the front at 0. */
+  swing(share: number): void {
+    if (!this.front) return;
+    const { minAzimuthAngle, maxAzimuthAngle } = this.controls;
+    const part = (Math.min(Math.max(share, -1), 1) + 1) / 2;
+    void this.controls.rotateAzimuthTo(minAzimuthAngle + part * (maxAzimuthAngle - minAzimuthAngle), false);
+    this.redraw();
   }
 
   /** The steepest look up from below that keeps the camera above the mat. */

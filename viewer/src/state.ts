@@ -31,12 +31,12 @@ export class HoldState {
     this.commit();
   }
 
-  /** One hold's look: in full colour or faded, and its outline. */
-  write(id: number, full: boolean, outline: number): void {
+  /** One hold's look: in full colour or faded, its outline, and its heat (0: none). */
+  write(id: number, full: boolean, outline: number, heat = 0): void {
     if (id < 0 || id >= this.count) return;
     this.data[4 * id] = full ? 255 : 0;
     this.data[4 * id + 1] = outline;
-    this.data[4 * id + 2] = 0;
+    this.data[4 * id + 2] = heat;
     this.data[4 * id + 3] = 255;
   }
 

@@ -41,6 +41,8 @@ export interface Route {
   /** Why someone should have a look. */
   doubtful_start?: string;
   doubtful_top?: string;
+  /** By walltopo, and climbed by nobody yet. */
+  proposed?: boolean;
 }
 
 export interface Tables {

@@ -50,6 +50,11 @@ export class Views {
     this.shown = "wall";
   }
 
+  /** As far aside as the wall may be turned by hand at -1 and 1; the distance stays. */
+  swing(share: number): void {
+    this.stage.swing(share);
+  }
+
   route(route: Route, tables: Tables, animate = true): void {
     const { front } = this.stage;
     const box = boxOf(route.holds, tables);

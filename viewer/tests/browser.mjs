@@ -15,9 +15,16 @@ const ARGUMENTS = [
   "--ignore-gpu-blocklist",
 ];
 
+const executablePath = process.env.WALLTOPO_CHROMIUM ?? "/usr/bin/chromium";
+
 export function start() {
-  const executablePath = process.env.WALLTOPO_CHROMIUM ?? "/usr/bin/chromium";
   return chromium.launch({ executablePath, headless: true, args: ARGUMENTS });
+}
+
+/** A browser whose profile is the folder; what else speaks to Chromium finds it at the port. */
+export function startOwn(folder, port, options = {}) {
+  const args = [...ARGUMENTS, `--remote-debugging-port=${port}`];
+  return chromium.launchPersistentContext(folder, { executablePath, headless: true, args, ...options });
 }
 
 /**

@@ -194,6 +194,53 @@ export const editing = {
     await close();
   },
 
+  async "a problem is proposed, climbed by the figure, and made a route"(browser, { spray, shots }) {
+    const { page, log, close, wall, press } = await editor(browser, spray);
+    const card = () => text(page, ".card");
+    await press("Propose");
+    await wall.getByLabel("Moves of hands", { exact: true }).selectOption("3");
+    await wall.getByRole("button", { name: "Search", exact: true }).click();
+    await wall.locator(".player").waitFor({ timeout: 120_000 });
+    await settle(page);
+    assert.match(await card(), /about .+ to .+, guessed from a training board/);
+    assert.deepEqual(await graveFindings(page), []);
+    const joints = () => ask(page, (el) => el.editor.setting.player.figure.root.children.map(({ position }) => position.toArray()).flat());
+    const [began, count] = [await joints(), await ask(page, (el) => el.editor.setting.player.climber.moves.length)];
+    assert.match(await text(page, ".player .told"), new RegExp(`^1/${count} · Start`));
+    await wall.getByRole("button", { name: "The next move" }).click();
+    assert.match(await text(page, ".player .told"), new RegExp(`^2/${count} · `));
+    assert.notDeepEqual(await joints(), began, "the figure moved");
+    await ask(page, (el) => el.editor.setting.player.seek(1e3));
+    assert.match(await text(page, ".player .told"), new RegExp(`^${count}/${count} · `));
+    const ends = await ask(page, (el) => {
+      const { tables, climber } = el.editor.setting.player;
+      return climber.moves.at(-1).holds.slice(0, 2).map((id) => tables.holds.get(id).id);
+    });
+    const shown = await ask(page, (el) => el.editor.preview);
+    assert.ok(ends.every((id) => shown.top.includes(id)), "both hands are on the top");
+    await page.screenshot({ path: `${shots}/edit-propose.png` });
+    const before = await ask(page, (el) => el.routes.map(({ id, holds }) => [id, holds]));
+    await press("Make it a route");
+    const made = await ask(page, (el) => el.routes.find(({ proposed }) => proposed));
+    assert.deepEqual(made.holds.toSorted(), shown.holds.toSorted());
+    assert.deepEqual([made.start.toSorted(), made.top], [shown.start.toSorted(), shown.top]);
+    assert.equal(await ask(page, (el) => el.selectedRoute), made.id);
+    for (const [id, holds] of before) assert.deepEqual((await route(page, id)).holds, holds, "the others keep theirs");
+    assert.equal(await ask(page, (el) => el.editor.preview), null);
+    await wall.getByRole("button", { name: "One grade easier", exact: true }).click();
+    await page.waitForFunction(
+      () => /Now about|No hold nearby|no way to its top/.test(document.querySelector("wall-topo").shadowRoot.querySelector(".card").textContent),
+      null,
+      { timeout: 60_000 },
+    );
+    await press("Close");
+    await ask(page, (el, id) => el.selectRoute(id), made.id);
+    await press("Take it off again");
+    assert.equal(await ask(page, (el) => el.routes.some(({ proposed }) => proposed)), false);
+    fine(log);
+    await close();
+  },
+
   async "the brush gives surface to a hold and to the wall"(browser, { edit }) {
     const { page, log, close, press } = await editor(browser, edit);
     await tapHold(page, 7);

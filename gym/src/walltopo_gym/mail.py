@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import logging
 import smtplib
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from email.message import EmailMessage
 from typing import Protocol
 from urllib.parse import unquote, urlsplit
@@ -12,7 +13,7 @@ from urllib.parse import unquote, urlsplit
 from walltopo.core import SettingsError
 from walltopo_gym.settings import GymSettings
 
-__all__ = ["ConsoleMailer", "Letter", "Mailer", "SmtpMailer", "make_mailer"]
+__all__ = ["ConsoleMailer", "Letter", "Mailer", "SmtpMailer", "make_mailer", "sender_of"]
 
 _LOG = logging.getLogger("walltopo_gym.mail")
 _PATIENCE_S = 30
@@ -20,11 +21,12 @@ _PATIENCE_S = 30
 
 @dataclass(frozen=True)
 class Letter:
-    """A mail of plain text."""
+    """A mail of plain text; `headers` beside those that each has."""
 
     to: str
     subject: str
     text: str
+    headers: Mapping[str, str] = field(default_factory=dict)
 
 
 class Mailer(Protocol):
@@ -32,6 +34,14 @@ class Mailer(Protocol):
 
     def send(self, letter: Letter) -> None:
         """Hand it over; a failure is logged, for nobody waits for it."""
+
+    def hand_over(self, letter: Letter) -> None:
+        """The same for whoever tries again.
+
+        Raises
+        ------
+        OSError : it was not taken.
+        """
 
 
 class ConsoleMailer:
@@ -42,6 +52,8 @@ class ConsoleMailer:
             "mail (set `smtp` to have it sent)\n  to: %s\n  %s\n\n%s",
             letter.to, letter.subject, letter.text,
         )  # fmt: skip
+
+    hand_over = send
 
 
 class SmtpMailer:
@@ -63,14 +75,19 @@ class SmtpMailer:
         self._sender = sender
 
     def send(self, letter: Letter) -> None:
+        try:
+            self.hand_over(letter)
+        except OSError as error:
+            _LOG.error("mail to %s was not sent: %s", letter.to, error)
+
+    def hand_over(self, letter: Letter) -> None:
         message = EmailMessage()
         message["From"], message["To"] = self._sender, letter.to
         message["Subject"] = letter.subject
+        for name, value in letter.headers.items():
+            message[name] = value
         message.set_content(letter.text)
-        try:
-            self._deliver(message)
-        except (OSError, smtplib.SMTPException) as error:
-            _LOG.error("mail to %s was not sent: %s", letter.to, error)
+        self._deliver(message)  # SMTP's own errors are OSErrors, too
 
     def _deliver(self, message: EmailMessage) -> None:
         kind = smtplib.SMTP_SSL if self._secure else smtplib.SMTP
@@ -86,5 +103,10 @@ def make_mailer(settings: GymSettings) -> Mailer:
     """The mailer that the settings ask for."""
     if not settings.smtp:
         return ConsoleMailer()
+    return SmtpMailer(settings.smtp, sender_of(settings))
+
+
+def sender_of(settings: GymSettings) -> str:
+    """The address that this server writes from."""
     host = urlsplit(settings.address).hostname or "localhost"
-    return SmtpMailer(settings.smtp, settings.mail_from or f"walltopo@{host}")
+    return settings.mail_from or f"walltopo@{host}"

@@ -66,7 +66,7 @@ class GymSettings(BaseSettings):
     keep_free_mb: int = Field(1000, ge=0, description="uploads are refused below this free space")
 
     webhooks_to_private: bool = Field(
-        False, description="webhooks may go to addresses of our own networks, and by plain http"
+        False, description="webhooks, and messages to browsers, may go to our own networks, by http"
     )
     keep_originals_days: int = Field(
         365, ge=0, description="photos as they came go so long after the publication; 0: never"

@@ -19,6 +19,7 @@ from PIL import Image
 
 from walltopo.pipeline.stages import stage_names
 from walltopo_gym.api import document
+from walltopo_gym.api.app import PREFIX
 from walltopo_gym.scans.pictures import HEIGHT, WIDTH, route_picture, wall_picture
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -120,8 +121,21 @@ def test_a_link_to_a_route_says_what_it_is(server: Server, hanging: World) -> No
     assert "noindex" not in text
 
 
+def test_a_wall_comes_while_the_app_does(server: Server, hanging: World) -> None:
+    wall = f"g/{hanging.gym.slug}/w/{hanging.wall.id}"
+    published = hanging.published()
+    for path in (f"/{wall}", f"/{wall}/r/{published['routes'][0]['id']}", f"/embed/{wall}"):
+        early = re.findall(r'<link rel="preload"[^>]* href="([^"]+)"', page(server, path).text)
+        viewer, tier = early
+        assert server.client().get(viewer).status_code == 200
+        # `filesOf` of the app and `src` of its wall make the same address.
+        assert tier == f"{PREFIX}{hanging.path}/scans/{published['scan_id']}/files/page/first.glb"
+    assert 'rel="preload"' not in page(server, f"/g/{hanging.gym.slug}").text
+
+
 def test_of_a_private_gym_nothing_is_said(server: Server, world: World) -> None:
     text = page(server, f"/g/{world.gym.slug}/w/{world.wall.id}").text
+    assert 'rel="preload"' not in text
     assert world.gym.name not in text
     assert told(text)["title"] == "walltopo"
 

@@ -6,6 +6,7 @@ endpoint that is not in it fails, and so does one that lets in whom the table do
 
 from __future__ import annotations
 
+from base64 import urlsafe_b64encode
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from io import BytesIO
@@ -14,7 +15,10 @@ from uuid import UUID, uuid4
 
 import httpx
 import pytest
+from cryptography.hazmat.primitives.asymmetric.ec import SECP256R1, generate_private_key
+from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
 from gym.tests.authenticator import Device
+from gym.tests.competitions import cases as cups
 from gym.tests.worlds import ORIGIN, PASSWORD, Server, Somebody, World, hold, make_world
 from PIL import Image
 from sqlalchemy import func, select
@@ -24,10 +28,13 @@ from walltopo_gym.accounts.mailed_links import new_link
 from walltopo_gym.accounts.models import AuditEntry, SignIn
 from walltopo_gym.climbing.models import Follow
 from walltopo_gym.clock import now
+from walltopo_gym.competitions.models import Entry, Round
 from walltopo_gym.gyms.members import add_member, invite
 from walltopo_gym.gyms.models import Ban, GradeSystem, Invitation
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.hall.codes import code_of
+from walltopo_gym.hall.models import PushAddress
+from walltopo_gym.hall.secrets import unsubscribe_token
 from walltopo_gym.insights.models import Washing
 from walltopo_gym.scans.states import State
 
@@ -48,7 +55,7 @@ class Case:
     ----------
     who : "anyone", "signed-in", or the least role in the gym ("guest": whoever sees it).
     scope : what a token needs; None: no token will do.
-    values : of the path, made anew for each request; body : likewise.
+    values : of the path, made anew for each request; body, query : likewise.
     known : a guest must be signed in.
     """
 
@@ -59,6 +66,7 @@ class Case:
     known: bool = False
     headers: dict[str, str] = field(default_factory=dict)
     content: bytes | None = None
+    query: Callable[[World], str] = lambda world: ""
 
 
 def _invitation(world: World) -> str:
@@ -268,6 +276,28 @@ def a_short_link(world: World) -> dict[str, Any]:
 
 
 HALL = {"parts": ["routes", "dates"], "seconds": 10, "days": 7, "board": True}
+
+
+def a_push_body() -> dict[str, Any]:
+    """As a browser gives it; nobody listens there."""
+    key = generate_private_key(SECP256R1()).public_key()
+    point = key.public_bytes(Encoding.X962, PublicFormat.UncompressedPoint)
+    told = {"public_key": point, "secret": bytes(16)}
+    coded = {name: urlsafe_b64encode(part).decode() for name, part in told.items()}
+    return {"endpoint": f"https://127.0.0.1:9/{uuid4()}"} | coded
+
+
+def person_id(who: Somebody) -> UUID:
+    assert who.id is not None
+    return who.id
+
+
+def an_own_push(world: World) -> dict[str, Any]:
+    body = a_push_body()
+    row = PushAddress(person_id=person_id(world.owner), **body)
+    with world.server.database.writing() as session:
+        session.add(row)
+    return {"browser": row.id}
 
 
 def _hall_secret(world: World) -> str:
@@ -504,6 +534,13 @@ CASES = {
     "read_cards": Case("setter", Scope.MANAGE, lambda w: a_route(w) and {}),
     "read_calendar": Case("guest", Scope.READ),
     "read_new_routes": Case("guest", Scope.READ),
+    "read_wishes": Case("signed-in"),
+    "put_wishes": Case("signed-in", body=lambda w: {"digest": True, "language": "de"}),
+    "put_push": Case("signed-in", body=lambda w: a_push_body()),
+    "drop_push": Case("signed-in", values=an_own_push),
+    "try_push": Case("signed-in", values=an_own_push),
+    "end_mails": Case("anyone", Scope.READ, lambda w: {
+        "token": unsubscribe_token(w.server.database, person_id(w.owner))}),
     "read_short_link": Case("anyone", Scope.READ, a_short_link),
     "list_webhooks": Case("owner", Scope.MANAGE),
     "make_webhook": Case("owner", Scope.MANAGE, body=lambda w: {"url": "https://example.com/"}),
@@ -512,6 +549,41 @@ CASES = {
     "put_plan": Case("setter", Scope.PUBLISH, a_draft, lambda w: PLAN),
     "drop_plan": Case("setter", Scope.PUBLISH, a_plan),
     "read_thumbnail": Case("setter", Scope.UPLOAD, a_seen_photo),
+    "list_competitions": Case("guest", Scope.READ),
+    "make_competition": Case("setter", Scope.MANAGE, body=lambda w: cups.CUP),
+    "read_competition": Case("guest", Scope.READ, cups.a_competition),
+    "change_competition": Case(
+        "setter", Scope.MANAGE, cups.a_competition, lambda w: {"fee": "12 €"}),
+    "put_competition_sheet": Case(
+        "setter", Scope.MANAGE, cups.a_competition, cups.a_sheet),
+    "put_competition_state": Case(
+        "setter", Scope.MANAGE, cups.a_competition, lambda w: {"state": "ended"}),
+    "freeze_board": Case("setter", Scope.MANAGE, cups.a_competition, lambda w: {"frozen": True}),
+    "drop_competition": Case("owner", Scope.MANAGE, cups.a_competition),
+    "put_round_state": Case(
+        "setter", Scope.MANAGE, cups.with_row(Round, "one"), lambda w: {"state": "ended"}),
+    "list_starters": Case("guest", Scope.READ, cups.with_row(Round, "one")),
+    "put_starters": Case("setter", Scope.MANAGE, cups.with_row(Round, "one", 1), cups.an_order),
+    "list_entries": Case("judge", Scope.MANAGE, cups.a_competition),
+    "make_entry": Case("setter", Scope.MANAGE, cups.a_competition, cups.a_competitor),
+    "change_competitor": Case(
+        "setter", Scope.MANAGE, cups.with_row(Entry, "entry"), lambda w: {"team": "Blue"}),
+    "import_entries": Case(
+        "setter", Scope.MANAGE, cups.a_competition, lambda w: {"csv": "name\nIvo\n"}),
+    "sign_waiver": Case(
+        "judge", Scope.MANAGE, cups.with_row(Entry, "entry"), lambda w: {"signed_by": "Eva"}),
+    "read_own_entry": Case("member", Scope.READ, cups.a_competition),
+    "enter_competition": Case("member", None, cups.a_competition, cups.oneself),
+    "withdraw": Case("member", None, cups.a_competition),
+    "put_score_event": Case("member", None, cups.an_event, cups.a_top),
+    "list_score_events": Case("judge", Scope.MANAGE, cups.a_competition),
+    "list_marks": Case("judge", Scope.MANAGE, cups.a_problem),
+    "list_appeals": Case("judge", Scope.MANAGE, cups.a_competition),
+    "read_competition_board": Case("guest", Scope.READ, cups.a_competition),
+    "explain_order": Case("guest", Scope.READ, cups.a_competition, query=cups.two_of_them),
+    "watch_competition_board": Case("guest", Scope.READ, cups.an_ended_competition),
+    "read_results_table": Case("guest", Scope.READ, cups.a_competition),
+    "read_results_paper": Case("guest", Scope.READ, cups.a_competition),
 }  # fmt: skip
 
 
@@ -532,7 +604,15 @@ EXCEPT = (
     | {("confirm_second_factor", kind): 409 for kind in PEOPLE}  # none was begun
     | {
         (name, kind): 404
-        for name in ("drop_token", "drop_ascent", "drop_passkey", "pin_ascent", "unpin_ascent")
+        for name in (
+            "drop_push",
+            "try_push",
+            "drop_token",
+            "drop_ascent",
+            "drop_passkey",
+            "pin_ascent",
+            "unpin_ascent",
+        )
         for kind in PEOPLE
         if kind != "owner"
     }
@@ -557,6 +637,9 @@ EXCEPT = (
         for name in ("read_person", "follow_person")
         for kind in ("stranger", "operator")
     }
+    # Nothing is sent into our own network: test_gym_messages.py in hall has a service.
+    | {("put_push", kind): 422 for kind in PEOPLE}
+    | {("try_push", "owner"): 422}
     # No answer of a device: test_gym_passkeys.py has real ones.
     | {("make_passkey", kind): 422 for kind in PEOPLE}
     # There is no wall in the scans of this table.
@@ -575,7 +658,8 @@ def prepare(world: World, name: str, **other: Any) -> Request:
     method, path, _ = operations(world.server)[name]
     case = CASES[name]
     values = {"gym": world.gym.slug, **case.values(world), **other}
-    return method, path.format(**values), case.body(world), case.headers, case.content
+    path = path.format(**values) + case.query(world)
+    return method, path, case.body(world), case.headers, case.content
 
 
 def send(world: World, request: Request, who: Somebody) -> httpx.Response:

@@ -11,7 +11,11 @@ from sqlalchemy import func, select
 from walltopo.scans.routes import Route as FoundRoute
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.climbing.models import Ascent
+from walltopo_gym.clock import now
+from walltopo_gym.competitions.history import board_of
+from walltopo_gym.competitions.models import Competition
 from walltopo_gym.demo.crowd import ASCENTS, CLIMBERS, fill
+from walltopo_gym.demo.cups import COMPETITORS, hold_cups
 from walltopo_gym.demo.hall import name_routes
 from walltopo_gym.gyms.models import Gym, Membership
 from walltopo_gym.publishing.models import Route
@@ -51,6 +55,23 @@ def test_forty_climbers_six_hundred_ascents_the_same_each_time(world: World) -> 
     assert sorted(first) == sorted(filled(make_world(world.server)))
     assert {kind for kind, *_ in first} >= {"flash", "top", "try"}
     assert all(tries == 1 for kind, tries, *_ in first if kind == "flash")
+
+
+def test_two_festivals_one_of_them_runs(world: World) -> None:
+    filled(world)
+    owner = world.owner.id
+    assert owner is not None
+    with world.server.database.writing() as session:
+        gym = session.get_one(Gym, world.gym.id)
+        routes = session.scalars(select(Route).where(Route.wall_id == world.wall.id)).all()
+        for _ in range(2):
+            hold_cups(session, gym, owner, routes, now())
+        cups = session.scalars(select(Competition).where(Competition.gym_id == gym.id)).all()
+        assert sorted(cup.state for cup in cups) == ["ended", "running"]
+        for cup in cups:
+            lines = [line for of in board_of(session, cup).lines().values() for line in of]
+            assert len(lines) == COMPETITORS
+            assert {line.rank for line in lines} >= {1, 2}
 
 
 def test_every_route_is_named_and_the_harder_looking_graded_harder() -> None:

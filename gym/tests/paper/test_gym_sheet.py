@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-import cv2
-import numpy as np
-import pypdfium2
 import pytest
+from gym.tests.printed import codes_of, pages_of, words_of
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -17,23 +13,6 @@ from walltopo_gym.paper.letters import Letters
 from walltopo_gym.paper.sheet import Sheet
 
 ADDRESS = "https://walls.example.com/r/0123456789"
-
-
-def pages_of(content: bytes) -> list[Any]:
-    """The pages of a document."""
-    return list(pypdfium2.PdfDocument(content))
-
-
-def words_of(content: bytes) -> str:
-    """All that stands on the pages."""
-    return "\n".join(page.get_textpage().get_text_range() for page in pages_of(content))
-
-
-def codes_of(page: Any) -> set[str]:
-    """What a phone reads of the page's QR codes."""
-    picture = np.asarray(page.render(scale=2).to_pil().convert("RGB"))
-    found, texts, _, _ = cv2.QRCodeDetector().detectAndDecodeMulti(picture)
-    return set(texts) - {""} if found else set()
 
 
 def results(rows: int) -> Sheet:

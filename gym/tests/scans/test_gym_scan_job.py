@@ -155,6 +155,10 @@ def _edit_it(client: httpx.Client, path: str) -> None:
     tried = client.post(f"{log}/try", json={"edits": edits}).json()["result"]
     gone = next(row for row in tried["holds"] if row["id"] == holds[0]["id"])
     assert gone["left_out"]
+    hard = client.post(f"{log}/problems", json={"edits": edits, "wish": {"grade": "hard"}})
+    assert "no grade" in hard.json()["title"]
+    nowhere = {"edits": edits, "route": 9999, "way": "easier"}
+    assert "no route 9999" in client.post(f"{log}/ease", json=nowhere).json()["title"]
     asked = {"version": before["version"], "edits": edits}
     assert client.post(log, json=asked).json()["version"] == "1"
     second = client.post(log, json=asked)

@@ -17,7 +17,10 @@ from gym.tests.worlds import PASSWORD, Server, make_world
 
 ROOT = Path(__file__).resolve().parents[3]
 WEB = ROOT / "gym" / "web"
-CHECKS = ("forms", "setting", "publishing", "progress", "climbing", "account")
+CHECKS = (
+    "forms", "setting", "publishing", "progress", "insights", "climbing", "competitions", "account",
+    "hall",
+)  # fmt: skip
 NAMES = [
     name
     for check in CHECKS

@@ -2,6 +2,8 @@
 
 import i18next from "i18next";
 import type competitions from "./competitions/locales/en.json";
+import type hall from "./hall/locales/en.json";
+import type insights from "./insights/locales/en.json";
 import type en from "./locales/en.json";
 
 export const LANGUAGES = { en: "English", de: "Deutsch", cs: "Čeština", fr: "Français" } as const;
@@ -12,7 +14,7 @@ type Paths<T, Before extends string = ""> = {
   [K in keyof T & string]: T[K] extends string ? `${Before}${Forms<K>}` : Paths<T[K], `${Before}${K}.`>;
 }[keyof T & string];
 /** Where a text stands in `locales/en.json`, or in that of an area (`addWords`); plural forms without their ending. */
-export type Key = Paths<typeof en & typeof competitions>;
+export type Key = Paths<typeof en & typeof competitions & typeof hall & typeof insights>;
 
 const KEPT = "walltopo-language";
 type Loaders = Record<string, () => Promise<object>>;

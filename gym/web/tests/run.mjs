@@ -4,7 +4,10 @@ import { readFileSync } from "node:fs";
 import { start } from "../../../viewer/tests/browser.mjs";
 import { account } from "./account.mjs";
 import { climbing } from "./climbing.mjs";
+import { competitions } from "./competitions.mjs";
 import { forms } from "./forms.mjs";
+import { hall } from "./hall.mjs";
+import { insights } from "./insights.mjs";
 import { progress } from "./progress.mjs";
 import { publishing } from "./publishing.mjs";
 import { setting } from "./setting.mjs";
@@ -12,7 +15,7 @@ import { setting } from "./setting.mjs";
 const places = JSON.parse(readFileSync(process.argv[2], "utf8"));
 const only = process.argv[3] ?? "";
 const browser = await start();
-for (const [name, check] of Object.entries({ ...forms, ...setting, ...publishing, ...progress, ...climbing, ...account })) {
+for (const [name, check] of Object.entries({ ...forms, ...setting, ...publishing, ...progress, ...insights, ...climbing, ...competitions, ...account, ...hall })) {
   if (!name.includes(only)) continue;
   let problem = "";
   const began = Date.now();

@@ -23,6 +23,7 @@ __all__ = ["build_parser", "main"]
 
 GROUPS = (
     "scan",
+    "batch",
     "status",
     "view",
     "doctor",
@@ -53,7 +54,8 @@ ELSEWHERE = {
 EXIT_CODES = """\
 exit codes:
   0  done
-  1  looked at, and not all well: `status` (stages would run), `mesh check`, `dataset check`
+  1  looked at, and not all well: `status` (stages would run), `batch` (a scan is not done),
+     `mesh check`, `dataset check`
   2  wrong usage, or an unknown or impossible setting
   3  the input cannot be used (missing, damaged, too few photos)
   4  a stage found no result in usable input

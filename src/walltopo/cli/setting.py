@@ -12,11 +12,9 @@ from walltopo.cli.options import Number
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from walltopo.grades.of_scan import Scale
     from walltopo.scans.edits import Edit
-    from walltopo.scans.routes import Route
-    from walltopo.setting.pool import Pool
     from walltopo.setting.rows import Proposals, Tweaks
+    from walltopo.setting.wall import SetWall
 
 __all__ = ["register"]
 
@@ -115,7 +113,6 @@ def _problem(args: argparse.Namespace) -> int:
     import msgspec
 
     from walltopo.setting.put import as_problem
-    from walltopo.setting.search import propose
     from walltopo.setting.wish import Wish
 
     asked = {
@@ -123,50 +120,39 @@ def _problem(args: argparse.Namespace) -> int:
         for name in ("grade", "moves", "steepness", "reach", "holds", "count", "seed")
     }
     wish = msgspec.convert(asked | {"height_m": args.height, "span_m": args.span}, Wish)
-    pool, _, scale = _read(args.scan)
-    found = propose(pool, wish, scale)
+    wall = _read(args.scan)
+    found = wall.propose(wish)
     if args.format == "table":
         _tell_proposals(found, wish.count)
     else:
         _tell_json(found)
     if args.put is not None:
-        _put(args.scan, [as_problem(_chosen(found.proposals, args.put), pool.by_id)])
+        _put(args.scan, [as_problem(_chosen(found.proposals, args.put), wall.pool.by_id)])
     return 0
 
 
 def _ease(args: argparse.Namespace) -> int:
-    from walltopo.core import InputError
-    from walltopo.setting.ease import ease
     from walltopo.setting.put import as_tweak
 
-    pool, routes, scale = _read(args.scan, args.route)
-    route = next((one for one in routes if one.id == args.route), None)
-    if route is None:
-        known = ", ".join(str(one.id) for one in routes) or "none"
-        raise InputError(f"{args.scan}: there is no route {args.route}", f"There are: {known}.")
-    found = ease(pool, route, routes, scale, "harder" if args.harder else "easier")
+    wall = _read(args.scan)
+    found = wall.ease(args.route, "harder" if args.harder else "easier")
     if args.format == "table":
         _tell_tweaks(found, args.harder)
     else:
         _tell_json(found)
     if args.put is not None:
-        _put(args.scan, as_tweak(_chosen(found.tweaks, args.put), route, pool.by_id))
+        route, tweak = wall.route(args.route), _chosen(found.tweaks, args.put)
+        _put(args.scan, as_tweak(tweak, route, wall.pool.by_id))
     return 0
 
 
-def _read(path: Path, without: int = 0) -> tuple[Pool, tuple[Route, ...], Scale]:
-    """The wall, its routes, and the scale of its grades but that of the route `without`."""
-    from walltopo.grades.model import shipped_model
-    from walltopo.grades.of_scan import Scale, place_routes
+def _read(path: Path) -> SetWall:
     from walltopo.scans.artifacts import load_artifact
     from walltopo.scans.folder import ScanFolder
-    from walltopo.setting.pool import Pool
+    from walltopo.setting.wall import SetWall
 
     holds, routes, unit = read_wall(path)
-    model = shipped_model()
-    floor_known = load_artifact(ScanFolder(path), "scale").floor_known
-    scale = Scale.of(place_routes(routes, holds, unit, model), model, without)
-    return Pool.of(holds, unit, floor_known), routes, scale
+    return SetWall.of(holds, routes, unit, load_artifact(ScanFolder(path), "scale").floor_known)
 
 
 def _chosen(rows: Sequence[Any], number: int) -> Any:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, StageError, View
+from walltopo.core.workers import Here, Workers
 from walltopo.dense.agreement import agreeing_depth
 from walltopo.dense.consistency import confirmed
 from walltopo.dense.contract import DenseSettings
@@ -38,24 +41,54 @@ _NEVER_ENOUGH = 255
 _LEAST_WEIGHT = 0.5
 # Depths whose standard deviation exceeds this many edges are too rough to use.
 _MAX_SIGMA_EDGES = 2.5
+# Undistorted photos that are kept for when they are a partner again: at 2 MP 128 MB.
+_KEPT = 64
 
 
-def _stereo_views(
-    scene: Scene, load: Callable[[str], Image], max_size: int, progress: Progress
-) -> tuple[list[Image], list[View]]:
-    """The photos as stereo sees them: grey, undistorted, not larger than `max_size`."""
-    progress.step("undistorting photos", len(scene.views))
-    images: list[Image] = []
-    views: list[View] = []
-    for view in scene.views:
-        camera = view.camera
-        factor = min(1.0, max_size / max(camera.width, camera.height))
-        size = (round(camera.width * factor), round(camera.height * factor))
-        image, new = undistort(load(view.name), view, size)
-        images.append(image)
-        views.append(new)
-        progress.advance()
-    return images, views
+@dataclass(frozen=True, eq=False)
+class _Stereo:
+    """What the depth maps of all photos share.
+
+    Parameters
+    ----------
+    load, partners, settings, edge : as in `depth_maps`.
+    """
+
+    scene: Scene
+    load: Callable[[str], Image]
+    partners: list[list[int]]
+    settings: DenseSettings
+    edge: float
+
+    def map_of(self, k: int) -> tuple[DepthMap, int] | None:
+        """The depth map of photo `k` and from how many pairs; None without a partner."""
+        if not self.partners[k]:
+            return None
+        image, view = self._seen(k)
+        points = self.scene.points[self.scene.seen[k]]
+        others = [self._seen(j) for j in self.partners[k]]
+        maps = [match_pair(image, view, other, partner, points) for other, partner in others]
+        depth, weight, pairs = agreeing_depth(maps, view, [partner for _, partner in others])
+        weight *= np.float32(self.edge**2)
+        useless = (weight < 1.0 / _MAX_SIGMA_EDGES**2) | clipped(image)
+        depth[useless], weight[useless] = 0.0, 0.0
+        return DepthMap(depth, weight, pairs, view), len(maps)
+
+    def _seen(self, k: int) -> tuple[Image, View]:
+        """A photo as stereo sees it: grey, undistorted, not larger than asked for."""
+        if k not in self._kept:
+            if len(self._kept) >= _KEPT:
+                del self._kept[next(iter(self._kept))]
+            view = self.scene.views[k]
+            camera = view.camera
+            factor = min(1.0, self.settings.max_size / max(camera.width, camera.height))
+            size = (round(camera.width * factor), round(camera.height * factor))
+            self._kept[k] = undistort(self.load(view.name), view, size)
+        return self._kept[k]
+
+    @cached_property
+    def _kept(self) -> dict[int, tuple[Image, View]]:
+        return {}
 
 
 def depth_maps(
@@ -65,41 +98,36 @@ def depth_maps(
     settings: DenseSettings,
     edge: float,
     progress: Progress,
+    workers: Workers,
 ) -> Iterator[DepthMap]:
     """Depth maps of the photos that have stereo partners.
 
     Parameters
     ----------
     scene : views and sparse points.
-    load : gives a photo by name as (H, W) uint8 grey.
+    load : gives a photo by name as (H, W) uint8 grey; is carried to the workers.
     partners : per view, its stereo partners (see `choose_neighbours`).
     settings : see `DenseSettings`.
     edge : edge length wanted, world units; depths much rougher than it are dropped.
     progress : told per photo.
+    workers : who computes, a photo at a time.
     """
     if not any(partners):
         raise StageError(
             "no two photos overlap at a useful angle; no depth can be measured",
             "Move sideways between photos: about one arm's length at 3 m from the wall.",
         )
-    images, views = _stereo_views(scene, load, settings.max_size, progress)
+    shared = _Stereo(scene, load, partners, settings, edge)
     progress.step("matching stereo pairs", sum(len(p) for p in partners))
-    for k, view in enumerate(views):
-        points = scene.points[scene.seen[k]]
-        maps: list[NDArray[np.float32]] = []
-        for j in partners[k]:
-            maps.append(match_pair(images[k], view, images[j], views[j], points))
-            progress.advance()
-        if not maps:
+    found = workers.map(lambda: shared, _Stereo.map_of, range(len(scene.views)))
+    for view, own, made in zip(scene.views, partners, found, strict=True):
+        progress.advance(len(own))
+        if made is None:
             progress.detail(f"{view.name}: no stereo partner")
             continue
-        others = [views[j] for j in partners[k]]
-        depth, weight, pairs = agreeing_depth(maps, view, others)
-        weight *= np.float32(edge**2)
-        useless = (weight < 1.0 / _MAX_SIGMA_EDGES**2) | clipped(images[k])
-        depth[useless], weight[useless] = 0.0, 0.0
-        progress.detail(f"{view.name}: {len(maps)} pairs, {(depth > 0).mean():.0%} with depth")
-        yield DepthMap(depth, weight, pairs, view)
+        item, pairs = made
+        progress.detail(f"{view.name}: {pairs} pairs, {(item.depth > 0).mean():.0%} with depth")
+        yield item
 
 
 def _consistent(
@@ -142,19 +170,20 @@ def sgm_mesh(
     edge: float,
     unit: float,
     progress: Progress,
+    workers: Workers | None = None,
 ) -> Mesh:
     """A clean mesh of the scene.
 
     Parameters
     ----------
-    scene, load, settings, progress : as in `depth_maps`.
+    scene, load, settings, progress, workers : as in `depth_maps`.
     edge : edge length wanted, world units.
     unit : world units that `settings` calls a metre (see `stage.edge_and_unit`).
     """
     few = len(scene.views) <= _FEW_PHOTOS
     count = max(settings.neighbours, _FEW_PARTNERS if few else 0)
     partners = choose_neighbours(scene, count)
-    maps = list(depth_maps(scene, load, partners, settings, edge, progress))
+    maps = list(depth_maps(scene, load, partners, settings, edge, progress, workers or Here()))
     if settings.confirm != "never":
         maps = _consistent(maps, scene, partners, edge, _unless_pairs(settings, few), progress)
     low, high = surroundings(scene)

@@ -63,7 +63,8 @@ def _mesh(
 ) -> Mesh:
     """Run one backend."""
     if backend == "sgm":
-        return sgm_mesh(scene, reads.photos.read_grey, settings, edge, unit, context.progress)
+        load, progress, workers = reads.photos.read_grey, context.progress, context.workers
+        return sgm_mesh(scene, load, settings, edge, unit, progress, workers)
     if backend == "sparse":
         return preview_mesh(scene, settings, edge, unit, context.progress)
     other = colmap_mesh if backend == "colmap" else openmvs_mesh

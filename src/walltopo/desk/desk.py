@@ -24,6 +24,10 @@ from walltopo.pipeline.runner import kept_settings, refresh, stale_stages
 from walltopo.pipeline.workplace import held
 from walltopo.scans.edits import EditLog, Place
 from walltopo.scans.folder import ScanFolder
+from walltopo.setting.ease import Way
+from walltopo.setting.rows import Proposals, Tweaks
+from walltopo.setting.wall import SetWall
+from walltopo.setting.wish import Wish
 
 __all__ = ["FOLLOWING", "Desk"]
 
@@ -47,6 +51,7 @@ class Desk:
         self._made = made
         self.shelf = Shelf()
         self._replaying = threading.Lock()
+        self._searching = threading.Lock()  # it takes a processor for seconds
         self._saving = threading.Lock()  # also: no run sweeps the folder while a file is written
         self._scanned: tuple[Reads, Scanned] | None = None
         self._touched: NDArray[np.bool_] | None = None
@@ -83,6 +88,18 @@ class Desk:
         """
         with self._saving:
             return save_log(self.folder, log, version or log_version(self.folder))
+
+    def proposed(self, log: EditLog, wish: Wish) -> Proposals:
+        """Problems for the wall as a log makes it; writes nothing."""
+        wall = self._wall(log)
+        with self._searching:
+            return wall.propose(wish)
+
+    def eased(self, log: EditLog, route: int, way: Way) -> Tweaks:
+        """What makes a route of the wall, as a log makes it, one grade easier or harder."""
+        wall = self._wall(log)
+        with self._searching:
+            return wall.ease(route, way)
 
     def state(self) -> State:
         """Whether the files of the scan show the log that is saved."""
@@ -129,6 +146,13 @@ class Desk:
                 self._problem, self._problem_key = str(error), problem_key(error)
             except Exception as error:  # the page must hear of it, and the server go on
                 self._problem = f"{type(error).__name__}: {error}"
+
+    def _wall(self, log: EditLog) -> SetWall:
+        with self._replaying:
+            scanned = self._load()
+            outcome = replay(scanned, log.edits)
+            floor_known = self.shelf.load(self.folder, "scale").floor_known
+        return SetWall.of(outcome.holds.holds, outcome.routes.routes, scanned.unit, floor_known)
 
     def _load(self) -> Scanned:
         """What the scan found; built anew where a file of it changed."""

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import InputError, Mask, Progress
+from walltopo.core import InputError, Progress
 from walltopo.core.files import atomic_path
+from walltopo.core.workers import Here, Workers
 from walltopo.detect.contract import DetectSettings, Reads, Writes
 from walltopo.detect.detector import Detector, open_detector
 from walltopo.detect.draw import draw_found
+from walltopo.detect.found import Found
 from walltopo.imaging.photo_file import read_rgb
 from walltopo.scans.context import Context
 from walltopo.scans.detections import Detections
@@ -40,11 +44,26 @@ def _save_drawing(path: Path, picture: NDArray[np.uint8]) -> None:
         cv2.imwrite(str(temporary), cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
 
 
-def _walk(photos: Sequence[Path], progress: Progress) -> Iterator[tuple[Path, NDArray[np.uint8]]]:
-    progress.step("detect", len(photos))
-    for path in photos:
-        yield path, read_rgb(path)
-        progress.advance()
+@dataclass(frozen=True)
+class _Look:
+    """What was seen in one photo, and how long it took."""
+
+    found: Found
+    size: tuple[int, int]
+    seconds: float
+    model: str
+    classes: dict[int, str]
+
+
+def _look(drawings: Path | None, detector: Detector, path: Path) -> _Look:
+    photo = read_rgb(path)
+    begin = time.perf_counter()
+    found = detector.detect(photo)
+    seconds = time.perf_counter() - begin
+    if drawings is not None:
+        _save_drawing(drawings / path.name, draw_found(photo, found))
+    size = (photo.shape[1], photo.shape[0])
+    return _Look(found, size, seconds, detector.description, dict(detector.classes))
 
 
 def detect_photos(
@@ -64,35 +83,47 @@ def detect_photos(
     -------
     What was found, and counts and times for the stage's summary.
     """
-    masks: dict[str, tuple[Mask, ...]] = {}
-    sizes: dict[str, tuple[int, int]] = {}
-    seconds: list[float] = []
-    for path, photo in _walk(photos, progress):
-        begin = time.perf_counter()
-        found = detector.detect(photo)
-        seconds.append(time.perf_counter() - begin)
-        masks[path.name] = found.masks
-        sizes[path.name] = (photo.shape[1], photo.shape[0])
-        progress.detail(f"{path.name}: {len(found)} objects in {seconds[-1]:.2f} s")
-        if drawings is not None:
-            _save_drawing(drawings / path.name, draw_found(photo, found))
-    counts = [len(m) for m in masks.values()]
-    empty = [name for name, m in masks.items() if not m]
+    return _detected(photos, lambda: detector, Here(), progress, drawings)
+
+
+def _detected(
+    photos: Sequence[Path],
+    opened: Callable[[], Detector],
+    workers: Workers,
+    progress: Progress,
+    drawings: Path | None = None,
+) -> tuple[Detections, Metrics]:
+    """As `detect_photos`, by these workers, each of which opens the detector once."""
+    progress.step("detect", len(photos))
+    looks: list[_Look] = []
+    for path, look in zip(
+        photos, workers.map(opened, partial(_look, drawings), photos), strict=True
+    ):
+        looks.append(look)
+        progress.advance()
+        progress.detail(f"{path.name}: {len(look.found)} objects in {look.seconds:.2f} s")
+    masks = {path.name: look.found.masks for path, look in zip(photos, looks, strict=True)}
+    sizes = {path.name: look.size for path, look in zip(photos, looks, strict=True)}
+    empty = [name for name, found in masks.items() if not found]
     if empty:
         progress.note(f"nothing found in {len(empty)} photos: {', '.join(empty[:5])}")
+    counts = [len(found) for found in masks.values()]
     metrics: Metrics = {
-        "model": detector.description,
+        "model": looks[0].model,
         "photos": len(photos),
         "masks": sum(counts),
         "masks_per_photo": round(float(np.mean(counts)), 1),
         "photos_without_masks": len(empty),
-        "seconds_per_photo": round(float(np.median(seconds)), 3),
+        "seconds_per_photo": round(float(np.median([look.seconds for look in looks])), 3),
     }
-    told = f"walltopo: {detector.description}"
-    return Detections(masks, sizes, dict(detector.classes), told), metrics
+    return Detections(masks, sizes, looks[0].classes, f"walltopo: {looks[0].model}"), metrics
 
 
 def run(reads: Reads, settings: DetectSettings, context: Context) -> Writes:
     """Detect holds and volumes in the scan's photos."""
     photos = sorted(reads.photos.path(photo.name) for photo in reads.photo_list.photos)
-    return Writes(*detect_photos(photos, open_detector(settings), context.progress))
+    workers = context.workers
+    if not settings.threads:
+        settings = replace(settings, threads=workers.threads)
+    opened = partial(open_detector, settings)
+    return Writes(*_detected(photos, opened, workers, context.progress))

@@ -26,6 +26,7 @@ from walltopo.core import (
     WalltopoError,
 )
 from walltopo.core.files import as_text, told_when_full
+from walltopo.core.workers import Here, Workers
 from walltopo.photos.sources import find_sources, is_video
 from walltopo.pipeline.forecast import Forecast, photos_of
 from walltopo.pipeline.freshness import changed_outputs, input_hash, outputs_of
@@ -97,6 +98,7 @@ def scan(
     verify: bool = False,
     accept_changes: bool = False,
     listener: Listener | None = None,
+    workers: Workers | None = None,
 ) -> ScanResult:
     """Run the stages that are missing, stale or changed.
 
@@ -111,6 +113,7 @@ def scan(
     verify : read every file, to find also the damage that left size and times as they were.
     accept_changes : take outputs that others changed as they are, rather than make them again.
     listener : told of progress.
+    workers : who computes the stages' parts that need not each other; this process where None.
 
     Raises
     ------
@@ -130,6 +133,7 @@ def scan(
             raise InputError(f"{folder.root}: no photos given, and none were ingested before")
         ledger = Ledger(folder.work / "hashes.json", trust=not verify)
         runner = _Runner(folder, manifest, settings, sources, listener, ledger, accept_changes)
+        runner.workers = workers or runner.workers
         first = 0 if force else len(STAGES) if from_stage is None else stage_index(from_stage)
         forced = [stage for stage in chosen if stage_index(stage.name) >= first]
         due = runner.due(chosen, forced)
@@ -143,8 +147,10 @@ def scan(
                 for stage in chosen:
                     runner.run(stage, stage in forced)
         finally:
-            with suppress(WalltopoError):  # a cache: without it the next run reads more
-                ledger.save()
+            # A cache: without it the next run reads more. A folder that is no scan yet stays empty.
+            if folder.manifest.exists():
+                with suppress(WalltopoError):
+                    ledger.save()
         metrics = {name: record.metrics for name, record in manifest.stages.items()}
         return ScanResult(folder, metrics, tuple(runner.ran))
 
@@ -218,6 +224,7 @@ class _Runner:
         self.sources, self.listener, self.ledger = sources, listener, ledger
         self.accept_changes = accept_changes
         self.load = load
+        self.workers: Workers = Here()
         self.ran: list[str] = []
 
     def due(self, stages: Sequence[Stage], forced: Sequence[Stage]) -> list[Stage]:
@@ -302,6 +309,7 @@ class _Runner:
             sources=self.sources,
             records=self.manifest.stages,
             load=self.load,
+            workers=self.workers,
         )
 
     def _inputs(self, stage: Stage) -> str:
@@ -358,6 +366,7 @@ def run_stage(
     sources: Sequence[Path] = (),
     records: Mapping[str, StageRecord] | None = None,
     load: Load = load_artifact,
+    workers: Workers | None = None,
 ) -> Metrics:
     """Load what one stage declares, run it, store what it returns; its figures.
 
@@ -366,6 +375,7 @@ def run_stage(
     settings : the stage's section.
     sources : what ingest reads; records : what the stages said before, for the report.
     load : gives an artifact of a scan by its name.
+    workers : see `scan`.
 
     Raises
     ------
@@ -385,6 +395,7 @@ def run_stage(
             scratch=Path(scratch),
             cache=folder.work,
             progress=progress or Silent(),
+            workers=(workers or Here()).within(Path(scratch)),
             title=as_text(folder.root.resolve().name),
             records=records or {},
         )

@@ -4,9 +4,9 @@ import { h, icon } from "../dom";
 import type { Shape } from "../dom";
 import { say } from "../languages";
 
-export type Mode = "choose" | "several" | "add" | "paint" | "erase" | "cut" | "leftOut";
+export type Mode = "choose" | "several" | "add" | "paint" | "erase" | "cut" | "leftOut" | "propose";
 
-const MODES: Mode[] = ["add", "several", "paint", "erase", "leftOut"];
+const MODES = ["add", "several", "paint", "erase", "leftOut", "propose"] as const satisfies Mode[];
 
 export interface BarActs {
   mode(mode: Mode): void;
@@ -38,7 +38,8 @@ export class Bar {
   private measured = { width: 0, height: 0 };
 
   constructor(on: BarActs) {
-    const { edit } = say();
+    const { edit, setting } = say();
+    const named = { ...edit, propose: setting.propose };
     const add = (key: string, text: string, act: () => void, shape?: Shape): HTMLButtonElement => {
       const button = h("button", { class: "pill", "data-act": key, onClick: act }, shape ? icon(shape) : null, text);
       this.buttons.set(key, button);
@@ -55,7 +56,7 @@ export class Bar {
     add("save", edit.save, () => on.save(), "save").classList.add("main");
     this.root.append(this.said);
     add("check", edit.check, () => on.check()).title = edit.checkHint;
-    for (const mode of MODES) add(mode, edit[mode], () => on.mode(mode));
+    for (const mode of MODES) add(mode, named[mode], () => on.mode(mode));
     this.size.addEventListener("input", () => on.brush(Number(this.size.value) / 100));
     this.root.append(this.size);
   }

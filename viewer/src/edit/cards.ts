@@ -7,6 +7,7 @@ import { colourName, holdName, holdSwatch, leftOutWords, routeName, typeName } f
 import { button, choice, line, oneOf, paragraph } from "./form";
 import { NONE, refOf, routeRef } from "./log";
 import type { Edit, Role, RouteFacts } from "./log";
+import type { Way } from "./server";
 
 const TYPES = ["jug", "crimp", "sloper", "pinch", "pocket", "foothold"];
 const ROLES: Role[] = ["start", "top", "zone", "foot", "hand"];
@@ -20,6 +21,8 @@ export interface Acts {
   change(...step: Edit[]): void;
   doubted(hold: Hold | Route): boolean;
   cut(): void;
+  /** Ask what makes a route one grade easier, or harder. */
+  ease(route: Route, way: Way): void;
   photos(hold: Hold): HTMLElement;
   choose(route: number | null, hold: number | null): void;
 }
@@ -37,6 +40,12 @@ function confirmed(route: Route, tables: Tables): Edit[] {
   return (["start", "top"] as const).flatMap((role) =>
     (route[role] ?? []).map((id): Edit => ({ do: "role", hold: refOf(tables.holds.get(id)!), route: to, role })),
   );
+}
+
+/** Entries that take a route off the wall; its holds stay on their others. */
+function gone(route: Route, tables: Tables): Edit[] {
+  const to = { id: route.id };
+  return route.holds.map((id): Edit => ({ do: "leave", hold: refOf(tables.holds.get(id)!), route: to }));
 }
 
 export function holdControls(hold: Hold, on: Acts): HTMLElement[] {
@@ -105,6 +114,17 @@ export function routeControls(route: Route, on: Acts): HTMLElement[] {
       paragraph(edit.description, route.description ?? "", (description) => set({ description })),
     ),
   ];
+  const { setting } = say();
+  parts.push(
+    h(
+      "div",
+      { class: "fields" },
+      button(setting.easier, () => on.ease(route, "easier")),
+      button(setting.harder, () => on.ease(route, "harder")),
+      route.proposed && button(setting.climbed, () => set({ proposed: false })),
+      route.proposed && button(setting.takeOff, () => on.change(...gone(route, tables))),
+    ),
+  );
   if (on.doubted(route)) {
     parts.push(...doubts, button(edit.right, () => on.change(...confirmed(route, tables))));
   }

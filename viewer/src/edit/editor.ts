@@ -19,6 +19,7 @@ import { refOf } from "./log";
 import { Photos } from "./photos";
 import type { Server } from "./server";
 import { Session } from "./session";
+import { Setting } from "./setting";
 
 const NEAR = 0.05; // metres: a tap this near to an instance that was left out means it
 export class Editor {
@@ -35,6 +36,7 @@ export class Editor {
   private readonly bar: Bar;
   private readonly brush: Brush;
   private readonly photos: Photos;
+  private readonly setting: Setting;
   private readonly gone = new AbortController();
 
   constructor(
@@ -46,6 +48,21 @@ export class Editor {
     const on = { shown: () => this.shown(), stirred: () => this.showBar(), say: (text: string) => host.say(text) };
     this.session = new Session(base, server, on, signal);
     this.photos = new Photos(server);
+    const { session } = this;
+    this.setting = new Setting(host, server, {
+      get tables() {
+        return session.result.tables;
+      },
+      get entries() {
+        return session.entries;
+      },
+      fresh: () => session.freshRoute,
+      change: (then, ...step) => {
+        this.then = then;
+        session.change(...step);
+      },
+      leave: () => this.setMode("choose"),
+    });
     this.bar = new Bar({
       mode: (mode) => this.setMode(mode),
       undo: () => this.session.undo(),
@@ -69,8 +86,14 @@ export class Editor {
     return this.bar.height;
   }
 
+  /** A route that is thought of, to be shown in the stead of the chosen one. */
+  get preview(): Route | null {
+    return this.setting.preview;
+  }
+
   dispose(): void {
     this.gone.abort();
+    this.setting.end();
     this.bar.root.remove();
   }
 
@@ -81,6 +104,7 @@ export class Editor {
     const known = hit !== null && this.session.result.tables.holds.has(hit.hold);
     if (this.mode === "paint" || this.mode === "erase") return true;
     if (this.mode === "cut") return this.cutAt(hit);
+    if (this.mode === "propose") return true;
     if (this.mode === "several") {
       if (known && !this.marked.delete(hit.hold)) this.marked.add(hit.hold);
       this.host.refresh();
@@ -105,6 +129,7 @@ export class Editor {
       const holds = [...this.marked].flatMap((id) => this.session.result.tables.holds.get(id) ?? []);
       return severalCard(holds, { ...this.acts(), done: () => this.setMode("choose"), fresh: () => this.session.freshRoute }, close);
     }
+    if (this.mode === "propose") return this.setting.card(close);
     const absent = this.session.result.leftOut.get(this.absent ?? -1);
     if (absent) return leftOutCard(absent, this.acts(), close);
     if (this.mode !== "leftOut") return null;
@@ -126,6 +151,10 @@ export class Editor {
       change: (...step) => this.session.change(...step),
       doubted: (row) => this.doubts.includes(row),
       cut: () => this.setMode("cut"),
+      ease: (route, way) => {
+        this.setMode("propose");
+        this.setting.ease(route, way);
+      },
       photos: (hold) => this.photos.strip(hold, Boolean(hold.left_out) || this.isNew(hold)),
       choose: (route, hold) => this.host.select(route, hold),
     };
@@ -238,15 +267,16 @@ export class Editor {
     this.mode = this.mode === mode ? "choose" : mode;
     this.absent = null;
     this.from = null;
+    this.setting.end();
     if (this.mode !== "several") this.marked.clear();
     if (this.mode === "paint" && !this.host.chosen().hold) {
       this.mode = "choose";
       this.host.say(edit.chooseFirst);
     }
-    if (this.mode === "several" || this.mode === "leftOut" || this.mode === "add") this.host.select(null, null);
+    if (this.mode === "several" || this.mode === "leftOut" || this.mode === "add" || this.mode === "propose") this.host.select(null, null);
     if (this.mode === "add") this.host.say(edit.addHint);
     if (this.mode === "cut") this.host.say(edit.cutFirst);
-    const aiming = this.mode !== "choose" && this.mode !== "leftOut";
+    const aiming = this.mode !== "choose" && this.mode !== "leftOut" && this.mode !== "propose";
     this.host.view.classList.toggle("painting", aiming);
     this.host.dots(this.dots());
     this.host.refresh();

@@ -17,5 +17,7 @@ export interface Host {
   refresh(): void;
   /** Dots over the picture. */
   dots(places: Vec3[]): void;
+  /** Bring a route into the picture, one that the tables do not have too. */
+  frame(route: Route): void;
   say(text: string): void;
 }

@@ -19,6 +19,7 @@ export interface RouteFacts {
   description?: string;
   /** ISO. */
   date?: string;
+  proposed?: boolean;
 }
 
 export type Edit =
@@ -31,7 +32,8 @@ export type Edit =
   | { do: "join"; holds: Ref[] }
   | { do: "merge"; routes: Ref[] }
   | { do: "split"; route: Ref; holds: Ref[]; new: number }
-  | { do: "assign"; hold: Ref; route: Ref }
+  | { do: "assign" | "share" | "leave"; hold: Ref; route: Ref }
+  | { do: "problem"; hands: Ref[]; start: Ref[]; top: Ref[]; feet: Ref[]; new: number; proposed: boolean }
   | ({ do: "route"; route: Ref } & RouteFacts);
 
 export const NONE: Ref = { id: 0 };

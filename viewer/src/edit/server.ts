@@ -3,7 +3,10 @@
 import type { Vec3 } from "../types";
 import type { Edit } from "./log";
 import { say } from "../languages";
+import type { Miss } from "../languages/setting";
+import type { Climber, RouteMoves } from "../moves";
 import type { RawResult } from "./result";
+import type { Wish } from "./setting-cards";
 
 /** A place in a photo: where in the picture it is, 0 to 1 from its top left. */
 export interface Crop {
@@ -23,6 +26,34 @@ export interface State {
   problem: string;
   key: string;
 }
+
+/** A problem that is proposed (`walltopo.setting.rows`). */
+export interface Proposal {
+  hands: number[];
+  start: number[];
+  top: number[];
+  feet: number[];
+  grade: Grade;
+  moves: number;
+  misses: Miss[];
+  climbers: Climber[];
+}
+
+/** One hold that changes how hard a route is. */
+export interface Tweak {
+  do: "add a foothold" | "add a handhold" | "take away";
+  hold: number;
+  /** Another route that it is on; 0: none. */
+  on: number;
+  by: number;
+  grade: Grade;
+  /** Share of its effort that the hardest move takes less. */
+  eases: number;
+  climbers: Climber[];
+}
+
+export type Grade = NonNullable<RouteMoves["grade"]>;
+export type Way = "easier" | "harder";
 
 /** What a server that refuses says: ours, or one of `application/problem+json`. */
 interface Refusal {
@@ -60,6 +91,15 @@ export class Server {
   async save(edits: readonly Edit[]): Promise<void> {
     const said = { version: this.version, edits: { version: 2, edits } };
     this.version = (await this.post<{ version: string }>("", said)).version;
+  }
+
+  /** Problems on the holds of the wall as the log makes it; takes seconds. */
+  propose(edits: readonly Edit[], wish: Wish): Promise<{ unit: number; proposals: Proposal[] }> {
+    return this.post("/problems", { edits: { version: 2, edits }, wish });
+  }
+
+  ease(edits: readonly Edit[], route: number, way: Way): Promise<{ unit: number; grade: Grade; tweaks: Tweak[] }> {
+    return this.post("/ease", { edits: { version: 2, edits }, route, way });
   }
 
   state(): Promise<State> {

@@ -1,6 +1,7 @@
 /** Česky. */
 
 import type { Language } from "./en";
+import { setting } from "./setting";
 
 export const cs: Language = {
   code: "cs",
@@ -186,6 +187,7 @@ export const cs: Language = {
     notWritten: (why) => `Uloženo, ale stránky nebylo možné zapsat: ${why}`,
     without: (entry, why) => `Úprava ${entry} byla vynechána: ${why}`,
   },
+  setting: setting.cs,
   people: { child: "Dítě", short: "Nižší dospělý", adult: "Dospělý", tall: "Vysoký dospělý", you: "Ty" },
   limbs: {
     start: "Start",

@@ -1,5 +1,8 @@
 /** English: the language that the others are measured by. */
 
+import { setting } from "./setting";
+import type { SettingWords } from "./setting";
+
 export interface Forms {
   one: string;
   few?: string;
@@ -29,6 +32,7 @@ export interface Language {
     notWritten: (why: string) => string;
     without: (entry: number, why: string) => string;
   };
+  setting: SettingWords;
   /** Sentences with something in them. */
   people: Record<"child" | "short" | "adult" | "tall" | "you", string>;
   limbs: Record<"start" | "left hand" | "right hand" | "left foot" | "right foot", string>;
@@ -194,6 +198,7 @@ export const en: Language = {
     notWritten: (why) => `Saved, but the pages could not be written: ${why}`,
     without: (entry, why) => `Edit ${entry} was left out: ${why}`,
   },
+  setting: setting.en,
   people: { child: "Child", short: "Short adult", adult: "Adult", tall: "Tall adult", you: "You" },
   limbs: {
     start: "Start",

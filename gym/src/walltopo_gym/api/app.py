@@ -12,17 +12,22 @@ from walltopo_gym.api import (
     climbing,
     climbing_sessions,
     comments,
+    competition_board,
+    competition_entries,
+    competitions,
     editing,
     floor_plan,
     follows,
     grades,
     gyms,
+    hall_messages,
     hall_paper,
     hall_screen,
     handovers,
     health,
     insight_aims,
     insights,
+    judging,
     logbook,
     me,
     members,
@@ -56,6 +61,7 @@ from walltopo_gym.api.observed import Observed
 from walltopo_gym.api.problems import PROBLEMS, handle_problems
 from walltopo_gym.api.rules import declare_rules
 from walltopo_gym.api.services import Services
+from walltopo_gym.competitions.live import LiveBoards
 
 __all__ = ["PREFIX", "build_app"]
 
@@ -63,8 +69,9 @@ PREFIX = "/api/v1"
 _ROOMS = (sign_up, sessions, me, passwords, second_factor, tokens, gyms, members, grades, walls,
           scans, uploads, floor_plan, publishing, plans, editing, routes, pictures, climbing,
           comments, logbook, tallies, profiles, passkeys, handovers, own_data, past, webhooks,
-          climbing_sessions, progress, boards, follows,
-          insights, insight_aims, hall_screen, hall_paper, about)  # fmt: skip
+          climbing_sessions, progress, boards, follows, insights, insight_aims,
+          hall_screen, hall_paper, hall_messages, competitions, competition_entries, judging,
+          competition_board, about)  # fmt: skip
 
 
 def build_app(services: Services) -> FastAPI:
@@ -87,6 +94,7 @@ def build_app(services: Services) -> FastAPI:
     )
     app.state.services = services
     app.state.metrics = metrics.Metrics(services)
+    app.state.boards = LiveBoards(services.database)
     api = APIRouter(prefix=PREFIX)
     for room in _ROOMS:
         declare_rules(room.router)

@@ -11,12 +11,14 @@ from pydantic import AwareDatetime, BaseModel, Field
 from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
+from walltopo_gym.accounts.models import Person
 from walltopo_gym.api.fields import Body, Text
 from walltopo_gym.api.paging import Cursor, Page, Size, page_of
 from walltopo_gym.api.routes import route_of
 from walltopo_gym.api.rules import Access, SignedInMay, gym_rule
 from walltopo_gym.api.services import Db
 from walltopo_gym.climbing.ascents import Climb, Kind, keep_ascent, take_back
+from walltopo_gym.climbing.edits import Edit, takes
 from walltopo_gym.climbing.models import Ascent, Opinion
 from walltopo_gym.clock import now
 from walltopo_gym.gyms.roles import Role
@@ -32,6 +34,20 @@ Wish = Literal["", "keep", "renew"]
 Words = Annotated[str, Field(max_length=500, pattern=r"^[^\x00-\x08\x0b-\x1f\x7f]*$")]
 
 
+class EditWords(Body):
+    """Which edit of a device this is, so that a copy of an older one that arrives late changes
+    nothing: `number` grows with each edit of the device, `age_s` is how long ago it was made when
+    it is sent, by the device's own clock."""
+
+    device: UUID
+    number: int = Field(ge=1, le=2**53)
+    age_s: float = Field(0, ge=0, le=1e9)
+
+    def read(self) -> Edit:
+        """As the rooms below know it."""
+        return Edit(self.device, self.number, self.age_s)
+
+
 class NewAscent(Body):
     """What one did on a route; `tries` of that day, `climbed_at` by one's own clock."""
 
@@ -40,6 +56,7 @@ class NewAscent(Body):
     tries: int = Field(1, ge=1, le=999)
     climbed_at: AwareDatetime
     note: Words = ""
+    edit: EditWords | None = None
 
 
 class AscentFacts(BaseModel):
@@ -72,15 +89,23 @@ class OpinionWords(Body):
     comment: Words = ""
 
 
+class NewOpinion(OpinionWords):
+    """What one thinks, and which edit of it this is."""
+
+    edit: EditWords | None = None
+
+
 @router.put("/gyms/{gym}/ascents/{ascent}")
 def put_ascent(
     ascent: UUID, body: NewAscent, response: Response, session: Db, access: ClimberMay
 ) -> OwnAscent:
     """Tell what one did; under an id that one's phone has made, so that it arrives once however
-    often it is sent. Sent again with other words it is corrected; taken back it stays."""
+    often it is sent. Sent again with other words it is corrected; taken back it stays. The answer
+    is what it says now: a late copy of an older `edit` changes nothing."""
     route = route_of(session, access, body.route_id)
     climb = Climb(body.kind, body.tries, body.climbed_at, body.note)
-    row, is_new = keep_ascent(session, ascent, access.actor.known, access.gym, route, climb)
+    edit = body.edit.read() if body.edit else None
+    row, is_new = keep_ascent(session, ascent, access.actor.known, access.gym, route, climb, edit)
     response.status_code = 201 if is_new else 200
     return OwnAscent.model_validate(row, from_attributes=True)
 
@@ -114,14 +139,20 @@ def read_opinion(route: UUID, session: Db, access: ClimberMay) -> OpinionWords:
 
 
 @router.put("/gyms/{gym}/routes/{route}/opinion", status_code=204)
-def put_opinion(route: UUID, body: OpinionWords, session: Db, access: ClimberMay) -> None:
-    """Say what one thinks of a route."""
+def put_opinion(route: UUID, body: NewOpinion, session: Db, access: ClimberMay) -> None:
+    """Say what one thinks of a route; a late copy of an older `edit` changes nothing."""
     found = route_of(session, access, route)
     if body.grade:
         check_grade(session, access.gym.id, found.grade_system_id, body.grade)
-    row = Opinion(route_id=route, person_id=access.actor.known, changed_at=now(),
-                  **body.model_dump())  # fmt: skip
-    session.merge(row)
+    me = access.actor.known
+    # One person's come one after the other, so that two copies at once are one.
+    session.execute(select(Person.id).where(Person.id == me).with_for_update())
+    row = _opinion(session, route, me) or Opinion(route_id=route, person_id=me)
+    if takes(row, body.edit.read() if body.edit else None):
+        row.changed_at = now()
+        for name, value in body.model_dump(exclude={"edit"}).items():
+            setattr(row, name, value)
+    session.add(row)
 
 
 @router.delete("/gyms/{gym}/routes/{route}/opinion", status_code=204)

@@ -15,8 +15,11 @@ from sqlalchemy.orm import Session
 
 from walltopo.core import InputError
 from walltopo.export.server.desk import Crop, State
+from walltopo.scans.bounds import Label
 from walltopo.scans.document import parse
 from walltopo.scans.edits import EditLog, Place
+from walltopo.setting.ease import Way
+from walltopo.setting.wish import Wish
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.api.routes import PublisherMay
 from walltopo_gym.api.rules import Access
@@ -47,6 +50,15 @@ class _Try(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 class _Save(_Try, frozen=True, forbid_unknown_fields=True):
     version: str
+
+
+class _Propose(_Try, frozen=True, forbid_unknown_fields=True):
+    wish: Wish
+
+
+class _Ease(_Try, frozen=True, forbid_unknown_fields=True):
+    route: Label
+    way: Way
 
 
 Asked = Annotated[dict[str, Any], Body()]
@@ -83,6 +95,20 @@ def try_edit_log(scan: UUID, body: Asked, services: ServicesOf, access: Publishe
     """What a log makes of the scan; changes nothing."""
     asked = parse(body, _Try, "edits")
     return _Plain({"result": _opened(services, access, scan).tried(asked.edits)})
+
+
+@router.post("/gyms/{gym}/scans/{scan}/editor/log/problems", response_model=None)
+def propose_problems(scan: UUID, body: Asked, services: ServicesOf, access: PublisherMay) -> _Plain:
+    """Problems for a wish, on the holds of the wall as a log makes it; changes nothing."""
+    asked = parse(body, _Propose, "wish")
+    return _Plain(_opened(services, access, scan).proposed(asked.edits, asked.wish))
+
+
+@router.post("/gyms/{gym}/scans/{scan}/editor/log/ease", response_model=None)
+def ease_route(scan: UUID, body: Asked, services: ServicesOf, access: PublisherMay) -> _Plain:
+    """Which hold makes a route one grade easier or harder; changes nothing."""
+    asked = parse(body, _Ease, "route")
+    return _Plain(_opened(services, access, scan).eased(asked.edits, asked.route, asked.way))
 
 
 @router.get("/gyms/{gym}/scans/{scan}/editor/log/state", response_model=None)

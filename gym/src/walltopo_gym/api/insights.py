@@ -16,7 +16,6 @@ from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.api.rules import Access, gym_rule
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.api.walls import wall_of
-from walltopo_gym.climbing.csv_tables import csv_table
 from walltopo_gym.clock import now
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.gyms.roles import Role
@@ -27,6 +26,7 @@ from walltopo_gym.insights.stripping import what_to_strip
 from walltopo_gym.insights.styles import styles
 from walltopo_gym.insights.usage import ENOUGH
 from walltopo_gym.insights.wishes import aims_of, wished
+from walltopo_gym.spreadsheets import csv_table
 from walltopo_gym.storage.files import FileStore
 
 __all__ = ["HoldInsights", "Insights", "holds_told", "router", "told"]

@@ -1,4 +1,5 @@
-"""What messengers and search engines read of a page before any script runs (https://ogp.me).
+"""What messengers and search engines read of a page before any script runs (https://ogp.me), and
+what a browser may fetch of it meanwhile.
 
 Only of what everybody may see: of a private gym nothing is said, whoever asks.
 """
@@ -24,20 +25,23 @@ _SITE = "walltopo"
 
 @dataclass(frozen=True)
 class _Preview:
-    """Title, one line, and the address of a picture; empty where there is none."""
+    """Title, one line, and the addresses of a picture and of a wall's first tier; empty where there
+    is none."""
 
     title: str
     line: str = ""
     picture: str = ""
     listed: bool = True
+    tier: str = ""
 
 
-def head_of(services: Services, place: str, *, indexed: bool) -> str:
+def head_of(services: Services, place: str, viewer: str, *, indexed: bool) -> str:
     """HTML of a page's title and tags.
 
     Parameters
     ----------
     place : path of the page, without a slash before it.
+    viewer : address of the script that shows walls.
     indexed : whether search engines may keep the page.
     """
     parts = place.strip("/").split("/")
@@ -58,6 +62,12 @@ def head_of(services: Services, place: str, *, indexed: bool) -> str:
         }
         tags.append('<meta name="twitter:card" content="summary_large_image">')
     tags += [f'<meta property="og:{name}" content="{escape(text)}">' for name, text in told.items()]
+    tags.append(f'<meta name="wall-viewer" content="{viewer}">')
+    if shown.tier:
+        # The app finds out only after some questions that it wants them; its own scripts go first.
+        early = '<link rel="preload" fetchpriority="low" as='
+        tags.append(f'{early}"script" href="{viewer}">')
+        tags.append(f'{early}"fetch" crossorigin href="{shown.tier}">')
     return "".join(tags)
 
 
@@ -80,14 +90,17 @@ def _of_gym(session: Session, gym: Gym, rest: list[str]) -> _Preview:
         return plain
     base = f"/api/v1/gyms/{gym.slug}"
     version = f"?v={wall.published_scan_id.hex[:8]}"
+    tier = f"{base}/scans/{wall.published_scan_id}/files/page/first.glb"
     if len(rest) >= 4 and rest[2] == "r" and (key := _key(rest[3])):
         route = session.get(Route, key)
         if route is not None and route.wall_id == wall.id:
             title = " ".join(filter(None, (route.name or route.colour, route.grade)))
             line = " · ".join(filter(None, (wall.name, gym.name, route.setter)))
-            return _Preview(title, line, f"{base}/routes/{route.id}/picture{version}", plain.listed)
+            picture = f"{base}/routes/{route.id}/picture{version}"
+            return _Preview(title, line, picture, plain.listed, tier)
     line = " · ".join(filter(None, (gym.name, gym.place)))
-    return _Preview(wall.name, line, f"{base}/walls/{wall.id}/picture{version}", plain.listed)
+    picture = f"{base}/walls/{wall.id}/picture{version}"
+    return _Preview(wall.name, line, picture, plain.listed, tier)
 
 
 def _key(text: str) -> UUID | None:

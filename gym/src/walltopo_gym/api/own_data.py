@@ -15,6 +15,7 @@ from walltopo_gym.api.rules import SignedInMay
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.climbing.own_data import all_of, ascents_csv, forget
 from walltopo_gym.errors import ForbiddenError
+from walltopo_gym.hall.models import KINDS
 
 __all__ = ["router"]
 
@@ -31,7 +32,7 @@ class Farewell(Body):
 def read_data(response: Response, session: Db, actor: SignedInMay) -> dict[str, Any]:
     """All that is kept of one, whole."""
     response.headers["content-disposition"] = 'attachment; filename="walltopo.json"'
-    return all_of(session, actor.known)
+    return all_of(session, actor.known, KINDS)
 
 
 @router.get("/me/ascents.csv", response_class=PlainTextResponse)

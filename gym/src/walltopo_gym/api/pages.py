@@ -132,9 +132,8 @@ def read_page(place: str, request: Request, services: ServicesOf) -> Response:
         raise NotFoundError("no such endpoint")
     is_embedded = first == "embed"
     shown = rest if is_embedded else place
-    head = head_of(services, shown, indexed=not is_embedded)
-    script = f'<meta name="wall-viewer" content="{_viewer()}">'
-    page = _assets()["/index.html"].content.decode().replace(_MARK, head + script)
+    head = head_of(services, shown, _viewer(), indexed=not is_embedded)
+    page = _assets()["/index.html"].content.decode().replace(_MARK, head)
     policy = _POLICY + ("*" if is_embedded else "'none'")
     headers = {"content-security-policy": policy, "cache-control": "private, no-cache"}
     return HTMLResponse(page, 200 if first in _PLACES else 404, headers)

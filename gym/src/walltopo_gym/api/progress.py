@@ -13,10 +13,10 @@ from starlette.responses import PlainTextResponse
 from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.api.rules import Access, gym_rule
 from walltopo_gym.api.services import Db
-from walltopo_gym.climbing.csv_tables import csv_table
 from walltopo_gym.climbing.progress import progress
 from walltopo_gym.clock import now
 from walltopo_gym.gyms.roles import Role
+from walltopo_gym.spreadsheets import csv_table
 
 __all__ = ["router"]
 

@@ -13,9 +13,9 @@ from walltopo_gym.api.app import build_app
 from walltopo_gym.api.logs import log_config
 from walltopo_gym.api.services import Services
 from walltopo_gym.migrations.run import migrate
-from walltopo_gym.publishing.work import at_work
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.uploads.receiving import finish_all
+from walltopo_gym.work import at_work
 
 __all__ = ["serve"]
 

@@ -11,6 +11,7 @@ from fastapi import Depends, Request
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.passwords import Passwords
+from walltopo_gym.competitions.live import LiveBoards
 from walltopo_gym.database.engine import Database
 from walltopo_gym.editing.desks import Desks
 from walltopo_gym.mail import Mailer, make_mailer
@@ -18,7 +19,7 @@ from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import FileStore, open_store
 from walltopo_gym.uploads.incoming import Incoming
 
-__all__ = ["Db", "Services", "ServicesOf", "is_reading", "network_of"]
+__all__ = ["BoardsOf", "Db", "Services", "ServicesOf", "is_reading", "network_of"]
 
 _READING = {"GET", "HEAD", "OPTIONS"}
 
@@ -62,6 +63,14 @@ def _services(request: Request) -> Services:
 
 
 ServicesOf = Annotated[Services, Depends(_services)]
+
+
+def _boards(request: Request) -> LiveBoards:
+    boards: LiveBoards = request.app.state.boards
+    return boards
+
+
+BoardsOf = Annotated[LiveBoards, Depends(_boards)]
 
 
 def is_reading(request: Request) -> bool:

@@ -89,8 +89,8 @@ def _worker(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo_gym.api.logs import log_config
     from walltopo_gym.cli.place import opened, settings_of
-    from walltopo_gym.publishing.work import work
     from walltopo_gym.storage.files import open_store
+    from walltopo_gym.work import work
 
     settings = settings_of(args)
     logging.config.dictConfig(log_config(settings.log))

@@ -13,6 +13,7 @@ from sqlalchemy.orm import Session
 from walltopo.core import InputError
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.climbing.counting import count_again, value
+from walltopo_gym.climbing.edits import Edit, takes
 from walltopo_gym.climbing.models import Ascent
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError, NotFoundError
@@ -49,11 +50,13 @@ class Climb:
 
 
 def keep_ascent(
-    session: Session, ascent: UUID, person: UUID, gym: Gym, route: Route, climb: Climb
-) -> tuple[Ascent, bool]:
+    session: Session, ascent: UUID, person: UUID, gym: Gym, route: Route, climb: Climb,
+    edit: Edit | None = None,
+) -> tuple[Ascent, bool]:  # fmt: skip
     """Keep an ascent, and whether it is new; one that is there already is made to say this.
 
-    A clock that is ahead counts as now. One that was taken back stays so.
+    A clock that is ahead counts as now. One that was taken back stays so, and one that says
+    something newer does.
 
     Raises
     ------
@@ -78,6 +81,8 @@ def keep_ascent(
         return row, False
     elif row.route_id != route.id:
         raise ConflictError("this ascent is of another route", "Take it back, and make a new one.")
+    if not takes(row, edit):
+        return row, False
     before = set() if is_new else {row.climbed_at}
     row.kind, row.tries, row.note = climb.kind, climb.tries, climb.note
     row.climbed_at = min(climb.climbed_at, now())

@@ -8,13 +8,14 @@ from uuid import UUID
 from sqlalchemy import ForeignKey, Index, String, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column
 
+from walltopo_gym.climbing.edits import Edited
 from walltopo_gym.clock import now
 from walltopo_gym.database.base import Base, Keyed
 
 __all__ = ["Ascent", "Follow", "HiddenComment", "Opinion", "Report"]
 
 
-class Ascent(Keyed, Base):
+class Ascent(Edited, Keyed, Base):
     """What somebody did on a route; `id` is made by their phone, so that it arrives once.
 
     `kind`: "flash", "top", "zone", "try" or "project"; `tries` of that day. It outlives the route
@@ -53,7 +54,7 @@ class Ascent(Keyed, Base):
     pinned_at: Mapped[datetime | None]
 
 
-class Opinion(Base):
+class Opinion(Edited, Base):
     """What somebody thinks of a route; one a person and route.
 
     `grade` is a label of the route's grade system or empty; `stars` 1 to 5; `wish`: "", "keep" or

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
 from uuid import UUID
 
@@ -23,12 +23,14 @@ from walltopo_gym.accounts.models import (
     SignIn,
 )
 from walltopo_gym.climbing.counted_models import ClimbingSession, SessionMark, Standing
-from walltopo_gym.climbing.csv_tables import csv_table
 from walltopo_gym.climbing.follows import followers, following
 from walltopo_gym.climbing.models import Ascent, HiddenComment, Opinion, Report
+from walltopo_gym.competitions.entering import forget_names
+from walltopo_gym.competitions.models import Entry, ScoreEvent, WaiverSignature
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.gyms.models import Ban, Gym, Membership
 from walltopo_gym.gyms.roles import Role
+from walltopo_gym.spreadsheets import csv_table
 
 __all__ = ["all_of", "ascents_csv", "forget"]
 
@@ -43,6 +45,9 @@ _KINDS: Final[dict[str, Any]] = {
     "standings": Standing,
     "hidden_comments": HiddenComment,
     "reports": Report,
+    "competition_entries": Entry,
+    "competition_waivers": WaiverSignature,
+    "score_events": ScoreEvent,
     "bans": Ban,
     "sign_ins": SignIn,
     "browsers": KnownBrowser,
@@ -65,10 +70,15 @@ _LEFT_OUT: Final = {
 _COLUMNS: Final = ("climbed_at", "gym_name", "route_name", "grade", "kind", "tries", "note")
 
 
-def all_of(session: Session, person: UUID) -> dict[str, Any]:
-    """The account and every row of it; hashes of secrets apart."""
+def all_of(session: Session, person: UUID, above: Mapping[str, Any]) -> dict[str, Any]:
+    """The account and every row of it; hashes of secrets apart.
+
+    Parameters
+    ----------
+    above : tables of rooms above this one that name a person, too.
+    """
     told: dict[str, Any] = {"account": _row(session.get_one(Person, person))}
-    for name, kind in _KINDS.items():
+    for name, kind in {**_KINDS, **above}.items():
         mine: Select[Any] = select(kind).where(kind.person_id == person)
         told[name] = [_row(row) for row in session.scalars(mine)]
     told["following"] = [vars(known) for known in following(session, person)]
@@ -111,6 +121,7 @@ def forget(session: Session, person: UUID) -> None:
                 f"{gym.name} would be left without an owner",
                 "Make somebody else its owner first, or close it.",
             )
+    forget_names(session, person)
     session.execute(delete(Person).where(Person.id == person))
     log_change(session, "person.delete", person=person)
 

@@ -62,7 +62,7 @@ def fill(session: Session, gym: Gym, routes: Sequence[Route], until: datetime) -
         )
     for who, which in sorted(seen):
         if rng.random() < 0.5:
-            session.add(_opinion(rng, people[who], routes[which], until))
+            session.add(_opinion(rng, people[who], routes[which], until, tired=which == 0))
 
 
 def fill_own(
@@ -144,10 +144,13 @@ def _ascent(
     )  # fmt: skip
 
 
-def _opinion(rng: np.random.Generator, person: Person, route: Route, until: datetime) -> Opinion:
+def _opinion(
+    rng: np.random.Generator, person: Person, route: Route, until: datetime, *, tired: bool
+) -> Opinion:
+    """What somebody says of a route; of one they are `tired` of most want another."""
     grade = FONT[int(np.clip(FONT.index(route.grade) + rng.integers(-1, 2), 0, len(FONT) - 1))]
     return Opinion(
         person_id=person.id, route_id=route.id, grade=grade, stars=int(rng.integers(2, 6)),
-        wish=str(rng.choice(["", "", "keep", "renew"])),
+        wish=str(rng.choice(["", "renew" if tired else "", "keep", "renew"])),
         comment=str(rng.choice(_SAID)) if rng.random() < 0.15 else "", changed_at=until,
     )  # fmt: skip

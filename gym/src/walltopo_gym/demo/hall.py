@@ -27,7 +27,9 @@ from walltopo_gym.accounts.people import add_person, find_person, set_password
 from walltopo_gym.climbing.counting import recount
 from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
+from walltopo_gym.demo.aims import fill_aims
 from walltopo_gym.demo.crowd import fill, fill_own
+from walltopo_gym.demo.cups import hold_cups
 from walltopo_gym.gyms.grades import FONT
 from walltopo_gym.gyms.members import add_member
 from walltopo_gym.gyms.models import GradeSystem, Gym, Wall
@@ -36,7 +38,6 @@ from walltopo_gym.gyms.roles import Role
 from walltopo_gym.publishing.change import Entry, Placed, publish
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.publishing.review import found_routes
-from walltopo_gym.publishing.work import at_work
 from walltopo_gym.scans.asking import begin, start
 from walltopo_gym.scans.models import Scan, ScanProgress
 from walltopo_gym.scans.states import State
@@ -45,6 +46,7 @@ from walltopo_gym.storage.files import FileStore, hash_of_file
 from walltopo_gym.uploads.incoming import Incoming
 from walltopo_gym.uploads.models import Photo
 from walltopo_gym.uploads.receiving import announce, finish
+from walltopo_gym.work import at_work
 
 __all__ = ["SLUG", "Hall", "name_routes"]
 
@@ -52,6 +54,7 @@ SLUG: Final = "demo"
 _ACCOUNTS: Final = "demo-accounts.json"
 _NAMES: Final = ("Moonshine", "Left Turn", "Cold Coffee", "The Plum", "Paperclip", "Slow Motion",
                  "Half a Sandwich", "Sunday", "Old Friend", "Quiet Feet")  # fmt: skip
+_SETTERS: Final = ("Demo setter", "Nadia (made up)")
 _LOOK_S: Final = 0.5
 
 Found = TypeVar("Found")
@@ -92,7 +95,9 @@ class Hall:
             routes = session.scalars(hanging).all()
             fill(session, gym, routes, now())
             fill_own(session, gym, self._person(f"climber@{SLUG}.example"), routes, now())
+            hold_cups(session, gym, setter, routes, now())
             recount(session, gym)
+            fill_aims(session, gym, routes, now())
         return accounts
 
     def _accounts(self) -> dict[str, str]:
@@ -211,7 +216,7 @@ def name_routes(found: dict[int, FoundRoute]) -> dict[int, dict[str, object]]:
             "name": _NAMES[place % len(_NAMES)],
             "grade": FONT[min(first + 2 * place, len(FONT) - 1)],
             "colour": route.colour,
-            "setter": "Demo setter",
+            "setter": _SETTERS[place % len(_SETTERS)],
         }
         for place, route in enumerate(harder)
     }

@@ -14,6 +14,8 @@ from walltopo.desk.log_file import log_version
 from walltopo.export.server.desk import Crop, State
 from walltopo.scans.edits import EditLog, Place
 from walltopo.scans.folder import ScanFolder
+from walltopo.setting.ease import Way
+from walltopo.setting.wish import Wish
 from walltopo_gym.database.engine import Database
 from walltopo_gym.editing.log import mark_shown, read_log
 from walltopo_gym.scans.pictures import keep_front
@@ -49,6 +51,14 @@ class Opened:
     def tried(self, log: EditLog) -> msgspec.Struct:
         """What a log makes of the scan; writes nothing."""
         return self._desk.tried(log)
+
+    def proposed(self, log: EditLog, wish: Wish) -> msgspec.Struct:
+        """Problems for the wall as a log makes it; takes seconds, writes nothing."""
+        return self._desk.proposed(log, wish)
+
+    def eased(self, log: EditLog, route: int, way: Way) -> msgspec.Struct:
+        """What makes a route one grade easier or harder; writes nothing."""
+        return self._desk.eased(log, route, way)
 
     def carry_out(self) -> None:
         """Make what follows from the log that is saved."""

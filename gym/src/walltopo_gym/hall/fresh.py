@@ -14,6 +14,7 @@ from walltopo_gym.climbing.counted_models import ClimbingSession
 from walltopo_gym.climbing.counting import zone_of
 from walltopo_gym.climbing.visits import gym_day
 from walltopo_gym.clock import now
+from walltopo_gym.competitions.calendar import dates_of
 from walltopo_gym.gyms.models import Gym, Wall
 from walltopo_gym.publishing.hanging import gym_routes
 from walltopo_gym.publishing.models import Plan, Route
@@ -64,7 +65,7 @@ def fresh(session: Session, gym: Gym, days: int, wall: UUID | None = None) -> li
 
 def coming(session: Session, gym: Gym) -> list[Date]:
     """What is planned, the next first."""
-    found = [*_resets(session, gym), *_strips(session, gym)]
+    found = [*_resets(session, gym), *_strips(session, gym), *_competitions(session, gym)]
     zone = zone_of(gym)
 
     def order(date: Date) -> tuple[date, str]:
@@ -102,6 +103,15 @@ def _strips(session: Session, gym: Gym) -> list[Date]:
              number=number)
         for on, wall, number in going
         if on is not None
+    ]  # fmt: skip
+
+
+def _competitions(session: Session, gym: Gym) -> list[Date]:
+    return [
+        Date("competition", f"competition-{each.competition_id}", each.starts_at, each.name,
+             f"/g/{gym.slug}/competitions/{each.competition_id}", each.ends_at)
+        for each in dates_of(session, gym.id)
+        if (each.ends_at or each.starts_at) > now() and each.starts_at < now() + _AHEAD
     ]  # fmt: skip
 
 

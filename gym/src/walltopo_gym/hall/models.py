@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from datetime import datetime
-from typing import Any
+from typing import Any, Final
 from uuid import UUID
 
 from sqlalchemy import JSON, ForeignKey, Index, String, Text, UniqueConstraint
@@ -11,7 +11,7 @@ from sqlalchemy.orm import Mapped, mapped_column
 
 from walltopo_gym.database.base import Base, Keyed
 
-__all__ = ["HallSettings", "Message", "PushAddress", "ServerSecret", "Wishes"]
+__all__ = ["KINDS", "HallSettings", "Message", "PushAddress", "ServerSecret", "Wishes"]
 
 _PERSON = "people.id"
 
@@ -102,3 +102,9 @@ class ServerSecret(Base):
 
     name: Mapped[str] = mapped_column(String(40), primary_key=True)
     content: Mapped[str] = mapped_column(Text)
+
+
+# The tables that name a person, for whoever asks for all of theirs.
+KINDS: Final[dict[str, Any]] = {
+    "wishes": Wishes, "push_addresses": PushAddress, "messages": Message,
+}  # fmt: skip

@@ -7,6 +7,7 @@ from sqlalchemy import MetaData
 from walltopo_gym.accounts import models as _accounts
 from walltopo_gym.climbing import counted_models as _counted
 from walltopo_gym.climbing import models as _climbing
+from walltopo_gym.competitions import models as _competitions
 from walltopo_gym.database.base import Base
 from walltopo_gym.editing import models as _editing
 from walltopo_gym.gyms import models as _gyms
@@ -19,6 +20,6 @@ from walltopo_gym.webhooks import models as _webhooks
 
 __all__ = ["METADATA"]
 
-_ROOMS = (_accounts, _gyms, _scans, _uploads, _publishing, _editing, _climbing, _counted,
-          _webhooks, _insights, _hall)  # fmt: skip
+_ROOMS = (_accounts, _gyms, _scans, _uploads, _publishing, _editing, _competitions, _climbing,
+          _counted, _webhooks, _insights, _hall)  # fmt: skip
 METADATA: MetaData = Base.metadata

@@ -16,6 +16,7 @@ import json
 import secrets
 import socket
 import ssl
+from collections.abc import Mapping
 from http.client import HTTPConnection, HTTPException, HTTPSConnection
 from ipaddress import ip_address
 from typing import Any, Final
@@ -24,7 +25,7 @@ from uuid import UUID
 
 from walltopo.core import InputError
 
-__all__ = ["check_url", "new_signing_secret", "send", "signature"]
+__all__ = ["check_url", "new_signing_secret", "post", "send", "signature"]
 
 _PREFIX: Final = "whsec_"
 _PATIENCE_S: Final = 10
@@ -78,6 +79,25 @@ def send(
     ------
     InputError : the address is none, or one of our own networks; OSError : it was not taken.
     """
+    content = json.dumps(body).encode()
+    headers = {
+        "content-type": "application/json",
+        "webhook-id": str(message),
+        "webhook-timestamp": str(at),
+        "webhook-signature": signature(secret, message, at, content),
+    }
+    status = post(url, content, headers, private=private)
+    if not 200 <= status < 300:
+        raise OSError(f"answered {status}")
+
+
+def post(url: str, content: bytes, headers: Mapping[str, str], *, private: bool) -> int:
+    """Send bytes to somebody's address; the status of the answer.
+
+    Raises
+    ------
+    InputError : the address is none, or one of our own networks; OSError : nothing came back.
+    """
     check_url(url, private=private)
     parts = urlsplit(url)
     assert parts.hostname is not None
@@ -87,24 +107,14 @@ def send(
         for entry in found:
             _refuse_private(str(entry[4][0]))
     connection = _connection(parts.scheme, parts.hostname, port, str(found[0][4][0]))
-    content = json.dumps(body).encode()
-    headers = {
-        "content-type": "application/json",
-        "user-agent": "walltopo-gym",
-        "webhook-id": str(message),
-        "webhook-timestamp": str(at),
-        "webhook-signature": signature(secret, message, at, content),
-    }
     path = (parts.path or "/") + (f"?{parts.query}" if parts.query else "")
     try:
-        connection.request("POST", path, content, headers)
-        status = connection.getresponse().status
+        connection.request("POST", path, content, {"user-agent": "walltopo-gym", **headers})
+        return connection.getresponse().status
     except HTTPException as error:
         raise OSError(f"no HTTP came back ({error})") from error
     finally:
         connection.close()
-    if not 200 <= status < 300:
-        raise OSError(f"answered {status}")
 
 
 def _refuse_private(address: str) -> None:

@@ -1131,6 +1131,46 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/gyms/{gym}/scans/{scan}/editor/log/problems": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Propose Problems
+         * @description Problems for a wish, on the holds of the wall as a log makes it; changes nothing.
+         */
+        post: operations["propose_problems"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/scans/{scan}/editor/log/ease": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Ease Route
+         * @description Which hold makes a route one grade easier or harder; changes nothing.
+         */
+        post: operations["ease_route"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/gyms/{gym}/scans/{scan}/editor/log/state": {
         parameters: {
             query?: never;
@@ -1286,7 +1326,8 @@ export interface paths {
         /**
          * Put Ascent
          * @description Tell what one did; under an id that one's phone has made, so that it arrives once however
-         *     often it is sent. Sent again with other words it is corrected; taken back it stays.
+         *     often it is sent. Sent again with other words it is corrected; taken back it stays. The answer
+         *     is what it says now: a late copy of an older `edit` changes nothing.
          */
         put: operations["put_ascent"];
         post?: never;
@@ -1350,7 +1391,7 @@ export interface paths {
         get: operations["read_opinion"];
         /**
          * Put Opinion
-         * @description Say what one thinks of a route.
+         * @description Say what one thinks of a route; a late copy of an older `edit` changes nothing.
          */
         put: operations["put_opinion"];
         post?: never;
@@ -2585,6 +2626,561 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/me/messages": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Wishes
+         * @description What one wants to be told.
+         */
+        get: operations["read_wishes"];
+        /**
+         * Put Wishes
+         * @description Say what one wants to be told.
+         */
+        put: operations["put_wishes"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/push": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Put Push
+         * @description Let this browser be told; again, too. It was perhaps somebody else's before.
+         */
+        put: operations["put_push"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/push/{browser}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Drop Push
+         * @description Tell a browser nothing more.
+         */
+        delete: operations["drop_push"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/me/push/{browser}/trial": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Try Push
+         * @description Send a message to a browser now, to see whether it arrives.
+         */
+        post: operations["try_push"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/unsubscribe/{token}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * End Mails
+         * @description No weekly mail any more: by the mail program's own button (RFC 8058), or the mail's link.
+         */
+        post: operations["end_mails"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Competitions
+         * @description The gym's competitions, the latest first; drafts are told to setters.
+         */
+        get: operations["list_competitions"];
+        put?: never;
+        /**
+         * Make Competition
+         * @description Make a competition, as a draft.
+         */
+        post: operations["make_competition"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Competition
+         * @description All of a competition but its scores.
+         */
+        get: operations["read_competition"];
+        put?: never;
+        post?: never;
+        /**
+         * Drop Competition
+         * @description Take a competition away for good, while nobody has scored in it.
+         */
+        delete: operations["drop_competition"];
+        options?: never;
+        head?: never;
+        /**
+         * Change Competition
+         * @description Say something else of a competition. Who accepted a text accepted the one of that day.
+         */
+        patch: operations["change_competition"];
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/sheet": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Put Competition Sheet
+         * @description Change categories, rounds and problems; those whose id is given stay the same ones.
+         */
+        put: operations["put_competition_sheet"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/state": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Put Competition State
+         * @description Open it for entries, begin or end it, or go back. With it begins its first round.
+         */
+        put: operations["put_competition_state"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/frozen": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Freeze Board
+         * @description Let the board stand still for all but judges, from now; or go on.
+         */
+        put: operations["freeze_board"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/rounds/{one}/state": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Put Round State
+         * @description Begin or end a round; one with a quota draws who is in it when it begins.
+         */
+        put: operations["put_round_state"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/rounds/{one}/starters": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Starters
+         * @description Who climbs in a round, in running order: the best of the round before comes last.
+         */
+        get: operations["list_starters"];
+        /**
+         * Put Starters
+         * @description Let others of a category be in a round with a quota, or in another order.
+         */
+        put: operations["put_starters"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/entries": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Entries
+         * @description All competitors, by their bibs.
+         */
+        get: operations["list_entries"];
+        put?: never;
+        /**
+         * Make Entry
+         * @description Let somebody take part, with an account or without.
+         */
+        post: operations["make_entry"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/entries/{entry}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        /**
+         * Change Competitor
+         * @description Say something else of a competitor, or let them withdraw.
+         */
+        patch: operations["change_competitor"];
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/entries/import": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Import Entries
+         * @description Take a start list in from a table: all of its lines, or, where one has an error, none.
+         */
+        post: operations["import_entries"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/entries/{entry}/waiver": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Sign Waiver
+         * @description Note that somebody accepted the text on paper.
+         */
+        post: operations["sign_waiver"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/mine": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Own Entry
+         * @description One's own entry and results; no entry where one has not entered.
+         */
+        get: operations["read_own_entry"];
+        /**
+         * Enter Competition
+         * @description Enter a competition, or say otherwise what one said. The text is accepted by it.
+         */
+        put: operations["enter_competition"];
+        post?: never;
+        /**
+         * Withdraw
+         * @description Take part no more; again, too. What one climbed stays noted.
+         */
+        delete: operations["withdraw"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/events/{event}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Put Score Event
+         * @description Say what was seen, under an id that one's device has made, so that it arrives once however
+         *     often it is sent. Judges speak for everybody; others for themselves, where the competition
+         *     lets them.
+         */
+        put: operations["put_score_event"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/events": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Score Events
+         * @description Who entered what, in the order in which it came.
+         */
+        get: operations["list_score_events"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/problems/{problem}/marks": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Marks
+         * @description What competitors have on a problem.
+         */
+        get: operations["list_marks"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/appeals": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Appeals
+         * @description What competitors object to, the latest first, and what was decided last.
+         */
+        get: operations["list_appeals"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/board": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Competition Board
+         * @description Who stands where. While the board is frozen all but judges see it as it was then.
+         */
+        get: operations["read_competition_board"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/board/why": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Explain Order
+         * @description Why one stands before another, or shares a rank with them.
+         */
+        get: operations["explain_order"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/board/events": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Watch Competition Board
+         * @description The board, then what is otherwise in it, some times a second at most; ends when the
+         *     competition does not run.
+         */
+        get: operations["watch_competition_board"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/results.csv": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Results Table
+         * @description The board as a table, a line each competitor.
+         */
+        get: operations["read_results_table"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/results.pdf": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Results Paper
+         * @description The board on pages to print.
+         */
+        get: operations["read_results_paper"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/server": {
         parameters: {
             query?: never;
@@ -2623,6 +3219,14 @@ export interface components {
             email: string;
         };
         /**
+         * AppealFacts
+         * @description An appeal and its decision (`n` 1: upheld), once there is one.
+         */
+        AppealFacts: {
+            event: components["schemas"]["EventFacts"];
+            decision: components["schemas"]["EventFacts"] | null;
+        };
+        /**
          * AscentFacts
          * @description An ascent; names and grade are those of the day on which it arrived.
          */
@@ -2642,7 +3246,7 @@ export interface components {
             route_name: string;
             /** Grade */
             grade: string;
-            kind: components["schemas"]["Kind"];
+            kind: components["schemas"]["walltopo_gym__climbing__ascents__Kind"];
             /** Tries */
             tries: number;
             /**
@@ -2728,6 +3332,38 @@ export interface components {
             flash: number;
         };
         /**
+         * BoardTold
+         * @description A board. With `frozen_at` it is as it was then. `seq`: of the last score event in it, `at`
+         *     when that arrived.
+         */
+        BoardTold: {
+            /**
+             * Competition Id
+             * Format: uuid
+             */
+            competition_id: string;
+            /** Name */
+            name: string;
+            /** State */
+            state: string;
+            /** Format */
+            format: string;
+            /** Frozen At */
+            frozen_at: string | null;
+            /** Seq */
+            seq: number;
+            /** Revision */
+            revision: number;
+            /** At */
+            at: string | null;
+            /** Rounds */
+            rounds: components["schemas"]["RoundHead"][];
+            /** Categories */
+            categories: components["schemas"]["CategoryLines"][];
+            /** Teams */
+            teams: components["schemas"]["Team"][];
+        };
+        /**
          * BodyFacts
          * @description How tall somebody is and how far they reach, fingertip to fingertip, in centimetres.
          */
@@ -2763,6 +3399,65 @@ export interface components {
          * @enum {string}
          */
         Category: "" | "women" | "men" | "other";
+        /**
+         * CategoryBody
+         * @description A category; without an id a new one.
+         */
+        CategoryBody: {
+            /** Id */
+            id?: string | null;
+            /** Name */
+            name: string;
+            /**
+             * Gender
+             * @default
+             * @enum {string}
+             */
+            gender?: "" | "women" | "men" | "other";
+            /** Born From */
+            born_from?: number | null;
+            /** Born To */
+            born_to?: number | null;
+        };
+        /**
+         * CategoryFacts
+         * @description A category; `entries`: who takes part in it.
+         */
+        CategoryFacts: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Name */
+            name: string;
+            /**
+             * Gender
+             * @enum {string}
+             */
+            gender: "" | "women" | "men" | "other";
+            /** Born From */
+            born_from: number | null;
+            /** Born To */
+            born_to: number | null;
+            /** Entries */
+            entries: number;
+        };
+        /**
+         * CategoryLines
+         * @description A category, the first first.
+         */
+        CategoryLines: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Name */
+            name: string;
+            /** Lines */
+            lines: components["schemas"]["Line"][];
+        };
         /**
          * CellFacts
          * @description Of one style and group; null: not told.
@@ -2808,6 +3503,120 @@ export interface components {
             changed_at: string;
             /** Hidden */
             hidden: boolean;
+        };
+        /**
+         * CompetitionFacts
+         * @description A competition in a list.
+         */
+        CompetitionFacts: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Name */
+            name: string;
+            format: components["schemas"]["Format"];
+            /**
+             * State
+             * @enum {string}
+             */
+            state: "draft" | "open" | "running" | "ended";
+            /** About */
+            about: string;
+            /** Fee */
+            fee: string;
+            /** Starts At */
+            starts_at: string | null;
+            /** Ends At */
+            ends_at: string | null;
+            /** Self Entry */
+            self_entry: boolean;
+            /** Self Scoring */
+            self_scoring: boolean;
+            /** Entries */
+            entries: number;
+        };
+        /**
+         * CompetitionSheet
+         * @description All of a competition but its scores. `entered`: one takes part oneself.
+         */
+        CompetitionSheet: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Name */
+            name: string;
+            format: components["schemas"]["Format"];
+            /**
+             * State
+             * @enum {string}
+             */
+            state: "draft" | "open" | "running" | "ended";
+            /** About */
+            about: string;
+            /** Fee */
+            fee: string;
+            /** Starts At */
+            starts_at: string | null;
+            /** Ends At */
+            ends_at: string | null;
+            /** Self Entry */
+            self_entry: boolean;
+            /** Self Scoring */
+            self_scoring: boolean;
+            /** Entries */
+            entries: number;
+            /** Waiver */
+            waiver: string;
+            /** Late Minutes */
+            late_minutes: number;
+            /** League Best */
+            league_best: number | null;
+            /** Team Size */
+            team_size: number | null;
+            /** Frozen At */
+            frozen_at: string | null;
+            /** Revision */
+            revision: number;
+            /** Time Zone */
+            time_zone: string;
+            /** Entered */
+            entered: boolean;
+            /** Categories */
+            categories: components["schemas"]["CategoryFacts"][];
+            /** Rounds */
+            rounds: components["schemas"]["RoundFacts"][];
+        };
+        /**
+         * CompetitionWords
+         * @description What is said of a competition; of a change, what is left out stays.
+         */
+        CompetitionWords: {
+            /** Name */
+            name?: string | null;
+            /** About */
+            about?: string | null;
+            /** Fee */
+            fee?: string | null;
+            /** Waiver */
+            waiver?: string | null;
+            /** Starts At */
+            starts_at?: string | null;
+            /** Ends At */
+            ends_at?: string | null;
+            /** Self Entry */
+            self_entry?: boolean | null;
+            /** Self Scoring */
+            self_scoring?: boolean | null;
+            /** Late Minutes */
+            late_minutes?: number | null;
+            /** League Best */
+            league_best?: number | null;
+            /** Team Size */
+            team_size?: number | null;
         };
         /**
          * Complaint
@@ -2924,6 +3733,226 @@ export interface components {
             moved: number[];
         };
         /**
+         * EditWords
+         * @description Which edit of a device this is, so that a copy of an older one that arrives late changes
+         *     nothing: `number` grows with each edit of the device, `age_s` is how long ago it was made when
+         *     it is sent, by the device's own clock.
+         */
+        EditWords: {
+            /**
+             * Device
+             * Format: uuid
+             */
+            device: string;
+            /** Number */
+            number: number;
+            /**
+             * Age S
+             * @default 0
+             */
+            age_s?: number;
+        };
+        /**
+         * EntryBody
+         * @description A competitor; without a bib the next free one.
+         */
+        EntryBody: {
+            /** Name */
+            name: string;
+            /**
+             * Category Id
+             * Format: uuid
+             */
+            category_id: string;
+            /** Bib */
+            bib?: number | null;
+            /**
+             * Team
+             * @default
+             */
+            team?: string;
+            /**
+             * Club
+             * @default
+             */
+            club?: string;
+            /** Birth Year */
+            birth_year?: number | null;
+            /**
+             * Gender
+             * @default
+             * @enum {string}
+             */
+            gender?: "" | "women" | "men" | "other";
+            /**
+             * Handicap
+             * @default 0
+             */
+            handicap?: number;
+        };
+        /**
+         * EntryChange
+         * @description What shall be otherwise of a competitor; what is left out stays.
+         */
+        EntryChange: {
+            /** Name */
+            name?: string | null;
+            /** Category Id */
+            category_id?: string | null;
+            /** Bib */
+            bib?: number | null;
+            /** Team */
+            team?: string | null;
+            /** Club */
+            club?: string | null;
+            /** Birth Year */
+            birth_year?: number | null;
+            /** Gender */
+            gender?: ("" | "women" | "men" | "other") | null;
+            /** Handicap */
+            handicap?: number | null;
+            /** Withdrawn */
+            withdrawn?: boolean | null;
+        };
+        /**
+         * EntryFacts
+         * @description A competitor; `waiver_at`: when the text was accepted last.
+         */
+        EntryFacts: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Category Id
+             * Format: uuid
+             */
+            category_id: string;
+            /** Name */
+            name: string;
+            /** Bib */
+            bib: number;
+            /** Team */
+            team: string;
+            /** Club */
+            club: string;
+            /** Birth Year */
+            birth_year: number | null;
+            /**
+             * Gender
+             * @enum {string}
+             */
+            gender: "" | "women" | "men" | "other";
+            /** Handicap */
+            handicap: number;
+            /** Person Id */
+            person_id: string | null;
+            /** Withdrawn */
+            withdrawn: boolean;
+            /** Waiver At */
+            waiver_at: string | null;
+        };
+        /**
+         * EventBody
+         * @description What was seen: `n` is the number of the try; `device` and `number`, which counts up there,
+         *     say in which order one device said it. `made_at`, `sent_at`: by the device's clock.
+         */
+        EventBody: {
+            /**
+             * Entry Id
+             * Format: uuid
+             */
+            entry_id: string;
+            /** Problem Id */
+            problem_id?: string | null;
+            kind: components["schemas"]["walltopo_gym__competitions__ledger__Kind"];
+            /** N */
+            n?: number | null;
+            /** Target Id */
+            target_id?: string | null;
+            /**
+             * Text
+             * @default
+             */
+            text?: string;
+            /** Device */
+            device: string;
+            /** Number */
+            number: number;
+            /**
+             * Made At
+             * Format: date-time
+             */
+            made_at: string;
+            /**
+             * Sent At
+             * Format: date-time
+             */
+            sent_at: string;
+        };
+        /**
+         * EventFacts
+         * @description A score event. `seq`, `at`: when it came to the server; `climbed_at`: `made_at` without the
+         *     error of the device's clock; `counts`: no other one stands in its place.
+         */
+        EventFacts: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Seq */
+            seq: number;
+            /**
+             * Entry Id
+             * Format: uuid
+             */
+            entry_id: string;
+            /** Problem Id */
+            problem_id: string | null;
+            kind: components["schemas"]["walltopo_gym__competitions__ledger__Kind"];
+            /** N */
+            n: number | null;
+            /** Target Id */
+            target_id: string | null;
+            /** Text */
+            text: string;
+            /** Device */
+            device: string;
+            /** Number */
+            number: number;
+            /**
+             * Made At
+             * Format: date-time
+             */
+            made_at: string;
+            /**
+             * Climbed At
+             * Format: date-time
+             */
+            climbed_at: string;
+            /**
+             * At
+             * Format: date-time
+             */
+            at: string;
+            /** By Name */
+            by_name: string;
+            /** Counts */
+            counts: boolean;
+        };
+        /**
+         * EventPage
+         * @description Some events, the first first; `next`: ask after this one for more.
+         */
+        EventPage: {
+            /** Items */
+            items: components["schemas"]["EventFacts"][];
+            /** Next */
+            next: number | null;
+        };
+        /**
          * Farewell
          * @description The password once more: nobody goes by a browser that was left open.
          */
@@ -2933,6 +3962,18 @@ export interface components {
              * Format: password
              */
             password: string;
+        };
+        /**
+         * FaultFacts
+         * @description What is wrong in a line of a table; its head is line 1.
+         */
+        FaultFacts: {
+            /** Line */
+            line: number;
+            /** Column */
+            column: string;
+            /** Why */
+            why: string;
         };
         /**
          * Feed
@@ -3034,6 +4075,15 @@ export interface components {
             feed: boolean;
         };
         /**
+         * Format
+         * @description How rounds make one ranking.
+         *
+         *     Festival and night have one round. In rounds whoever came further stands before, and equal
+         *     scores are told apart by the round before. A league adds its rounds up.
+         * @enum {string}
+         */
+        Format: "festival" | "rounds" | "league" | "night";
+        /**
          * FriendFacts
          * @description Somebody's best ascent of a route.
          */
@@ -3054,6 +4104,11 @@ export interface components {
              * Format: date-time
              */
             climbed_at: string;
+        };
+        /** FrozenBody */
+        FrozenBody: {
+            /** Frozen */
+            frozen: boolean;
         };
         /**
          * Grade
@@ -3315,12 +4370,6 @@ export interface components {
             expires_at: string;
         };
         /**
-         * Kind
-         * @description What came of it.
-         * @enum {string}
-         */
-        Kind: "flash" | "top" | "zone" | "try" | "project";
-        /**
          * KnownFacts
          * @description Somebody whom one follows or who follows one; not `accepted`: it is only asked for.
          */
@@ -3334,6 +4383,36 @@ export interface components {
             name: string;
             /** Accepted */
             accepted: boolean;
+        };
+        /**
+         * Line
+         * @description A competitor's place. `rank` is null for who has nothing yet or is out (`out`: why); `tied`:
+         *     shares it. `points` of all rounds, empty where they are not added up.
+         */
+        Line: {
+            /**
+             * Entry Id
+             * Format: uuid
+             */
+            entry_id: string;
+            /** Bib */
+            bib: number;
+            /** Name */
+            name: string;
+            /** Team */
+            team: string;
+            /** Club */
+            club: string;
+            /** Rank */
+            rank: number | null;
+            /** Tied */
+            tied: boolean;
+            /** Out */
+            out: string | null;
+            /** Points */
+            points: string;
+            /** Rounds */
+            rounds: components["schemas"]["RoundLine"][];
         };
         /**
          * LineFacts
@@ -3445,6 +4524,26 @@ export interface components {
             secret: string;
         };
         /**
+         * MarkFacts
+         * @description What somebody has on a problem: tries, and in which one zone and top came; `event_ids`: of
+         *     the events that count, as they arrived.
+         */
+        MarkFacts: {
+            /**
+             * Problem Id
+             * Format: uuid
+             */
+            problem_id: string;
+            /** Tries */
+            tries: number;
+            /** Zone */
+            zone: number | null;
+            /** Top */
+            top: number | null;
+            /** Event Ids */
+            event_ids: string[];
+        };
+        /**
          * Me
          * @description One's own account.
          */
@@ -3506,7 +4605,7 @@ export interface components {
              * Format: uuid
              */
             route_id: string;
-            kind: components["schemas"]["Kind"];
+            kind: components["schemas"]["walltopo_gym__climbing__ascents__Kind"];
             /**
              * Tries
              * @default 1
@@ -3522,6 +4621,7 @@ export interface components {
              * @default
              */
             note?: string;
+            edit?: components["schemas"]["EditWords"] | null;
         };
         /**
          * NewBan
@@ -3533,6 +4633,39 @@ export interface components {
              * @default
              */
             reason?: string;
+        };
+        /**
+         * NewCompetition
+         * @description All of a competition in one go.
+         */
+        NewCompetition: {
+            /** Categories */
+            categories: components["schemas"]["CategoryBody"][];
+            /** Rounds */
+            rounds: components["schemas"]["RoundBody"][];
+            /** Name */
+            name: string;
+            /** About */
+            about?: string | null;
+            /** Fee */
+            fee?: string | null;
+            /** Waiver */
+            waiver?: string | null;
+            /** Starts At */
+            starts_at?: string | null;
+            /** Ends At */
+            ends_at?: string | null;
+            /** Self Entry */
+            self_entry?: boolean | null;
+            /** Self Scoring */
+            self_scoring?: boolean | null;
+            /** Late Minutes */
+            late_minutes?: number | null;
+            /** League Best */
+            league_best?: number | null;
+            /** Team Size */
+            team_size?: number | null;
+            format: components["schemas"]["Format"];
         };
         /**
          * NewGradeSystem
@@ -3607,6 +4740,31 @@ export interface components {
             uses?: number;
         };
         /**
+         * NewOpinion
+         * @description What one thinks, and which edit of it this is.
+         */
+        NewOpinion: {
+            /**
+             * Grade
+             * @default
+             */
+            grade?: string;
+            /** Stars */
+            stars?: number | null;
+            /**
+             * Wish
+             * @default
+             * @enum {string}
+             */
+            wish?: "" | "keep" | "renew";
+            /**
+             * Comment
+             * @default
+             */
+            comment?: string;
+            edit?: components["schemas"]["EditWords"] | null;
+        };
+        /**
          * NewPasskey
          * @description What `navigator.credentials.create` gave, as JSON; `name` is for its owner.
          */
@@ -3639,6 +4797,18 @@ export interface components {
             routes: components["schemas"]["RouteEntry"][];
             /** At */
             at?: string | null;
+        };
+        /**
+         * NewPush
+         * @description What a browser gave (PushSubscription.toJSON).
+         */
+        NewPush: {
+            /** Endpoint */
+            endpoint: string;
+            /** Public Key */
+            public_key: string;
+            /** Secret */
+            secret: string;
         };
         /**
          * NewSecret
@@ -3690,6 +4860,94 @@ export interface components {
             url: string;
         };
         /**
+         * NewsFacts
+         * @description The same, the browsers, and `key`: of this server, by which browsers know it.
+         */
+        NewsFacts: {
+            /**
+             * Language
+             * @default en
+             * @enum {string}
+             */
+            language?: "en" | "de" | "cs" | "fr";
+            /**
+             * Digest
+             * @default false
+             */
+            digest?: boolean;
+            /**
+             * Fresh
+             * @default false
+             */
+            fresh?: boolean;
+            /**
+             * Soon
+             * @default false
+             */
+            soon?: boolean;
+            /**
+             * Competitions
+             * @default false
+             */
+            competitions?: boolean;
+            /**
+             * Quiet From
+             * @default 22
+             */
+            quiet_from?: number;
+            /**
+             * Quiet To
+             * @default 8
+             */
+            quiet_to?: number;
+            /** Key */
+            key: string;
+            /** Browsers */
+            browsers: components["schemas"]["PushFacts"][];
+        };
+        /**
+         * NewsWords
+         * @description What one wants to be told, all of it, each time; `quiet_from` and `quiet_to` are hours.
+         */
+        NewsWords: {
+            /**
+             * Language
+             * @default en
+             * @enum {string}
+             */
+            language?: "en" | "de" | "cs" | "fr";
+            /**
+             * Digest
+             * @default false
+             */
+            digest?: boolean;
+            /**
+             * Fresh
+             * @default false
+             */
+            fresh?: boolean;
+            /**
+             * Soon
+             * @default false
+             */
+            soon?: boolean;
+            /**
+             * Competitions
+             * @default false
+             */
+            competitions?: boolean;
+            /**
+             * Quiet From
+             * @default 22
+             */
+            quiet_from?: number;
+            /**
+             * Quiet To
+             * @default 8
+             */
+            quiet_to?: number;
+        };
+        /**
          * OfGradeFacts
          * @description Routes of one grade that were topped, each once; `worth`: points of a top.
          */
@@ -3728,6 +4986,43 @@ export interface components {
             comment?: string;
         };
         /**
+         * Order
+         * @description Why one stands before another: `before` is "first", "second", or "" where they share a rank
+         *     or one has none. `steps`: what they were compared by, down to what decides.
+         */
+        Order: {
+            /**
+             * First
+             * Format: uuid
+             */
+            first: string;
+            /**
+             * Second
+             * Format: uuid
+             */
+            second: string;
+            /**
+             * Before
+             * @enum {string}
+             */
+            before: "first" | "second" | "";
+            /** Steps */
+            steps: components["schemas"]["Step"][];
+        };
+        /**
+         * OrderBody
+         * @description Who of a category is in the round, the first to climb first.
+         */
+        OrderBody: {
+            /**
+             * Category Id
+             * Format: uuid
+             */
+            category_id: string;
+            /** Entry Ids */
+            entry_ids: string[];
+        };
+        /**
          * OverlapFacts
          * @description Which photos hang together by what they show; `groups` of their ids, the largest first.
          *
@@ -3759,7 +5054,7 @@ export interface components {
             route_name: string;
             /** Grade */
             grade: string;
-            kind: components["schemas"]["Kind"];
+            kind: components["schemas"]["walltopo_gym__climbing__ascents__Kind"];
             /** Tries */
             tries: number;
             /**
@@ -3774,6 +5069,53 @@ export interface components {
             created_at: string;
             /** Note */
             note: string;
+        };
+        /**
+         * OwnEntry
+         * @description One's own entry, the text to accept, and what one has on each problem.
+         */
+        OwnEntry: {
+            entry: components["schemas"]["EntryFacts"] | null;
+            /** Waiver */
+            waiver: string;
+            /** Marks */
+            marks: components["schemas"]["MarkFacts"][];
+        };
+        /**
+         * OwnEntryBody
+         * @description Oneself as a competitor; `waiver`: the text that one has read and accepts, as it is.
+         */
+        OwnEntryBody: {
+            /**
+             * Category Id
+             * Format: uuid
+             */
+            category_id: string;
+            /** Name */
+            name?: string | null;
+            /**
+             * Team
+             * @default
+             */
+            team?: string;
+            /**
+             * Club
+             * @default
+             */
+            club?: string;
+            /** Birth Year */
+            birth_year?: number | null;
+            /**
+             * Gender
+             * @default
+             * @enum {string}
+             */
+            gender?: "" | "women" | "men" | "other";
+            /**
+             * Waiver
+             * @default
+             */
+            waiver?: string;
         };
         /**
          * OwnOpinion
@@ -4010,6 +5352,119 @@ export interface components {
             error: string;
         };
         /**
+         * ProblemBody
+         * @description A problem; of one with a route the route says name, colour, grade and wall.
+         */
+        ProblemBody: {
+            /** Id */
+            id?: string | null;
+            /**
+             * Label
+             * @default
+             */
+            label?: string;
+            /** Route Id */
+            route_id?: string | null;
+            /**
+             * Name
+             * @default
+             */
+            name?: string;
+            /**
+             * Colour
+             * @default
+             */
+            colour?: string;
+            /**
+             * Grade
+             * @default
+             */
+            grade?: string;
+            /**
+             * Wall
+             * @default
+             */
+            wall?: string;
+            points?: components["schemas"]["ProblemPoints"] | null;
+            /**
+             * Category Ids
+             * @default []
+             */
+            category_ids?: string[];
+        };
+        /**
+         * ProblemFacts
+         * @description A problem as it is in its competition, whatever became of its route.
+         */
+        ProblemFacts: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Label */
+            label: string;
+            /** Route Id */
+            route_id: string | null;
+            /** Name */
+            name: string;
+            /** Colour */
+            colour: string;
+            /** Grade */
+            grade: string;
+            /** Wall */
+            wall: string;
+            points: components["schemas"]["ProblemPoints"] | null;
+            /** Category Ids */
+            category_ids: string[];
+        };
+        /**
+         * ProblemHead
+         * @description A problem, for a column's head.
+         */
+        ProblemHead: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Label */
+            label: string;
+            /** Colour */
+            colour: string;
+        };
+        /**
+         * ProblemMark
+         * @description What a competitor has on a problem, and the events that say so.
+         */
+        ProblemMark: {
+            /**
+             * Entry Id
+             * Format: uuid
+             */
+            entry_id: string;
+            /** Tries */
+            tries: number;
+            /** Zone */
+            zone: number | null;
+            /** Top */
+            top: number | null;
+            /** Events */
+            events: components["schemas"]["EventFacts"][];
+        };
+        /**
+         * ProblemPoints
+         * @description What one problem is worth.
+         */
+        ProblemPoints: {
+            /** Flash */
+            flash: number;
+            /** Top */
+            top: number;
+            /** Zone */
+            zone: number;
+        };
+        /**
          * ProfileWords
          * @description What one lets others know; all of it, each time. `on_boards`: whether one is ranked at all;
          *     `on_screens`: whether everybody may see that, in the hall and on the gym's website.
@@ -4104,6 +5559,21 @@ export interface components {
             revision: number;
             /** Routes */
             routes: components["schemas"]["RouteEntry"][];
+        };
+        /**
+         * PushFacts
+         * @description A browser that is told; `endpoint` by which it knows itself.
+         */
+        PushFacts: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Browser */
+            browser: string;
+            /** Endpoint */
+            endpoint: string;
         };
         /** PuttingBack */
         PuttingBack: {
@@ -4201,6 +5671,135 @@ export interface components {
              * @enum {string}
              */
             role: "member" | "judge" | "setter" | "owner";
+        };
+        /**
+         * RoundBody
+         * @description A round; each of `route_ids` becomes a problem after those in `problems`.
+         */
+        RoundBody: {
+            /** Id */
+            id?: string | null;
+            /** Name */
+            name: string;
+            /**
+             * Kind
+             * @default open
+             * @enum {string}
+             */
+            kind?: "open" | "qualification" | "semi" | "final" | "week";
+            scoring: components["schemas"]["ScoringBody"];
+            /** Quota */
+            quota?: number | null;
+            /** Opens At */
+            opens_at?: string | null;
+            /** Closes At */
+            closes_at?: string | null;
+            /**
+             * Route Ids
+             * @default []
+             */
+            route_ids?: string[];
+            /**
+             * Problems
+             * @default []
+             */
+            problems?: components["schemas"]["ProblemBody"][];
+        };
+        /**
+         * RoundFacts
+         * @description A round and its problems.
+         */
+        RoundFacts: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Name */
+            name: string;
+            /** Kind */
+            kind: string;
+            /**
+             * State
+             * @enum {string}
+             */
+            state: "waiting" | "running" | "ended";
+            scoring: components["schemas"]["ScoringBody"];
+            /** Quota */
+            quota: number | null;
+            /** Opens At */
+            opens_at: string | null;
+            /** Closes At */
+            closes_at: string | null;
+            /** Begun At */
+            begun_at: string | null;
+            /** Problems */
+            problems: components["schemas"]["ProblemFacts"][];
+        };
+        /**
+         * RoundHead
+         * @description A round, for a column's head.
+         */
+        RoundHead: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Name */
+            name: string;
+            /** Kind */
+            kind: string;
+            /** State */
+            state: string;
+            /** Rules */
+            rules: string;
+            /** Problems */
+            problems: components["schemas"]["ProblemHead"][];
+        };
+        /**
+         * RoundLine
+         * @description What a competitor has in a round; `marks`: problem to tries, zone and top (0: not), in
+         *     rounds of few problems.
+         */
+        RoundLine: {
+            /**
+             * Round Id
+             * Format: uuid
+             */
+            round_id: string;
+            /** Rank */
+            rank: number | null;
+            /** Started */
+            started: boolean;
+            /** Points */
+            points: string;
+            /** Tops */
+            tops: number;
+            /** Zones */
+            zones: number;
+            /** Flashes */
+            flashes: number;
+            /** Tries To Top */
+            tries_to_top: number;
+            /** Tries To Zone */
+            tries_to_zone: number;
+            /** Marks */
+            marks?: {
+                [key: string]: [
+                    number,
+                    number,
+                    number
+                ];
+            };
+        };
+        /** RoundStateBody */
+        RoundStateBody: {
+            /**
+             * State
+             * @enum {string}
+             */
+            state: "waiting" | "running" | "ended";
         };
         /**
          * RouteEntry
@@ -4364,6 +5963,12 @@ export interface components {
             strip_on?: string | null;
         };
         /**
+         * Rules
+         * @description By their names.
+         * @enum {string}
+         */
+        Rules: "points" | "shared" | "ifsc-2025" | "ifsc-2018" | "most";
+        /**
          * ScanFacts
          * @description One version of a wall; `error` and `hint` say why it failed and what to do.
          */
@@ -4400,6 +6005,22 @@ export interface components {
          * @enum {string}
          */
         Scope: "read" | "upload" | "publish" | "manage";
+        /**
+         * ScoringBody
+         * @description Rules, and their numbers where they are not the usual ones; `best`: how many problems
+         *     count.
+         */
+        ScoringBody: {
+            rules: components["schemas"]["Rules"];
+            /** Flash */
+            flash?: number | null;
+            /** Top */
+            top?: number | null;
+            /** Zone */
+            zone?: number | null;
+            /** Best */
+            best?: number | null;
+        };
         /**
          * ScreenDate
          * @description What happens: `kind` "reset", "strip" (`number` routes go) or "competition"; a day, or a
@@ -4538,7 +6159,7 @@ export interface components {
             route_name: string;
             /** Grade */
             grade: string;
-            kind: components["schemas"]["Kind"];
+            kind: components["schemas"]["walltopo_gym__climbing__ascents__Kind"];
             /** Tries */
             tries: number;
             /**
@@ -4694,6 +6315,16 @@ export interface components {
             renew: number;
         };
         /**
+         * SheetBody
+         * @description Categories and rounds, all of them.
+         */
+        SheetBody: {
+            /** Categories */
+            categories: components["schemas"]["CategoryBody"][];
+            /** Rounds */
+            rounds: components["schemas"]["RoundBody"][];
+        };
+        /**
          * ShortLink
          * @description Where a short address leads.
          */
@@ -4752,6 +6383,11 @@ export interface components {
             /** Invitation */
             invitation?: string | null;
         };
+        /** Signature */
+        Signature: {
+            /** Signed By */
+            signed_by: string;
+        };
         /**
          * SignedChallenge
          * @description What `navigator.credentials.get` gave, as JSON.
@@ -4770,11 +6406,82 @@ export interface components {
             me: components["schemas"]["Me"] | null;
         };
         /**
+         * StartListBody
+         * @description A table; `really` false: it is only looked at.
+         */
+        StartListBody: {
+            /** Csv */
+            csv: string;
+            /**
+             * Really
+             * @default true
+             */
+            really?: boolean;
+        };
+        /**
+         * StartListFacts
+         * @description What a table has: with errors nothing of it was taken in.
+         */
+        StartListFacts: {
+            /** Entries */
+            entries: number;
+            /** Errors */
+            errors: components["schemas"]["FaultFacts"][];
+            /** Columns */
+            columns: string[];
+        };
+        /**
+         * StarterFacts
+         * @description Somebody's place in the running order of their category, from 1.
+         */
+        StarterFacts: {
+            /**
+             * Category Id
+             * Format: uuid
+             */
+            category_id: string;
+            /** Place */
+            place: number;
+            /**
+             * Entry Id
+             * Format: uuid
+             */
+            entry_id: string;
+            /** Bib */
+            bib: number;
+            /** Name */
+            name: string;
+        };
+        /**
          * State
          * @description From the first photo to a former version.
          * @enum {string}
          */
         State: "uploading" | "queued" | "running" | "review" | "published" | "superseded" | "failed" | "cancelled";
+        /** StateBody */
+        StateBody: {
+            /**
+             * State
+             * @enum {string}
+             */
+            state: "draft" | "open" | "running" | "ended";
+        };
+        /**
+         * Step
+         * @description One comparison of two; `decides`: the one in which they differ.
+         */
+        Step: {
+            /** Code */
+            code: string;
+            /** Round Id */
+            round_id: string | null;
+            /** First */
+            first: string;
+            /** Second */
+            second: string;
+            /** Decides */
+            decides: boolean;
+        };
         /**
          * StockBody
          * @description All of it; `wash_after`: tries on a route after which its holds are due for washing.
@@ -4932,6 +6639,22 @@ export interface components {
             wishes: {
                 [key: string]: number;
             };
+        };
+        /**
+         * Team
+         * @description A team of a league and its place.
+         */
+        Team: {
+            /** Rank */
+            rank: number;
+            /** Tied */
+            tied: boolean;
+            /** Name */
+            name: string;
+            /** Points */
+            points: string;
+            /** Members */
+            members: string[];
         };
         /**
          * Token
@@ -5167,6 +6890,18 @@ export interface components {
             /** Wish */
             wish: number | null;
         };
+        /**
+         * Kind
+         * @description What came of it.
+         * @enum {string}
+         */
+        walltopo_gym__climbing__ascents__Kind: "flash" | "top" | "zone" | "try" | "project";
+        /**
+         * Kind
+         * @description What an event says.
+         * @enum {string}
+         */
+        walltopo_gym__competitions__ledger__Kind: "attempt" | "zone" | "top" | "void" | "out" | "appeal" | "decision";
     };
     responses: never;
     parameters: never;
@@ -8307,6 +10042,100 @@ export interface operations {
             };
         };
     };
+    propose_problems: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                scan: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    [key: string]: unknown;
+                };
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": unknown;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    ease_route: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                scan: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    [key: string]: unknown;
+                };
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": unknown;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
     read_edit_state: {
         parameters: {
             query?: never;
@@ -8822,7 +10651,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["OpinionWords"];
+                "application/json": components["schemas"]["NewOpinion"];
             };
         };
         responses: {
@@ -11703,6 +13532,1456 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["ShortLink"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_wishes: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["NewsFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_wishes: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewsWords"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_push: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewPush"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PushFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    drop_push: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                browser: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    try_push: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                browser: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    end_mails: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                token: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    list_competitions: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CompetitionFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    make_competition: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewCompetition"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CompetitionSheet"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_competition: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CompetitionSheet"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    drop_competition: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    change_competition: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["CompetitionWords"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CompetitionSheet"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_competition_sheet: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SheetBody"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CompetitionSheet"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_competition_state: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["StateBody"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CompetitionSheet"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    freeze_board: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["FrozenBody"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CompetitionSheet"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_round_state: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                one: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["RoundStateBody"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CompetitionSheet"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    list_starters: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                one: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StarterFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_starters: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                one: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["OrderBody"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StarterFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    list_entries: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["EntryFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    make_entry: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["EntryBody"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["EntryFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    change_competitor: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                entry: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["EntryChange"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["EntryFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    import_entries: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["StartListBody"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StartListFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    sign_waiver: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                entry: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Signature"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["EntryFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_own_entry: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["OwnEntry"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    enter_competition: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["OwnEntryBody"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["OwnEntry"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    withdraw: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_score_event: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                event: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["EventBody"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["EventFacts"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    list_score_events: {
+        parameters: {
+            query?: {
+                after?: number;
+                /** @description rows of a page */
+                size?: number;
+                entry?: string | null;
+                problem?: string | null;
+            };
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["EventPage"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    list_marks: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                problem: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ProblemMark"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    list_appeals: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["AppealFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_competition_board: {
+        parameters: {
+            query?: {
+                category?: string | null;
+                /** @description as it stood then */
+                at?: string | null;
+            };
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BoardTold"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    explain_order: {
+        parameters: {
+            query: {
+                first: string;
+                second: string;
+            };
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Order"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    watch_competition_board: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/event-stream": unknown;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_results_table: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/csv": string;
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    read_results_paper: {
+        parameters: {
+            query?: {
+                language?: "en" | "de";
+            };
+            header?: never;
+            path: {
+                competition: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/pdf": string;
                 };
             };
             /** @description Why not, in words */

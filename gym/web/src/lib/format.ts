@@ -44,3 +44,10 @@ export function span(milliseconds: number): string {
     .map(([value, unit]) => new Intl.NumberFormat(language(), { style: "unit", unit, unitDisplay: "short" }).format(value))
     .join(" ");
 }
+
+/** A moment as a field for date and time has it, in the reader's own zone; empty for none. */
+export function local(text: string | null): string {
+  if (!text) return "";
+  const at = new Date(text);
+  return new Date(at.getTime() - at.getTimezoneOffset() * 60_000).toISOString().slice(0, 16);
+}

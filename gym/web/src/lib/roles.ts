@@ -8,6 +8,10 @@ export function isSetter(gym: Gym | undefined): boolean {
   return gym?.role === "setter" || gym?.role === "owner";
 }
 
+export function isJudge(gym: Gym | undefined): boolean {
+  return gym?.role === "judge" || isSetter(gym);
+}
+
 export function isOwner(gym: Gym | undefined): boolean {
   return gym?.role === "owner";
 }

@@ -18,9 +18,14 @@ export async function keepGym(gym: string, isMember: boolean): Promise<void> {
   }
 }
 
-async function fetchAll(gym: string, isMember: boolean): Promise<void> {
+/** Until there is one who keeps answers. */
+export async function keeper(): Promise<void> {
   await navigator.serviceWorker.ready;
   if (!keeps()) await new Promise((resolve) => navigator.serviceWorker.addEventListener("controllerchange", resolve, { once: true }));
+}
+
+async function fetchAll(gym: string, isMember: boolean): Promise<void> {
+  await keeper();
   const params = { path: { gym } };
   const walls = await answer(api.GET("/api/v1/gyms/{gym}/walls", { params }));
   const lists = ["", "/routes", "/tallies", "/grade-systems", ...(isMember ? ["/logbook"] : [])];

@@ -4,6 +4,7 @@
 // server come from the server, or where it cannot be reached from what it said last.
 
 import { send } from "../outbox/send";
+import "./shown";
 
 const SHELF = `shell-${VERSION}`;
 const FILES = "files";

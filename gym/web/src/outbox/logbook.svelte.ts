@@ -76,7 +76,7 @@ function grouped(rows: OwnAscent[]): Map<string, OwnAscent[]> {
 
 /** Which of what was said in a gym the server has taken; it changes when something should be asked for anew. */
 export function taken(gym: string): string {
-  return mine().filter((item) => item.gym === gym && item.done !== null).map((item) => `${keyOf(item)} ${item.version}`).join();
+  return mine().filter((item) => item.gym === gym && item.what !== "score" && item.done !== null).map((item) => `${keyOf(item)} ${item.version}`).join();
 }
 
 /** Of a member; to others it stays empty. */
@@ -86,7 +86,7 @@ export function logbook(gym: () => string, isMember: () => boolean): Logbook {
     void taken(slug);
     if (!person || !isMember()) return NONE;
     const facts = await answer(api.GET("/api/v1/gyms/{gym}/logbook", { params: { path: { gym: slug } }, ...how }));
-    if (!how.cache && !offlineSince()) await settle(slug, person, asked);
+    if (!how.cache && !offlineSince()) await settle(asked, (item) => item.what !== "score" && item.gym === slug && item.person === person);
     return facts;
   });
   return new Logbook(gym, known);

@@ -1,5 +1,6 @@
 /** Sends what waits, from whichever tab or the service worker, one at a time (Web Locks). */
 
+import { told as toldEdit } from "./edits";
 import { all, keyOf, revise, type Item } from "./store";
 
 const API = "/api/v1";
@@ -27,8 +28,14 @@ function isBusy({ status }: Response): boolean {
 
 /** Puts it to the server. What was taken back is told first too: a late copy of it then finds that it is over. */
 async function put(item: Item): Promise<Response> {
-  if (item.what === "opinion") return ask("PUT", `/gyms/${item.gym}/routes/${item.route}/opinion`, item.body);
-  const told = await ask("PUT", `/gyms/${item.gym}/ascents/${item.id}`, item.body);
+  if (item.what === "score") {
+    // Both times are this device's: the server learns how wrong its clock is.
+    const body = { ...item.body, sent_at: new Date().toISOString() };
+    return ask("PUT", `/gyms/${item.gym}/competitions/${item.competition}/events/${item.id}`, body);
+  }
+  const body = item.edit ? { ...item.body, edit: toldEdit(item.edit) } : item.body;
+  if (item.what === "opinion") return ask("PUT", `/gyms/${item.gym}/routes/${item.route}/opinion`, body);
+  const told = await ask("PUT", `/gyms/${item.gym}/ascents/${item.id}`, body);
   return told.ok && item.takenBack ? ask("DELETE", `/me/ascents/${item.id}`) : told;
 }
 
@@ -68,7 +75,11 @@ async function sendWaiting(): Promise<Outcome> {
   const tried = new Set<string>();
   for (;;) {
     // Read again after each: more may have been said meanwhile.
-    const next = (await waiting()).find((item) => item.person === person && !tried.has(`${keyOf(item)} ${item.version}`));
+    const rows = await waiting();
+    const here = new Set(rows.map((item) => item.what === "score" && item.id));
+    // What takes back an event comes after it.
+    const isNext = (item: Item): boolean => item.what !== "score" || !here.has(item.body.target_id ?? "");
+    const next = rows.find((item) => item.person === person && isNext(item) && !tried.has(`${keyOf(item)} ${item.version}`));
     if (!next) return outcome;
     tried.add(`${keyOf(next)} ${next.version}`);
     const came = await sendOne(next);

@@ -1,6 +1,10 @@
-/** What a climber has said and the server may not know yet, kept in this browser (IndexedDB): the wished state of each ascent and opinion, not a list of steps, so that sending it again changes nothing. */
+/**
+ * What a climber or judge has said and the server may not know yet, kept in this browser (IndexedDB): the wished state of
+ * each ascent and opinion, and score events, which never change. So sending any of it again changes nothing.
+ */
 
 import { createStore, entries, promisifyRequest, update, type UseStore } from "idb-keyval";
+import { nextEdit, type Edit } from "./edits";
 
 export type Kind = "flash" | "top" | "zone" | "try" | "project";
 
@@ -19,19 +23,32 @@ export interface OpinionWords {
   comment: string;
 }
 
+/** A score event as a device tells it (`competitions/`); `target_id`: the event that no longer counts because of it. */
+export interface ScoreWords {
+  entry_id: string;
+  problem_id: string | null;
+  kind: "attempt" | "zone" | "top" | "void" | "out" | "appeal" | "decision";
+  n: number | null;
+  target_id: string | null;
+  text: string;
+  device: string;
+  number: number;
+  made_at: string;
+}
+
 interface Common {
   /** Whose it is: nobody else's sign-in sends it. */
   person: string;
   gym: string;
-  route: string;
-  /** The route as it was called, for lists of what waits. */
+  /** The route as it was called, or the score in words, for lists of what waits. */
   name: string;
 }
 
 export type Words = Common & (
   /** `known`: the server may have it already, from before. */
-  | { what: "ascent"; id: string; body: AscentWords; takenBack: boolean; known: boolean }
-  | { what: "opinion"; body: OpinionWords }
+  | { what: "ascent"; id: string; route: string; body: AscentWords; takenBack: boolean; known: boolean }
+  | { what: "opinion"; route: string; body: OpinionWords }
+  | { what: "score"; id: string; competition: string; body: ScoreWords }
 );
 
 export type Item = Words & {
@@ -39,6 +56,8 @@ export type Item = Words & {
   at: number;
   /** Grows with every change, so that an answer to an older one settles nothing. */
   version: number;
+  /** For the server; what an older app kept has none. */
+  edit?: Edit;
   /** How often it may have been sent. */
   sent: number;
   /** When the server took it, ms; it stays until the server shows it (`settle`). */
@@ -54,7 +73,7 @@ function kept(): UseStore {
 }
 
 export function keyOf(item: Words): string {
-  return item.what === "ascent" ? `ascent/${item.id}` : `opinion/${item.person}/${item.route}`;
+  return item.what === "opinion" ? `opinion/${item.person}/${item.route}` : `${item.what}/${item.id}`;
 }
 
 const channel = new BroadcastChannel("walltopo-outbox");
@@ -80,12 +99,14 @@ export async function all(): Promise<Item[]> {
 
 /** Keep what was said; of the same ascent or opinion only the last counts. */
 export async function keep(words: Words): Promise<void> {
+  const edit = await nextEdit();
   await update<Item>(keyOf(words), (old) => ({
     ...words,
     // One that is taken back and not here any more is at the server.
     ...(words.what === "ascent" ? { known: words.known || (old?.what === "ascent" ? old.known : words.takenBack) } : {}),
     at: old?.at ?? Date.now(),
     version: (old?.version ?? 0) + 1,
+    edit,
     sent: old?.sent ?? 0,
     done: null,
     refused: null,
@@ -111,10 +132,19 @@ export async function revise(item: Item, change: (now: Item) => Item | null): Pr
   return isSame;
 }
 
-/** Let go what the server had taken before `asked`, the moment when it was asked for what it shows. */
-export async function settle(gym: string, person: string, asked: number): Promise<void> {
+/** Let go what the server had taken before `asked`, the moment when it was asked for what it shows: that of which `shows` says so. */
+export async function settle(asked: number, shows: (item: Item) => boolean): Promise<void> {
   for (const item of await all()) {
-    const over = item.gym === gym && item.person === person && item.done !== null && item.done < asked;
-    if (over) await revise(item, () => null);
+    if (item.done !== null && item.done < asked && shows(item)) await revise(item, () => null);
   }
+}
+
+/** Let go what never left; false where the server may have it already. */
+export async function withdraw(item: Item): Promise<boolean> {
+  let isHere = false;
+  await revise(item, (now) => {
+    isHere = now.sent === 0;
+    return isHere ? null : now;
+  });
+  return isHere;
 }

@@ -3,10 +3,12 @@
 import { answer, api, PREFIX, type Schemas } from "../api/client";
 import { loadingKept } from "../lib/loaded.svelte";
 import { part } from "../routes";
+import { expectViewer } from "./viewer";
 
 export type Published = { wall: Schemas["WallFacts"]; version: Schemas["Version"] | null };
 
 export function publishedWall() {
+  expectViewer();
   const path = $derived({ gym: part("gym"), wall: part("wall") });
   return loadingKept<Published>(async (how) => {
     const params = { path };

@@ -4,8 +4,10 @@ export interface WallElement extends HTMLElement {
   selectedRoute: number | null;
   selectRoute(id: number | null, options?: { move?: boolean }): void;
   showRoutes(ids: Iterable<number> | null): void;
+  showHeat(values: Iterable<[number, number]> | null, words?: { title: string; low: string; high: string } | null): void;
   home(): void;
   climberView(): void;
+  swing(share: number): void;
 }
 
 let loaded: Promise<void> | undefined;
@@ -24,4 +26,9 @@ export function defineViewer(): Promise<void> {
     document.head.append(script);
   });
   return loaded;
+}
+
+/** Begins to fetch it, for a page that will show a wall; that one tells what went wrong. */
+export function expectViewer(): void {
+  defineViewer().catch(() => undefined);
 }

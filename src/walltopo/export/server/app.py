@@ -22,8 +22,10 @@ from starlette.types import ASGIApp
 from walltopo.core import EnvironmentLacksError, WalltopoError
 from walltopo.export.server.desk import EditDesk, EditsChangedError, problem_key
 from walltopo.export.server.guard import (
+    EASE,
     EDITS,
     PHOTOS,
+    PROBLEMS,
     STATE,
     TRY,
     Guard,
@@ -31,9 +33,12 @@ from walltopo.export.server.guard import (
     policy,
     problem,
 )
+from walltopo.scans.bounds import Label
 from walltopo.scans.document import parse
 from walltopo.scans.edits import EditLog, Place
 from walltopo.scans.folder import ScanFolder
+from walltopo.setting.ease import Way
+from walltopo.setting.wish import Wish
 
 __all__ = ["make_app"]
 
@@ -57,6 +62,15 @@ class _Save(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 class _Try(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     edits: EditLog
+
+
+class _Propose(_Try, frozen=True, forbid_unknown_fields=True):
+    wish: Wish
+
+
+class _Ease(_Try, frozen=True, forbid_unknown_fields=True):
+    route: Label
+    way: Way
 
 
 def make_app(
@@ -88,6 +102,8 @@ def make_app(
             Route(TRY, pages.tried, methods=["POST"]),
             Route(STATE, pages.state, methods=["GET"]),
             Route(PHOTOS, pages.photos, methods=["GET"]),
+            Route(PROBLEMS, pages.problems, methods=["POST"]),
+            Route(EASE, pages.ease, methods=["POST"]),
             Route("/{name:path}", pages.file, methods=["GET"]),
         ],
         exception_handlers={
@@ -141,6 +157,14 @@ class _Pages:
     async def tried(self, request: Request) -> Response:
         asked = _asked(await request.body(), _Try)
         return _json({"result": await run_in_threadpool(self.desk.tried, asked.edits)})
+
+    async def problems(self, request: Request) -> Response:
+        asked = _asked(await request.body(), _Propose)
+        return _json(await run_in_threadpool(self.desk.proposed, asked.edits, asked.wish))
+
+    async def ease(self, request: Request) -> Response:
+        asked = _asked(await request.body(), _Ease)
+        return _json(await run_in_threadpool(self.desk.eased, asked.edits, asked.route, asked.way))
 
     async def state(self, request: Request) -> Response:
         return _json(await run_in_threadpool(self.desk.state))

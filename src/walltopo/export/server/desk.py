@@ -8,6 +8,9 @@ import msgspec
 
 from walltopo.core import BusyError, EnvironmentLacksError, InputError
 from walltopo.scans.edits import EditLog, Place
+from walltopo.setting.ease import Way
+from walltopo.setting.rows import Proposals, Tweaks
+from walltopo.setting.wish import Wish
 
 __all__ = ["Crop", "EditDesk", "EditsChangedError", "State", "problem_key"]
 
@@ -74,6 +77,12 @@ class EditDesk(Protocol):
 
         Raises EditsChangedError where the files have another version by now.
         """
+
+    def proposed(self, log: EditLog, wish: Wish) -> Proposals:
+        """Problems for the wall as a log makes it; takes seconds, writes nothing."""
+
+    def eased(self, log: EditLog, route: int, way: Way) -> Tweaks:
+        """What makes a route one grade easier or harder; writes nothing."""
 
     def state(self) -> State:
         """Whether the scan's files show what is saved."""

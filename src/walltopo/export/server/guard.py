@@ -18,9 +18,11 @@ from starlette.responses import JSONResponse, PlainTextResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 __all__ = [
+    "EASE",
     "EDITS",
     "MOST_BODY",
     "PHOTOS",
+    "PROBLEMS",
     "STATE",
     "TOKEN",
     "TRY",
@@ -34,7 +36,9 @@ EDITS = "/api/edits"
 TRY = "/api/edits/try"
 STATE = "/api/edits/state"
 PHOTOS = "/api/photos"
-API = frozenset({EDITS, TRY, STATE, PHOTOS})  # for those who have the token
+PROBLEMS = "/api/edits/problems"
+EASE = "/api/edits/ease"
+API = frozenset({EDITS, TRY, STATE, PHOTOS, PROBLEMS, EASE})  # for those who have the token
 TOKEN = "x-walltopo-token"
 MOST_BODY = 8_000_000  # bytes
 MOST_HEAD = 16_000  # bytes
@@ -158,7 +162,8 @@ def _other_page(request: Request, rules: Rules) -> _Refusal | None:
 
 
 def _method(request: Request, _: Rules) -> _Refusal | None:
-    allowed = {EDITS: ("GET", "HEAD", "POST"), TRY: ("POST",)}
+    only = ("POST",)
+    allowed = {EDITS: ("GET", "HEAD", "POST"), TRY: only, PROBLEMS: only, EASE: only}
     if request.method in allowed.get(request.scope["path"], ("GET", "HEAD")):
         return None
     return _Refusal(HTTPStatus.METHOD_NOT_ALLOWED, f"{request.method} is not for this address")

@@ -1,0 +1,259 @@
+"""How far the board of a competition is behind, while forty judges enter what three hundred climb.
+
+    python -m gym.benchmarks.competition [--database URL] [--rate 60] [--seconds 600]
+                                         [--listeners 20]
+
+A festival with points that are shared (the costliest rules: a top changes what it is worth to all
+who have it), 300 competitors in three categories, 40 problems, all made up; in SQLite or in an
+empty PostgreSQL database, server and phones on this one machine. Judges enter at a fixed rate
+whether or not the events before were answered; one event in twenty takes another back, one in
+fifty is sent twice. An event counts as accepted when its judge has the answer; the board is behind
+until a listener has a line that is of this event or a later one. In the end all events are read
+back, and the ranks are compared with those of the tests' slow scorer.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import json
+import os
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+from uuid import UUID, uuid4
+
+import httpx
+import numpy as np
+from gym.benchmarks.asked import cpu_s
+from gym.benchmarks.pacing import paced
+from gym.tests.competitions.reference import Reference
+from gym.tests.running import Process
+from gym.tests.worlds import Server, make_world
+from sqlalchemy import select, update
+
+from walltopo_gym.accounts.actor import sign_in
+from walltopo_gym.accounts.models import Person
+from walltopo_gym.api.app import PREFIX
+from walltopo_gym.api.rules import COOKIE
+from walltopo_gym.clock import now
+from walltopo_gym.competitions.ledger import Fact
+from walltopo_gym.competitions.models import (
+    Category,
+    Competition,
+    Entry,
+    Problem,
+    Round,
+    ScoreEvent,
+)
+from walltopo_gym.competitions.sheet import load_sheet
+from walltopo_gym.database.engine import Database
+from walltopo_gym.gyms.models import Membership
+
+CATEGORIES, COMPETITORS, PROBLEMS, JUDGES = 3, 300, 40, 40
+
+
+@dataclass
+class Cup:
+    """The competition, and what the phones know of it."""
+
+    id: UUID
+    path: str
+    entries: list[UUID]
+    problems: list[UUID]
+    cookies: list[str]
+
+
+@dataclass
+class Seen:
+    """What came of the load; moments by the phones' one clock."""
+
+    answered: dict[int, float] = field(default_factory=dict)  # by the event's number
+    accepted: set[str] = field(default_factory=set)
+    waited: list[float] = field(default_factory=list)
+    statuses: Counter[int] = field(default_factory=Counter)
+    told: list[list[tuple[float, int]]] = field(default_factory=list)  # a listener: moment, number
+
+
+def fill(server: Server) -> Cup:
+    """The competition, running, and judges who are signed in."""
+    world = make_world(server, visibility="public")
+    row = Competition(id=uuid4(), gym_id=world.gym.id, name="Cup", format="festival",
+                      state="running")  # fmt: skip
+    one = Round(id=uuid4(), competition_id=row.id, place=0, name="Session", kind="open",
+                scoring={"rules": "shared", "zone": 200, "best": 10}, state="running",
+                begun_at=now())  # fmt: skip
+    categories = [Category(id=uuid4(), competition_id=row.id, place=n, name=f"Category {n}")
+                  for n in range(CATEGORIES)]  # fmt: skip
+    problems = [Problem(id=uuid4(), round_id=one.id, place=n, name=f"Problem {n}", category_ids=[])
+                for n in range(PROBLEMS)]  # fmt: skip
+    entries = [Entry(id=uuid4(), competition_id=row.id, category_id=categories[n % CATEGORIES].id,
+                     bib=n + 1, name=f"Climber {n}") for n in range(COMPETITORS)]  # fmt: skip
+    judges = [Person(id=uuid4(), email=f"judge{n}@example.com", name=f"Judge {n}",
+                     password_hash="!") for n in range(JUDGES)]  # fmt: skip
+    with server.database.writing() as session:
+        for rows in ([row, *judges], [one, *categories], [*problems, *entries]):
+            session.add_all(rows)
+            session.flush()
+        session.add_all(Membership(gym_id=world.gym.id, person_id=judge.id, role="judge")
+                        for judge in judges)  # fmt: skip
+        cookies = [sign_in(session, judge.id, "phone", 1) for judge in judges]
+    return Cup(row.id, f"{world.path}/competitions/{row.id}", [e.id for e in entries],
+               [p.id for p in problems], cookies)  # fmt: skip
+
+
+async def listen(address: str, cup: Cup, heard: list[tuple[float, int]]) -> None:
+    """A phone or screen that shows the board."""
+    async with (
+        httpx.AsyncClient(base_url=address + PREFIX, timeout=None) as client,
+        client.stream("GET", f"{cup.path}/board/events") as answer,
+    ):
+        async for line in answer.aiter_lines():
+            if line.startswith("data:"):
+                moment = time.perf_counter()
+                # The number stands behind the lines in the whole board, before them in news.
+                heard.append((moment, json.loads(line[5:])["seq"]))
+
+
+async def judge(address: str, cup: Cup, rate: float, seconds: float, seen: Seen) -> None:
+    """All judges' events, at a fixed rate."""
+    rng = np.random.default_rng(0)
+    said: list[tuple[str, dict[str, Any]]] = []
+    limits = httpx.Limits(max_connections=100, max_keepalive_connections=100)
+    async with httpx.AsyncClient(base_url=address + PREFIX, limits=limits, timeout=60) as client:
+
+        async def one(number: int, due: float) -> None:
+            event, body = drawn(number)
+            headers = {"cookie": f"{COOKIE}={cup.cookies[number % JUDGES]}"}
+            for _ in range(2 if number % 50 == 0 else 1):
+                try:
+                    answer = await client.put(f"{cup.path}/events/{event}", json=body,
+                                              headers=headers)  # fmt: skip
+                except httpx.HTTPError:
+                    seen.statuses[0] += 1
+                    continue
+                seen.statuses[answer.status_code] += 1
+                if answer.status_code == 201:
+                    moment = time.perf_counter()
+                    seen.answered[answer.json()["seq"]] = moment
+                    seen.waited.append(moment - due)
+                    seen.accepted.add(event)
+                    said.append((event, body))
+
+        def drawn(number: int) -> tuple[str, dict[str, Any]]:
+            moment = now().isoformat()
+            body: dict[str, Any] = {"device": f"judge-{number % JUDGES}", "number": number,
+                                    "made_at": moment, "sent_at": moment}  # fmt: skip
+            if said and number % 20 == 0:
+                event, taken = said[int(rng.integers(len(said)))]
+                back = {name: taken[name] for name in ("entry_id", "problem_id")}
+                return str(uuid4()), body | back | {"kind": "void", "target_id": event}
+            body |= {
+                "entry_id": str(cup.entries[int(rng.integers(COMPETITORS))]),
+                "problem_id": str(cup.problems[int(rng.integers(PROBLEMS))]),
+                "kind": str(rng.choice(["attempt", "zone", "top"], p=[0.4, 0.25, 0.35])),
+                "n": int(rng.integers(1, 8)),
+            }  # fmt: skip
+            return str(uuid4()), body
+
+        await paced(rate, seconds, one)
+
+
+async def load(address: str, cup: Cup, args: Any) -> Seen:
+    """Judges and listeners together."""
+    seen = Seen(told=[[] for _ in range(args.listeners)])
+    listeners = [asyncio.create_task(listen(address, cup, heard)) for heard in seen.told]
+    while not all(seen.told):
+        await asyncio.sleep(0.05)
+    await judge(address, cup, args.rate, args.seconds, seen)
+    await asyncio.sleep(3)  # the last news
+    for task in listeners:
+        task.cancel()
+    await asyncio.gather(*listeners, return_exceptions=True)
+    return seen
+
+
+def behind(seen: Seen) -> list[float]:
+    """Seconds from an event's answer to the line that has it, for each listener; what no line ever
+    had counts as for ever."""
+    found = []
+    for heard in seen.told:
+        numbers = np.array([number for _, number in heard])
+        moments = np.array([moment for moment, _ in heard])
+        for number, answered in seen.answered.items():
+            later = np.flatnonzero(numbers >= number)
+            found.append(max(0.0, moments[later[0]] - answered) if later.size else np.inf)
+    return found
+
+
+def check(address: str, database: str, cup: Cup, seen: Seen) -> tuple[int, int]:
+    """How many accepted events are not there, and how many ranks are not the reference's."""
+    kept = Database(database)
+    with kept.writing() as session:
+        row = session.get_one(Competition, cup.id)
+        facts = [
+            Fact(e.id, e.entry_id, e.problem_id, e.kind, e.n, e.target_id, e.text)
+            for e in session.scalars(select(ScoreEvent).where(ScoreEvent.competition_id == cup.id))
+        ]
+        sheet = load_sheet(session, row)
+        session.execute(update(Competition).values(state="ended"))
+    kept.close()
+    lost = len(seen.accepted - {str(fact.id) for fact in facts})
+    right = Reference(sheet, facts).ranks()
+    board = httpx.get(f"{address}{PREFIX}{cup.path}/board", timeout=60).json()
+    lines = [line for category in board["categories"] for line in category["lines"]]
+    wrong = sum(right[UUID(line["entry_id"])] != line["rank"] for line in lines)
+    return lost, wrong + abs(len(lines) - len(right))
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    parser.add_argument("--database", default="", help="of an empty PostgreSQL database")
+    parser.add_argument("--rate", type=float, default=60.0, help="events a second")
+    parser.add_argument("--seconds", type=float, default=600.0)
+    parser.add_argument("--listeners", type=int, default=20)
+    args = parser.parse_args(arguments)
+    with tempfile.TemporaryDirectory() as name:
+        data = Path(name)
+        server = Server(data, args.database)
+        cup = fill(server)
+        server.close()
+        settings = {"workers": "0", "requests_per_minute": "0"}
+        settings |= {"database": args.database} if args.database else {}
+        process = Process(data, "serve", "--port", "0", **settings)
+        try:
+            before = cpu_s(process.pid)
+            seen = asyncio.run(load(process.said, cup, args))
+            spent = cpu_s(process.pid) - before
+            lost, wrong = check(process.said, server.settings.database_url, cup, seen)
+        finally:
+            process.stop()
+    report(seen, lost, wrong, args)
+    each = 1000 * spent / max(1, sum(seen.statuses.values()))
+    print(
+        f"processor time of the server: {each:.1f} ms an event, {each * args.rate / 1000:.2f} cores"
+    )
+    return int(lost > 0 or wrong > 0)
+
+
+def report(seen: Seen, lost: int, wrong: int, args: Any) -> None:
+    """What came out."""
+    kind = "PostgreSQL" if args.database else "SQLite"
+    print(f"{kind}, {args.rate:.0f} events a second for {args.seconds:.0f} s, {COMPETITORS} "
+          f"competitors, {JUDGES} judges, {args.listeners} listeners, {os.cpu_count()} cores, "
+          f"load {os.getloadavg()[0]:.1f}")  # fmt: skip
+    for name, values in (("answered after", seen.waited), ("board behind", behind(seen))):
+        p50, p95, most = np.percentile(values, [50, 95, 100])
+        print(f"{name:<15} p50 {p50:5.2f}  p95 {p95:5.2f}  most {most:5.2f} s")
+    bad = sum(number for status, number in seen.statuses.items() if status not in (200, 201))
+    print(f"events accepted: {len(seen.accepted)}, refused: {bad}, lost: {lost}, "
+          f"sent twice and kept once: {seen.statuses[200]}")  # fmt: skip
+    print(f"ranks other than the reference's: {wrong}")
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

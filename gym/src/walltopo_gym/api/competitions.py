@@ -1,0 +1,278 @@
+"""Competitions of a gym: made, changed, opened, begun, ended."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from typing import Literal
+from uuid import UUID
+
+from fastapi import APIRouter
+from pydantic import BaseModel, Field
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from walltopo.core import InputError
+from walltopo_gym.accounts.audit import log_change
+from walltopo_gym.api.competition_facts import (
+    CategoryFacts,
+    CompetitionFacts,
+    CompetitionSheet,
+    CompetitionWords,
+    NewCompetition,
+    ProblemFacts,
+    RoundFacts,
+    SheetBody,
+    State,
+)
+from walltopo_gym.api.fields import Body
+from walltopo_gym.api.rules import Access, GuestMay, OwnerMay, SetterMay
+from walltopo_gym.api.services import Db
+from walltopo_gym.competitions.entering import entries_in, own_entry
+from walltopo_gym.competitions.making import change_sheet, locked
+from walltopo_gym.competitions.models import Category, Competition, Entry, Problem, Round
+from walltopo_gym.competitions.running import (
+    draw_again,
+    freeze,
+    move_competition,
+    move_round,
+    round_of,
+    starters,
+)
+from walltopo_gym.errors import ConflictError, NotFoundError
+from walltopo_gym.gyms.roles import Role
+
+__all__ = ["competition_of", "router"]
+
+router = APIRouter(tags=["competitions"])
+
+
+class StateBody(Body):
+    state: State
+
+
+class RoundStateBody(Body):
+    state: Literal["waiting", "running", "ended"]
+
+
+class FrozenBody(Body):
+    frozen: bool
+
+
+class StarterFacts(BaseModel):
+    """Somebody's place in the running order of their category, from 1."""
+
+    category_id: UUID
+    place: int
+    entry_id: UUID
+    bib: int
+    name: str
+
+
+class OrderBody(Body):
+    """Who of a category is in the round, the first to climb first."""
+
+    category_id: UUID
+    entry_ids: list[UUID] = Field(max_length=2_000)
+
+
+def competition_of(session: Session, access: Access, competition: UUID) -> Competition:
+    """A competition of this gym that one may know of.
+
+    Raises
+    ------
+    NotFoundError : there is none, it is another gym's, or a draft and one is no setter.
+    """
+    row = session.get(Competition, competition)
+    hidden = row is not None and row.state == "draft" and not access.role.covers(Role.SETTER)
+    if row is None or row.gym_id != access.gym.id or hidden:
+        raise NotFoundError("no such competition")
+    return row
+
+
+@router.get("/gyms/{gym}/competitions")
+def list_competitions(session: Db, access: GuestMay) -> list[CompetitionFacts]:
+    """The gym's competitions, the latest first; drafts are told to setters."""
+    rows = select(Competition).where(Competition.gym_id == access.gym.id)
+    if not access.role.covers(Role.SETTER):
+        rows = rows.where(Competition.state != "draft")
+    latest = func.coalesce(Competition.starts_at, Competition.created_at).desc()
+    found = session.scalars(rows.order_by(latest, Competition.id).limit(500)).all()
+    entries = entries_in(session, [row.id for row in found])
+    return [
+        CompetitionFacts.model_validate({**_columns(row), "entries": entries.get(row.id, 0)})
+        for row in found
+    ]
+
+
+@router.post("/gyms/{gym}/competitions", status_code=201)
+def make_competition(body: NewCompetition, session: Db, access: SetterMay) -> CompetitionSheet:
+    """Make a competition, as a draft."""
+    row = Competition(gym_id=access.gym.id, format=body.format, state="draft", revision=0,
+                      last_seq=0, **body.facts())  # fmt: skip
+    _check_dates(row)
+    session.add(row)
+    session.flush()
+    change_sheet(session, row, *body.wishes())
+    _log(session, access, "competition.create", row)
+    return _sheet(session, access, row)
+
+
+@router.get("/gyms/{gym}/competitions/{competition}")
+def read_competition(competition: UUID, session: Db, access: GuestMay) -> CompetitionSheet:
+    """All of a competition but its scores."""
+    return _sheet(session, access, competition_of(session, access, competition))
+
+
+@router.patch("/gyms/{gym}/competitions/{competition}")
+def change_competition(
+    competition: UUID, body: CompetitionWords, session: Db, access: SetterMay
+) -> CompetitionSheet:
+    """Say something else of a competition. Who accepted a text accepted the one of that day."""
+    row = locked(session, access.gym.id, competition)
+    for name, value in body.facts().items():
+        setattr(row, name, value)
+    _check_dates(row)
+    row.revision += 1
+    return _done(session, access, row, "competition.change")
+
+
+@router.put("/gyms/{gym}/competitions/{competition}/sheet")
+def put_competition_sheet(
+    competition: UUID, body: SheetBody, session: Db, access: SetterMay
+) -> CompetitionSheet:
+    """Change categories, rounds and problems; those whose id is given stay the same ones."""
+    row = locked(session, access.gym.id, competition)
+    change_sheet(session, row, *body.wishes())
+    return _done(session, access, row, "competition.change")
+
+
+@router.put("/gyms/{gym}/competitions/{competition}/state")
+def put_competition_state(
+    competition: UUID, body: StateBody, session: Db, access: SetterMay
+) -> CompetitionSheet:
+    """Open it for entries, begin or end it, or go back. With it begins its first round."""
+    row = locked(session, access.gym.id, competition)
+    move_competition(session, row, body.state)
+    return _done(session, access, row, f"competition.{body.state}")
+
+
+@router.put("/gyms/{gym}/competitions/{competition}/frozen")
+def freeze_board(
+    competition: UUID, body: FrozenBody, session: Db, access: SetterMay
+) -> CompetitionSheet:
+    """Let the board stand still for all but judges, from now; or go on."""
+    row = locked(session, access.gym.id, competition)
+    freeze(session, row, body.frozen)
+    return _done(session, access, row, "competition.freeze" if body.frozen else "competition.thaw")
+
+
+@router.delete("/gyms/{gym}/competitions/{competition}", status_code=204)
+def drop_competition(competition: UUID, session: Db, access: OwnerMay) -> None:
+    """Take a competition away for good, while nobody has scored in it."""
+    row = locked(session, access.gym.id, competition)
+    if row.last_seq:
+        raise ConflictError("somebody has scored already", "End it instead.")
+    session.delete(row)
+    _log(session, access, "competition.delete", row)
+
+
+@router.put("/gyms/{gym}/competitions/{competition}/rounds/{one}/state")
+def put_round_state(
+    competition: UUID, one: UUID, body: RoundStateBody, session: Db, access: SetterMay
+) -> CompetitionSheet:
+    """Begin or end a round; one with a quota draws who is in it when it begins."""
+    row = locked(session, access.gym.id, competition)
+    found = round_of(session, row, one)
+    move_round(session, row, found, body.state)
+    return _done(session, access, row, f"round.{body.state}")
+
+
+@router.get("/gyms/{gym}/competitions/{competition}/rounds/{one}/starters")
+def list_starters(
+    competition: UUID, one: UUID, session: Db, access: GuestMay
+) -> list[StarterFacts]:
+    """Who climbs in a round, in running order: the best of the round before comes last."""
+    row = competition_of(session, access, competition)
+    return _order(session, row, round_of(session, row, one))
+
+
+@router.put("/gyms/{gym}/competitions/{competition}/rounds/{one}/starters")
+def put_starters(
+    competition: UUID, one: UUID, body: OrderBody, session: Db, access: SetterMay
+) -> list[StarterFacts]:
+    """Let others of a category be in a round with a quota, or in another order."""
+    row = locked(session, access.gym.id, competition)
+    found = round_of(session, row, one)
+    draw_again(session, row, found, body.category_id, body.entry_ids)
+    _log(session, access, "round.order", row)
+    return _order(session, row, found)
+
+
+def _order(session: Session, row: Competition, one: Round) -> list[StarterFacts]:
+    return [
+        StarterFacts(category_id=entry.category_id, place=place, entry_id=entry.id, bib=entry.bib,
+                     name=entry.name)
+        for entry, place in starters(session, row, one)
+    ]  # fmt: skip
+
+
+def _done(session: Session, access: Access, row: Competition, action: str) -> CompetitionSheet:
+    session.flush()
+    _log(session, access, action, row)
+    return _sheet(session, access, row)
+
+
+def _check_dates(row: Competition) -> None:
+    if row.ends_at is not None and (row.starts_at is None or row.ends_at < row.starts_at):
+        raise InputError("it ends before it begins")
+
+
+def _columns(row: Competition) -> dict[str, object]:
+    return {column.key: getattr(row, column.key) for column in Competition.__table__.columns}
+
+
+def _sheet(session: Session, access: Access, row: Competition) -> CompetitionSheet:
+    in_category = (
+        select(Entry.category_id, func.count())
+        .where(Entry.competition_id == row.id, Entry.withdrawn.is_(False))
+        .group_by(Entry.category_id)
+    )
+    entries: dict[UUID, int] = dict(session.execute(in_category).tuples().all())
+    me = access.actor.person
+    mine = None if me is None else own_entry(session, row, me)
+    return CompetitionSheet.model_validate({
+        **_columns(row), "entries": sum(entries.values()), "time_zone": access.gym.time_zone,
+        "entered": mine is not None and not mine.withdrawn,
+        "categories": _categories(session, row, entries), "rounds": _rounds(session, row),
+    })  # fmt: skip
+
+
+def _categories(
+    session: Session, row: Competition, entries: dict[UUID, int]
+) -> list[CategoryFacts]:
+    rows = select(Category).where(Category.competition_id == row.id).order_by(Category.place)
+    return [
+        CategoryFacts.model_validate({**_of(category), "entries": entries.get(category.id, 0)})
+        for category in session.scalars(rows)
+    ]
+
+
+def _rounds(session: Session, row: Competition) -> list[RoundFacts]:
+    rounds = select(Round).where(Round.competition_id == row.id).order_by(Round.place)
+    found = session.scalars(rounds).all()
+    problems = defaultdict[UUID, list[ProblemFacts]](list)
+    of = select(Problem).where(Problem.round_id.in_([one.id for one in found]))
+    for problem in session.scalars(of.order_by(Problem.place)):
+        facts = ProblemFacts.model_validate(problem, from_attributes=True)
+        facts.label = facts.label or str(len(problems[problem.round_id]) + 1)
+        problems[problem.round_id].append(facts)
+    return [RoundFacts.model_validate({**_of(one), "problems": problems[one.id]}) for one in found]
+
+
+def _of(row: Category | Round) -> dict[str, object]:
+    return {column.key: getattr(row, column.key) for column in row.__table__.columns}
+
+
+def _log(session: Session, access: Access, action: str, row: Competition) -> None:
+    log_change(session, action, person=access.actor.known, gym=access.gym.id, subject=row.name,
+               competition=str(row.id))  # fmt: skip

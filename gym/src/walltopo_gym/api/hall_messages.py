@@ -1,0 +1,164 @@
+"""What one wants to be told of, in which browsers; and an end to mails without a sign-in."""
+
+from __future__ import annotations
+
+from typing import Annotated
+from uuid import UUID
+
+from fastapi import APIRouter, Path, Request
+from pydantic import BaseModel, Field
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from walltopo_gym.accounts.limits import count_document
+from walltopo_gym.api.fields import Body
+from walltopo_gym.api.rules import AnyoneMay, SignedInMay
+from walltopo_gym.api.services import Db, ServicesOf
+from walltopo_gym.errors import ConflictError, NotFoundError
+from walltopo_gym.hall.models import PushAddress, Wishes
+from walltopo_gym.hall.push import check_address, push
+from walltopo_gym.hall.secrets import person_of, public_push_key, push_key
+from walltopo_gym.hall.wishes import wishes_of
+from walltopo_gym.hall.words import Language, words_in
+from walltopo_gym.mail import sender_of
+
+__all__ = ["router"]
+
+router = APIRouter(tags=["messages"])
+
+_MOST = 20
+Hour = Annotated[int, Field(ge=0, le=23)]
+Base64 = r"^[A-Za-z0-9_-]+=*$"
+
+
+class NewsWords(Body):
+    """What one wants to be told, all of it, each time; `quiet_from` and `quiet_to` are hours."""
+
+    language: Language = "en"
+    digest: bool = False
+    fresh: bool = False
+    soon: bool = False
+    competitions: bool = False
+    quiet_from: Hour = 22
+    quiet_to: Hour = 8
+
+
+class PushFacts(BaseModel):
+    """A browser that is told; `endpoint` by which it knows itself."""
+
+    id: UUID
+    browser: str
+    endpoint: str
+
+
+class NewsFacts(NewsWords):
+    """The same, the browsers, and `key`: of this server, by which browsers know it."""
+
+    key: str
+    browsers: list[PushFacts]
+
+
+class NewPush(Body):
+    """What a browser gave (PushSubscription.toJSON)."""
+
+    endpoint: str = Field(max_length=1000, pattern=r"^[\x21-\x7e]+$")
+    public_key: str = Field(max_length=100, pattern=Base64)
+    secret: str = Field(max_length=40, pattern=Base64)
+
+
+@router.get("/me/messages")
+def read_wishes(session: Db, services: ServicesOf, actor: SignedInMay) -> NewsFacts:
+    """What one wants to be told."""
+    return _facts(session, services, actor.known)
+
+
+@router.put("/me/messages", status_code=204)
+def put_wishes(body: NewsWords, session: Db, actor: SignedInMay) -> None:
+    """Say what one wants to be told."""
+    session.merge(Wishes(person_id=actor.known, **body.model_dump()))
+
+
+@router.put("/me/push")
+def put_push(
+    body: NewPush, request: Request, session: Db, services: ServicesOf, actor: SignedInMay
+) -> PushFacts:
+    """Let this browser be told; again, too. It was perhaps somebody else's before."""
+    private = services.settings.webhooks_to_private
+    check_address(body.endpoint, body.public_key, body.secret, private=private)
+    row = session.scalar(select(PushAddress).where(PushAddress.endpoint == body.endpoint))
+    if row is not None and row.person_id != actor.known:
+        session.delete(row)
+        session.flush()
+        row = None
+    if row is None:
+        mine = select(func.count()).where(PushAddress.person_id == actor.known)
+        if (session.scalar(mine) or 0) >= _MOST:
+            raise ConflictError(f"at most {_MOST} browsers are told", "Remove another one.")
+        row = PushAddress(person_id=actor.known, endpoint=body.endpoint)
+        session.add(row)
+    row.public_key, row.secret = body.public_key, body.secret
+    row.browser = request.headers.get("user-agent", "")[:200]
+    session.flush()
+    return PushFacts.model_validate(row, from_attributes=True)
+
+
+@router.delete("/me/push/{browser}", status_code=204)
+def drop_push(browser: UUID, session: Db, actor: SignedInMay) -> None:
+    """Tell a browser nothing more."""
+    session.delete(_own(session, actor.known, browser))
+
+
+@router.post("/me/push/{browser}/trial", status_code=204)
+def try_push(browser: UUID, services: ServicesOf, actor: SignedInMay) -> None:
+    """Send a message to a browser now, to see whether it arrives."""
+    with services.database.writing() as session:
+        count_document(session, actor.known)
+        row = _own(session, actor.known, browser)
+        words = words_in(wishes_of(session, actor.known).language)
+    body = {"title": words.say("push_try"), "text": words.say("push_try_text"),
+            "path": "/me/messages", "tag": "trial"}  # fmt: skip
+    settings = services.settings
+    try:
+        push(row, body, push_key(services.database), sender_of(settings),
+             private=settings.webhooks_to_private)  # fmt: skip
+    except NotFoundError:
+        with services.database.writing() as session:
+            session.delete(_own(session, actor.known, browser))
+        raise
+    except OSError as error:
+        raise ConflictError("the browser's service for messages did not take it",
+                            "Try again later.") from error  # fmt: skip
+
+
+@router.post("/unsubscribe/{token}", status_code=204)
+def end_mails(
+    token: Annotated[str, Path(max_length=60)], services: ServicesOf, actor: AnyoneMay
+) -> None:
+    """No weekly mail any more: by the mail program's own button (RFC 8058), or the mail's link."""
+    person = person_of(services.database, token)
+    if person is None:
+        raise NotFoundError("this link ends no mails")
+    with services.database.writing() as session:
+        row = session.get(Wishes, person)
+        if row is not None:
+            row.digest = False
+
+
+def _facts(session: Session, services: ServicesOf, person: UUID) -> NewsFacts:
+    mine = select(PushAddress).where(PushAddress.person_id == person)
+    words = NewsWords.model_validate(wishes_of(session, person), from_attributes=True)
+    return NewsFacts(
+        **words.model_dump(),
+        key=public_push_key(services.database),
+        browsers=[
+            PushFacts.model_validate(row, from_attributes=True)
+            for row in session.scalars(mine.order_by(PushAddress.created_at))
+        ],
+    )
+
+
+def _own(session: Session, person: UUID, browser: UUID) -> PushAddress:
+    row = session.get(PushAddress, browser)
+    if row is None or row.person_id != person:
+        raise NotFoundError("no such browser")
+    return row

@@ -1,0 +1,197 @@
+"""The board: lines by category, made anew only where something is otherwise."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping
+from datetime import datetime
+from fractions import Fraction
+from typing import Final
+from uuid import UUID
+
+from walltopo_gym.competitions.ranking import (
+    Place,
+    Standing,
+    Step,
+    ranked,
+    standing_in,
+    standing_in_all,
+    standing_in_league,
+    why,
+)
+from walltopo_gym.competitions.results import Results
+from walltopo_gym.competitions.scoring.score import Score, best_of, shown
+from walltopo_gym.competitions.sheet import Competitor, Format, RoundSheet, Sheet
+from walltopo_gym.competitions.told import (
+    BoardTold,
+    CategoryLines,
+    Line,
+    ProblemHead,
+    RoundHead,
+    RoundLine,
+    Team,
+)
+from walltopo_gym.errors import NotFoundError
+
+__all__ = ["Board"]
+
+_FEW: Final = 10  # problems whose marks are told with each line
+
+
+class Board:
+    """Ranks of a competition over its results."""
+
+    def __init__(self, sheet: Sheet) -> None:
+        self.results = Results(sheet)
+        self.seq = 0
+        self.at: datetime | None = None
+        self._lines: dict[UUID, list[Line]] = {}
+
+    @property
+    def sheet(self) -> Sheet:
+        """What it is about."""
+        return self.results.sheet
+
+    def lines(self) -> dict[UUID, list[Line]]:
+        """By category, the first first; who has no rank comes last."""
+        for category in self.results.touched:
+            self._lines[category] = self._ranked_lines(category)
+        self.results.touched.clear()
+        return {category: self._lines[category] for category, _ in self.sheet.categories}
+
+    def told(self, category: UUID | None = None) -> BoardTold:
+        """All of it, or of one category."""
+        sheet, lines = self.sheet, self.lines()
+        return BoardTold(
+            competition_id=sheet.id, name=sheet.name, state=sheet.state, format=sheet.format,
+            frozen_at=sheet.frozen_at, seq=self.seq, revision=sheet.revision, at=self.at,
+            rounds=[_head(one) for one in sheet.rounds],
+            categories=[
+                CategoryLines(known, name, lines[known])
+                for known, name in sheet.categories if category in (None, known)
+            ],
+            teams=self.teams(),
+        )  # fmt: skip
+
+    def teams(self) -> list[Team]:
+        """Of a league: the best members of each team, all categories together."""
+        if self.sheet.format != Format.LEAGUE:
+            return []
+        members = defaultdict[str, list[tuple[Fraction, str]]](list)
+        for who in self.sheet.entries:
+            standing = self._standing(who)
+            if who.team and standing is not None and standing.points is not None:
+                members[who.team].append((standing.points, who.name))
+        sums = {
+            team: best_of((points for points, _ in all_of), self.sheet.team_size)
+            for team, all_of in members.items()
+        }
+        places = ranked({team: (points,) for team, points in sums.items()})
+        return [
+            Team(places[team].rank, places[team].tied, team, shown(sums[team]),
+                 sorted(name for _, name in members[team]))
+            for team in sorted(sums, key=lambda team: (places[team].rank, team))
+        ]  # fmt: skip
+
+    def ranks_in(self, one: RoundSheet, category: UUID) -> dict[UUID, Place]:
+        """Ranks in a round, of those who climbed in it."""
+        number = self.sheet.rounds.index(one) + 1
+        standings = {
+            who.id: self._standing_in(who, number)
+            for who in self._of(category)
+            if who.id not in self.results.outs and self.results.score(one, who) is not None
+        }
+        return ranked({who: standing.key for who, standing in standings.items()})
+
+    def why(self, first: UUID, second: UUID) -> list[Step]:
+        """How two of one category are told apart; empty where one of them has no rank.
+
+        Raises
+        ------
+        NotFoundError : no such entries in one category.
+        """
+        one, other = (self.results.competitors.get(entry) for entry in (first, second))
+        if one is None or other is None or one.category != other.category:
+            raise NotFoundError("no such two in one category")
+        standings = self._standing(one), self._standing(other)
+        if standings[0] is None or standings[1] is None:
+            return []
+        return why(standings[0], standings[1])
+
+    def _ranked_lines(self, category: UUID) -> list[Line]:
+        who = self._of(category)
+        standings = {one.id: self._standing(one) for one in who}
+        places = ranked({of: s.key for of, s in standings.items() if s is not None})
+        in_rounds = [(one, self.ranks_in(one, category)) for one in self.sheet.rounds]
+        lines = [
+            Line(
+                entry_id=one.id, bib=one.bib, name=one.name, team=one.team, club=one.club,
+                rank=places[one.id].rank if one.id in places else None,
+                tied=one.id in places and places[one.id].tied,
+                out=self.results.outs.get(one.id), points=self._points(standings[one.id]),
+                rounds=[self._round_line(one, of, ranks) for of, ranks in in_rounds],
+            )
+            for one in who
+        ]  # fmt: skip
+        last = len(lines) + 1
+        return sorted(lines, key=lambda line: (line.rank or last, line.bib))
+
+    def _of(self, category: UUID) -> list[Competitor]:
+        return [who for who in self.sheet.entries if who.category == category]
+
+    def _points(self, standing: Standing | None) -> str:
+        is_sum = self.sheet.format != Format.ROUNDS
+        if not is_sum or standing is None or standing.points is None:
+            return ""
+        return shown(standing.points)
+
+    def _standing(self, who: Competitor) -> Standing | None:
+        """What somebody is ranked by; None where there is nothing, or they are out."""
+        scores = self._scores(who)
+        if not scores or who.id in self.results.outs:
+            return None
+        sheet = self.sheet
+        if sheet.format == Format.LEAGUE:
+            return standing_in_league(scores.values(), sheet.league_best, who.handicap)
+        reached = max(n for n, one in enumerate(sheet.rounds, 1) if one.id in scores)
+        if sheet.format == Format.ROUNDS:
+            return standing_in_all(sheet.rounds, self._whole(scores), reached)
+        return self._standing_in(who, reached)
+
+    def _standing_in(self, who: Competitor, number: int) -> Standing:
+        """What somebody is ranked by in a round, by its number from 1."""
+        rounds = self.sheet.rounds
+        if self.sheet.format == Format.LEAGUE:
+            return standing_in(rounds[number - 1 : number], self._scores(who), 1)
+        return standing_in(rounds, self._whole(self._scores(who)), number)
+
+    def _scores(self, who: Competitor) -> dict[UUID, Score]:
+        found = {one.id: self.results.score(one, who) for one in self.sheet.rounds}
+        return {one: score for one, score in found.items() if score is not None}
+
+    def _whole(self, scores: Mapping[UUID, Score]) -> dict[UUID, Score]:
+        """With nothing in the rounds that somebody was not in."""
+        return {one.id: scores.get(one.id) or self.results.empty(one) for one in self.sheet.rounds}
+
+    def _round_line(
+        self, who: Competitor, one: RoundSheet, ranks: Mapping[UUID, Place]
+    ) -> RoundLine:
+        score = self.results.score(one, who)
+        found = score or self.results.empty(one)
+        place = ranks.get(who.id)
+        marks = self.results.marks_in(one, who.id) if len(one.problems) <= _FEW else {}
+        return RoundLine(
+            round_id=one.id, rank=None if place is None else place.rank,
+            started=score is not None,
+            points="" if found.points is None or score is None else shown(found.points),
+            tops=found.tops, zones=found.zones, flashes=found.flashes,
+            tries_to_top=found.tries_to_top, tries_to_zone=found.tries_to_zone,
+            marks={problem: (mark.tries, mark.zone, mark.top) for problem, mark in marks.items()},
+        )  # fmt: skip
+
+
+def _head(one: RoundSheet) -> RoundHead:
+    return RoundHead(
+        one.id, one.name, one.kind, one.state, one.scoring.rules,
+        [ProblemHead(task.id, task.label, task.colour) for task in one.problems],
+    )  # fmt: skip

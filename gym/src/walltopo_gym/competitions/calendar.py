@@ -1,0 +1,43 @@
+"""When competitions are, for calendars."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime
+from uuid import UUID
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from walltopo_gym.competitions.models import Competition
+
+__all__ = ["Date", "dates_of"]
+
+
+@dataclass(frozen=True)
+class Date:
+    """A competition that everybody may know of, from when to when."""
+
+    competition_id: UUID
+    name: str
+    about: str
+    starts_at: datetime
+    ends_at: datetime | None
+
+
+def dates_of(session: Session, gym_id: UUID) -> list[Date]:
+    """A gym's competitions that have a date and are no drafts, the first first."""
+    rows = (
+        select(Competition)
+        .where(
+            Competition.gym_id == gym_id,
+            Competition.state != "draft",
+            Competition.starts_at.is_not(None),
+        )
+        .order_by(Competition.starts_at, Competition.id)
+    )
+    return [
+        Date(row.id, row.name, row.about, row.starts_at, row.ends_at)
+        for row in session.scalars(rows)
+        if row.starts_at is not None
+    ]

@@ -1,0 +1,206 @@
+"""Tables of competitions."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from typing import Any
+from uuid import UUID
+
+from sqlalchemy import JSON, ForeignKey, Index, String, Text, UniqueConstraint
+from sqlalchemy.orm import Mapped, mapped_column
+
+from walltopo_gym.clock import now
+from walltopo_gym.database.base import Base, Keyed
+
+__all__ = ["Category", "Competition", "Entry", "Problem", "Round", "ScoreEvent", "Starter",
+           "WaiverSignature"]  # fmt: skip
+
+_COMPETITION = "competitions.id"
+_ENTRY = "competition_entries.id"
+_PERSON = "people.id"
+
+
+class Competition(Keyed, Base):
+    """A competition of a gym.
+
+    `format`: how rounds make one ranking (sheet.py); `state`: "draft" (setters alone see it),
+    "open" (one may enter), "running" or "ended". `fee` is a note. `revision` grows with every
+    change but a score, `last_seq` with every score event: who writes one locks this row, so that
+    events are committed in the order of their numbers. `frozen_at`: since then only judges see the
+    board go on. `late_minutes`: so long after a round's end a climber's own result may arrive.
+    `league_best`: rounds of a league that count, `team_size`: members of a team that count; empty
+    for all.
+    """
+
+    __tablename__ = "competitions"
+
+    gym_id: Mapped[UUID] = mapped_column(ForeignKey("gyms.id", ondelete="CASCADE"), index=True)
+    name: Mapped[str] = mapped_column(String(80))
+    format: Mapped[str] = mapped_column(String(10))
+    state: Mapped[str] = mapped_column(String(10), default="draft")
+    about: Mapped[str] = mapped_column(String(2000), default="")
+    fee: Mapped[str] = mapped_column(String(200), default="")
+    waiver: Mapped[str] = mapped_column(Text, default="")
+    starts_at: Mapped[datetime | None]
+    ends_at: Mapped[datetime | None]
+    self_entry: Mapped[bool] = mapped_column(default=False)
+    self_scoring: Mapped[bool] = mapped_column(default=False)
+    late_minutes: Mapped[int] = mapped_column(default=60)
+    league_best: Mapped[int | None]
+    team_size: Mapped[int | None]
+    frozen_at: Mapped[datetime | None]
+    revision: Mapped[int] = mapped_column(default=0)
+    last_seq: Mapped[int] = mapped_column(default=0)
+
+
+class Category(Base):
+    """Who is ranked together; without bounds it is open to all."""
+
+    __tablename__ = "competition_categories"
+
+    id: Mapped[UUID] = mapped_column(primary_key=True)
+    competition_id: Mapped[UUID] = mapped_column(
+        ForeignKey(_COMPETITION, ondelete="CASCADE"), index=True
+    )
+    place: Mapped[int]
+    name: Mapped[str] = mapped_column(String(80))
+    gender: Mapped[str] = mapped_column(String(10), default="")
+    born_from: Mapped[int | None]
+    born_to: Mapped[int | None]
+
+
+class Round(Base):
+    """A part of a competition with problems and rules of its own.
+
+    `scoring`: the rules and their numbers (scoring/rules.py). `quota`: so many of each category
+    come in from the round before; empty: whoever has entered. `begun_at`: when it began.
+    """
+
+    __tablename__ = "competition_rounds"
+
+    id: Mapped[UUID] = mapped_column(primary_key=True)
+    competition_id: Mapped[UUID] = mapped_column(
+        ForeignKey(_COMPETITION, ondelete="CASCADE"), index=True
+    )
+    place: Mapped[int]
+    name: Mapped[str] = mapped_column(String(80))
+    kind: Mapped[str] = mapped_column(String(20))
+    scoring: Mapped[dict[str, Any]] = mapped_column(JSON)
+    quota: Mapped[int | None]
+    state: Mapped[str] = mapped_column(String(10), default="waiting")
+    opens_at: Mapped[datetime | None]
+    closes_at: Mapped[datetime | None]
+    begun_at: Mapped[datetime | None]
+
+
+class Problem(Base):
+    """What is climbed in a round. `name`, `colour`, `grade` and `wall` are the route's of the day
+    on which the problem was made, and outlive it. `points`: {flash, top, zone} of its own;
+    `category_ids`: whose it is, empty for all."""
+
+    __tablename__ = "competition_problems"
+
+    id: Mapped[UUID] = mapped_column(primary_key=True)
+    round_id: Mapped[UUID] = mapped_column(
+        ForeignKey("competition_rounds.id", ondelete="CASCADE"), index=True
+    )
+    place: Mapped[int]
+    label: Mapped[str] = mapped_column(String(20), default="")
+    route_id: Mapped[UUID | None] = mapped_column(
+        ForeignKey("routes.id", ondelete="SET NULL"), index=True
+    )
+    name: Mapped[str] = mapped_column(String(80), default="")
+    colour: Mapped[str] = mapped_column(String(40), default="")
+    grade: Mapped[str] = mapped_column(String(80), default="")
+    wall: Mapped[str] = mapped_column(String(80), default="")
+    points: Mapped[dict[str, int] | None] = mapped_column(JSON(none_as_null=True))
+    category_ids: Mapped[list[str]] = mapped_column(JSON, default=list)
+
+
+class Entry(Keyed, Base):
+    """A competitor, with an account (`person_id`) or without; `handicap` in points, for leagues."""
+
+    __tablename__ = "competition_entries"
+    __table_args__ = (
+        UniqueConstraint("competition_id", "bib"),
+        UniqueConstraint("competition_id", "person_id"),
+    )
+
+    competition_id: Mapped[UUID] = mapped_column(ForeignKey(_COMPETITION, ondelete="CASCADE"))
+    category_id: Mapped[UUID] = mapped_column(
+        ForeignKey("competition_categories.id", ondelete="CASCADE"), index=True
+    )
+    person_id: Mapped[UUID | None] = mapped_column(
+        ForeignKey(_PERSON, ondelete="SET NULL"), index=True
+    )
+    bib: Mapped[int]
+    name: Mapped[str] = mapped_column(String(80))
+    team: Mapped[str] = mapped_column(String(80), default="")
+    club: Mapped[str] = mapped_column(String(80), default="")
+    birth_year: Mapped[int | None]
+    gender: Mapped[str] = mapped_column(String(10), default="")
+    handicap: Mapped[int] = mapped_column(default=0)
+    withdrawn: Mapped[bool] = mapped_column(default=False)
+
+
+class WaiverSignature(Keyed, Base):
+    """Who accepted which text for an entry. `person_id`: by whose account, or who took it in on
+    paper."""
+
+    __tablename__ = "competition_waivers"
+
+    entry_id: Mapped[UUID] = mapped_column(ForeignKey(_ENTRY, ondelete="CASCADE"), index=True)
+    person_id: Mapped[UUID | None] = mapped_column(
+        ForeignKey(_PERSON, ondelete="SET NULL"), index=True
+    )
+    on_paper: Mapped[bool]
+    signed_by: Mapped[str] = mapped_column(String(80))
+    text: Mapped[str] = mapped_column(Text)
+
+
+class Starter(Base):
+    """An entry that is in a round to which not all come, and its place in the running order."""
+
+    __tablename__ = "competition_starters"
+
+    round_id: Mapped[UUID] = mapped_column(
+        ForeignKey("competition_rounds.id", ondelete="CASCADE"), primary_key=True
+    )
+    entry_id: Mapped[UUID] = mapped_column(
+        ForeignKey(_ENTRY, ondelete="CASCADE"), primary_key=True, index=True
+    )
+    place: Mapped[int]
+
+
+class ScoreEvent(Base):
+    """What was seen, said or decided; never changed, never deleted (ledger.py says what it means).
+
+    `id`, `device`, `number` and `made_at` are the device's; `seq` and `at` the server's.
+    `climbed_at` is `made_at` without the error of the device's clock, as far as it is known.
+    """
+
+    __tablename__ = "score_events"
+    __table_args__ = (
+        UniqueConstraint("competition_id", "seq"),
+        Index("ix_score_events_entry_id_problem_id", "entry_id", "problem_id"),
+    )
+
+    id: Mapped[UUID] = mapped_column(primary_key=True)
+    competition_id: Mapped[UUID] = mapped_column(ForeignKey(_COMPETITION, ondelete="CASCADE"))
+    seq: Mapped[int]
+    entry_id: Mapped[UUID] = mapped_column(ForeignKey(_ENTRY, ondelete="CASCADE"))
+    problem_id: Mapped[UUID | None] = mapped_column(
+        ForeignKey("competition_problems.id", ondelete="CASCADE"), index=True
+    )
+    kind: Mapped[str] = mapped_column(String(10))
+    n: Mapped[int | None]
+    target_id: Mapped[UUID | None]
+    text: Mapped[str] = mapped_column(String(500), default="")
+    person_id: Mapped[UUID | None] = mapped_column(
+        ForeignKey(_PERSON, ondelete="SET NULL"), index=True
+    )
+    device: Mapped[str] = mapped_column(String(40))
+    number: Mapped[int]
+    made_at: Mapped[datetime]
+    climbed_at: Mapped[datetime]
+    at: Mapped[datetime] = mapped_column(default=now)

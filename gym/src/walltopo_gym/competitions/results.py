@@ -1,0 +1,136 @@
+"""What everybody has, kept as score events come in; nothing is counted twice."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable
+from uuid import UUID
+
+from walltopo_gym.competitions.ledger import Fact, Ledger, Place
+from walltopo_gym.competitions.scoring.rules import Rules
+from walltopo_gym.competitions.scoring.score import NOTHING, Mark, Score, Tried
+from walltopo_gym.competitions.sheet import Competitor, RoundSheet, Sheet
+
+__all__ = ["Results"]
+
+
+class Results:
+    """Marks and scores of a competition.
+
+    An event touches the score of one competitor in one round, and, where points are shared, of
+    those who share them. `touched` are the categories in which something is otherwise since it
+    was last emptied.
+    """
+
+    def __init__(self, sheet: Sheet) -> None:
+        self._ledger = Ledger()
+        self._places: set[Place] = set()
+        self.touched: set[UUID] = set()
+        self.use(sheet)
+
+    def use(self, sheet: Sheet) -> None:
+        """Go on with another sheet; what was seen stays seen."""
+        self.sheet = sheet
+        self.competitors = {one.id: one for one in sheet.entries}
+        self._round_of = {task.id: one for one in sheet.rounds for task in one.problems}
+        self._task = {task.id: task for one in sheet.rounds for task in one.problems}
+        self._marks: dict[UUID, dict[UUID, Mark]] = defaultdict(dict)
+        self._scores: dict[tuple[UUID, UUID], Score | None] = {}
+        self._tops: dict[tuple[UUID, UUID], set[UUID]] = defaultdict(set)
+        self._zones: dict[tuple[UUID, UUID], set[UUID]] = defaultdict(set)
+        self.outs: dict[UUID, str] = {}
+        for entry, problem in sorted(self._places, key=str):
+            self._look(entry, problem)
+        self.touched = {category for category, _ in sheet.categories}
+
+    def add(self, facts: Iterable[Fact]) -> None:
+        """Take events in, in any order."""
+        for fact in facts:
+            for entry, problem in self._ledger.add(fact):
+                self._places.add((entry, problem))
+                self._look(entry, problem)
+
+    def mark(self, entry: UUID, problem: UUID) -> Mark:
+        """What somebody has on a problem."""
+        return self._marks[entry].get(problem, NOTHING)
+
+    def score(self, one: RoundSheet, who: Competitor) -> Score | None:
+        """What somebody has in a round; None for who is out, and for who has not climbed in it and
+        did not come into it by a quota either."""
+        key = one.id, who.id
+        if key not in self._scores:
+            self._scores[key] = self._scored(one, who)
+        return self._scores[key]
+
+    def empty(self, one: RoundSheet) -> Score:
+        """What nothing is worth in a round."""
+        return one.scoring.score((), {}, {})
+
+    def marks_in(self, one: RoundSheet, entry: UUID) -> dict[UUID, Mark]:
+        """What somebody has on the problems of a round."""
+        mine = self._marks.get(entry, {})
+        return {task.id: mine[task.id] for task in one.problems if task.id in mine}
+
+    def _scored(self, one: RoundSheet, who: Competitor) -> Score | None:
+        if not one.has(who.id) or who.id in self.outs:
+            return None
+        tried = [
+            Tried(problem, mark, self._task[problem].points)
+            for problem, mark in self.marks_in(one, who.id).items()
+        ]
+        if not tried and (one.starters is None or one.begun_at is None):
+            return None
+        tops = {t.problem: len(self._tops[who.category, t.problem]) for t in tried}
+        zones = {t.problem: len(self._zones[who.category, t.problem]) for t in tried}
+        return one.scoring.score(tried, tops, zones)
+
+    def _look(self, entry: UUID, problem: UUID | None) -> None:
+        """See what somebody has on a problem, or whether they are out, by the events so far."""
+        who = self.competitors.get(entry)
+        if who is None:
+            return
+        if problem is None:
+            self._look_out(who)
+            return
+        task = self._task.get(problem)
+        if task is None or (task.categories and who.category not in task.categories):
+            return
+        mark = self._ledger.mark(entry, problem)
+        if mark == self._marks[entry].get(problem, NOTHING):
+            return
+        if mark == NOTHING:
+            del self._marks[entry][problem]
+        else:
+            self._marks[entry][problem] = mark
+        self._hold(who, problem, mark)
+        self._forget(self._round_of[problem], who)
+
+    def _look_out(self, who: Competitor) -> None:
+        reason = self._ledger.out(who.id)
+        if reason == self.outs.get(who.id):
+            return
+        if reason is None:
+            del self.outs[who.id]
+        else:
+            self.outs[who.id] = reason
+        for problem, mark in self._marks[who.id].items():  # they share no points while they are out
+            self._hold(who, problem, mark)
+        for one in self.sheet.rounds:
+            self._forget(one, who)
+
+    def _hold(self, who: Competitor, problem: UUID, mark: Mark) -> None:
+        """Count them among those who have the problem; the others' share may be another one."""
+        key = who.category, problem
+        is_out = who.id in self.outs
+        for holders, has in ((self._tops[key], mark.top), (self._zones[key], mark.zone)):
+            if (who.id in holders) == bool(has and not is_out):
+                continue
+            holders.symmetric_difference_update({who.id})
+            one = self._round_of[problem]
+            if one.scoring.rules == Rules.SHARED:
+                for other in holders:
+                    self._forget(one, self.competitors[other])
+
+    def _forget(self, one: RoundSheet, who: Competitor) -> None:
+        self._scores.pop((one.id, who.id), None)
+        self.touched.add(who.category)

@@ -1,0 +1,145 @@
+"""A competition without its scores: who takes part in what, by which rules."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass
+from datetime import datetime
+from enum import StrEnum
+from uuid import UUID
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from walltopo_gym.competitions import models
+from walltopo_gym.competitions.scoring.rules import Scoring
+
+__all__ = ["Competitor", "Format", "RoundSheet", "Sheet", "Task", "load_sheet"]
+
+
+class Format(StrEnum):
+    """How rounds make one ranking.
+
+    Festival and night have one round. In rounds whoever came further stands before, and equal
+    scores are told apart by the round before. A league adds its rounds up.
+    """
+
+    FESTIVAL = "festival"
+    ROUNDS = "rounds"
+    LEAGUE = "league"
+    NIGHT = "night"
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """A problem; `categories`: whose, empty: everybody's."""
+
+    id: UUID
+    label: str
+    colour: str
+    points: dict[str, int] | None
+    categories: frozenset[UUID]
+
+
+@dataclass(frozen=True, slots=True)
+class RoundSheet:
+    """A round; `starters` is None where all are in it."""
+
+    id: UUID
+    name: str
+    kind: str
+    state: str
+    scoring: Scoring
+    quota: int | None
+    begun_at: datetime | None
+    problems: tuple[Task, ...]
+    starters: frozenset[UUID] | None
+
+    def has(self, entry: UUID) -> bool:
+        """Whether somebody climbs in it."""
+        return self.starters is None or entry in self.starters
+
+
+@dataclass(frozen=True, slots=True)
+class Competitor:
+    """An entry that has not withdrawn."""
+
+    id: UUID
+    category: UUID
+    bib: int
+    name: str
+    team: str
+    club: str
+    handicap: int
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """All of it, in order; `revision` tells one from the next."""
+
+    id: UUID
+    name: str
+    format: Format
+    state: str
+    revision: int
+    frozen_at: datetime | None
+    league_best: int | None
+    team_size: int | None
+    categories: tuple[tuple[UUID, str], ...]
+    rounds: tuple[RoundSheet, ...]
+    entries: tuple[Competitor, ...]
+
+    def as_of(self, at: datetime) -> Sheet:
+        """As it was at a moment: later rounds had not begun."""
+        rounds = tuple(r for r in self.rounds if r.begun_at is not None and r.begun_at <= at)
+        return Sheet(**{**vars(self), "rounds": rounds or self.rounds[:1]})
+
+
+def load_sheet(session: Session, competition: models.Competition) -> Sheet:
+    """A competition's sheet from its tables."""
+    problems = defaultdict[UUID, list[Task]](list)
+    of = models.Round.competition_id == competition.id
+    tasks = select(models.Problem).join(models.Round, models.Round.id == models.Problem.round_id)
+    for row in session.scalars(tasks.where(of).order_by(models.Problem.place)):
+        problems[row.round_id].append(_task(row, len(problems[row.round_id]) + 1))
+    starters = defaultdict[UUID, set[UUID]](set)
+    started = select(models.Starter).join(models.Round, models.Round.id == models.Starter.round_id)
+    for starter in session.scalars(started.where(of)):
+        starters[starter.round_id].add(starter.entry_id)
+    rounds = session.scalars(select(models.Round).where(of).order_by(models.Round.place))
+    categories = session.scalars(
+        select(models.Category)
+        .where(models.Category.competition_id == competition.id)
+        .order_by(models.Category.place)
+    )
+    entries = session.scalars(
+        select(models.Entry)
+        .where(models.Entry.competition_id == competition.id, models.Entry.withdrawn.is_(False))
+        .order_by(models.Entry.bib)
+    )
+    return Sheet(
+        id=competition.id, name=competition.name, format=Format(competition.format),
+        state=competition.state, revision=competition.revision, frozen_at=competition.frozen_at,
+        league_best=competition.league_best, team_size=competition.team_size,
+        categories=tuple((row.id, row.name) for row in categories),
+        rounds=tuple(
+            _round(row, tuple(problems[row.id]), frozenset(starters[row.id])) for row in rounds
+        ),
+        entries=tuple(
+            Competitor(row.id, row.category_id, row.bib, row.name, row.team, row.club, row.handicap)
+            for row in entries
+        ),
+    )  # fmt: skip
+
+
+def _task(row: models.Problem, number: int) -> Task:
+    whose = frozenset(UUID(category) for category in row.category_ids)
+    return Task(row.id, row.label or str(number), row.colour, row.points, whose)
+
+
+def _round(row: models.Round, problems: tuple[Task, ...], starters: frozenset[UUID]) -> RoundSheet:
+    return RoundSheet(
+        id=row.id, name=row.name, kind=row.kind, state=row.state,
+        scoring=Scoring.of(row.scoring), quota=row.quota, begun_at=row.begun_at,
+        problems=problems, starters=None if row.quota is None else starters,
+    )  # fmt: skip

@@ -1,0 +1,88 @@
+"""Results as a table, and on paper."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+from walltopo_gym.competitions.told import BoardTold, Line, RoundLine
+from walltopo_gym.paper.sheet import Sheet
+from walltopo_gym.spreadsheets import csv_table
+
+__all__ = ["results_csv", "results_pdf"]
+
+_COLUMNS: Final = ("category", "rank", "shared", "bib", "name", "team", "club", "out", "points")
+_OF_A_ROUND: Final = ("rank", "points", "tops", "zones", "flashes", "tries_to_top",
+                      "tries_to_zone")  # fmt: skip
+
+
+def results_csv(told: BoardTold) -> str:
+    """A line each competitor, category by category; a round's columns begin with its name."""
+    heads = [f"{number}. {one.name}: {name}"
+             for number, one in enumerate(told.rounds, 1) for name in _OF_A_ROUND]  # fmt: skip
+    rows = (
+        (category.name, _rank(line), "yes" if line.tied else "", line.bib, line.name, line.team,
+         line.club, line.out or "", line.points, *_cells(line))
+        for category in told.categories for line in category.lines
+    )  # fmt: skip
+    columns = [*_COLUMNS, *heads]
+    return csv_table(columns, (dict(zip(columns, row, strict=True)) for row in rows))
+
+
+def results_pdf(told: BoardTold, gym: str, when: str, words: dict[str, str]) -> bytes:
+    """The results on pages.
+
+    Parameters
+    ----------
+    when : the day, as it is written; words : heads of the columns ("rank", "bib", "name", "team",
+        "points", "out", "frozen") in the reader's language.
+    """
+    sheet = Sheet(told.name, when, foot=gym)
+    if told.frozen_at is not None:
+        sheet.text(words["frozen"], quiet=True)
+    for category in told.categories:
+        sheet.heading(category.name)
+        heads = [words["rank"], words["bib"], words["name"], words["team"]]
+        shown = [one for one in told.rounds if one.state != "waiting"]
+        has_sum = any(line.points for line in category.lines)
+        rows = [
+            [_rank(line) or (words["out"] if line.out is not None else "–"), str(line.bib),
+             line.name, line.team or line.club, *_results(line, {one.id for one in shown}),
+             *([line.points] if has_sum and len(shown) > 1 else [])]
+            for line in category.lines
+        ]  # fmt: skip
+        heads += [one.name for one in shown]
+        heads += [words["points"]] if has_sum and len(shown) > 1 else []
+        widths = [1.2, 1.2, 5, 3.5, *[2.8 for _ in heads[4:]]]
+        sheet.table(heads, rows, widths=widths, right={0, 1}, bold={2})
+    if told.teams:
+        sheet.heading(words["team"])
+        rows = [[str(team.rank), team.name, ", ".join(team.members), team.points]
+                for team in told.teams]  # fmt: skip
+        sheet.table([words["rank"], words["team"], words["name"], words["points"]], rows,
+                    widths=[1, 3, 7, 2], right={0, 3}, bold={1})  # fmt: skip
+    return sheet.pdf()
+
+
+def _rank(line: Line) -> str:
+    return "" if line.rank is None else str(line.rank)
+
+
+def _cells(line: Line) -> Iterator[str]:
+    for one in line.rounds:
+        for name in _OF_A_ROUND:
+            value = getattr(one, name)
+            yield "" if value is None or not one.started else str(value)
+
+
+def _results(line: Line, rounds: set[object]) -> list[str]:
+    return [_short(one) for one in line.rounds if one.round_id in rounds]
+
+
+def _short(one: RoundLine) -> str:
+    """Points, or tops and zones with their tries as judges write them: 3T4z 5 6."""
+    if not one.started:
+        return ""
+    if one.points:
+        return one.points
+    return f"{one.tops}T{one.zones}z {one.tries_to_top} {one.tries_to_zone}"

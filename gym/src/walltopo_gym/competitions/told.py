@@ -1,0 +1,102 @@
+"""A board as it is told, in JSON and on paper."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from datetime import datetime
+from uuid import UUID
+
+__all__ = ["BoardTold", "CategoryLines", "Line", "ProblemHead", "RoundHead", "RoundLine", "Team"]
+
+
+@dataclass(frozen=True, slots=True)
+class RoundLine:
+    """What a competitor has in a round; `marks`: problem to tries, zone and top (0: not), in
+    rounds of few problems."""
+
+    round_id: UUID
+    rank: int | None
+    started: bool
+    points: str
+    tops: int
+    zones: int
+    flashes: int
+    tries_to_top: int
+    tries_to_zone: int
+    marks: dict[UUID, tuple[int, int, int]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A competitor's place. `rank` is null for who has nothing yet or is out (`out`: why); `tied`:
+    shares it. `points` of all rounds, empty where they are not added up."""
+
+    entry_id: UUID
+    bib: int
+    name: str
+    team: str
+    club: str
+    rank: int | None
+    tied: bool
+    out: str | None
+    points: str
+    rounds: list[RoundLine]
+
+
+@dataclass(frozen=True, slots=True)
+class CategoryLines:
+    """A category, the first first."""
+
+    id: UUID
+    name: str
+    lines: list[Line]
+
+
+@dataclass(frozen=True, slots=True)
+class Team:
+    """A team of a league and its place."""
+
+    rank: int
+    tied: bool
+    name: str
+    points: str
+    members: list[str]
+
+
+@dataclass(frozen=True, slots=True)
+class ProblemHead:
+    """A problem, for a column's head."""
+
+    id: UUID
+    label: str
+    colour: str
+
+
+@dataclass(frozen=True, slots=True)
+class RoundHead:
+    """A round, for a column's head."""
+
+    id: UUID
+    name: str
+    kind: str
+    state: str
+    rules: str
+    problems: list[ProblemHead]
+
+
+@dataclass(frozen=True, slots=True)
+class BoardTold:
+    """A board. With `frozen_at` it is as it was then. `seq`: of the last score event in it, `at`
+    when that arrived."""
+
+    competition_id: UUID
+    name: str
+    state: str
+    format: str
+    frozen_at: datetime | None
+    seq: int
+    revision: int
+    at: datetime | None
+    rounds: list[RoundHead]
+    categories: list[CategoryLines]
+    teams: list[Team]

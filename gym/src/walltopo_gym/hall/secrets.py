@@ -1,0 +1,82 @@
+"""Secrets of the server itself, made when they are first needed and then the same for all of its
+processes: they are in the database, so in its backups too."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import hmac
+import secrets
+from collections.abc import Callable
+from uuid import UUID
+
+from sqlalchemy import select
+from sqlalchemy.exc import IntegrityError
+
+from walltopo_gym.database.engine import Database
+from walltopo_gym.hall.models import ServerSecret
+
+__all__ = ["person_of", "push_key", "public_push_key", "unsubscribe_token"]
+
+_PUSH = "push"
+_UNSUBSCRIBE = "unsubscribe"
+
+
+def push_key(database: Database) -> str:
+    """The private key that signs what is sent to browsers (RFC 8292), as PEM."""
+    return _kept(database, _PUSH, _new_push_key)
+
+
+def public_push_key(database: Database) -> str:
+    """Its public half, as browsers want it: an uncompressed point, base64url."""
+    from cryptography.hazmat.primitives.serialization import (
+        Encoding,
+        PublicFormat,
+        load_pem_private_key,
+    )
+
+    key = load_pem_private_key(push_key(database).encode(), None).public_key()
+    point = key.public_bytes(Encoding.X962, PublicFormat.UncompressedPoint)
+    return base64.urlsafe_b64encode(point).decode().rstrip("=")
+
+
+def unsubscribe_token(database: Database, person: UUID) -> str:
+    """What ends the mails of a person, without a sign-in: in the mails' own links."""
+    key = _kept(database, _UNSUBSCRIBE, lambda: secrets.token_urlsafe(32))
+    digest = hmac.digest(key.encode(), person.bytes, hashlib.sha256)[:16]
+    return base64.urlsafe_b64encode(person.bytes + digest).decode().rstrip("=")
+
+
+def person_of(database: Database, token: str) -> UUID | None:
+    """Whose mails a token ends; None where it is none."""
+    try:
+        content = base64.urlsafe_b64decode(token + "=" * (-len(token) % 4))
+        person = UUID(bytes=content[:16])
+    except ValueError:
+        return None
+    right = unsubscribe_token(database, person)
+    return person if hmac.compare_digest(right.encode(), token.encode()) else None
+
+
+def _new_push_key() -> str:
+    from py_vapid import Vapid02
+
+    key = Vapid02()
+    key.generate_keys()
+    pem: bytes = key.private_pem()
+    return pem.decode()
+
+
+def _kept(database: Database, name: str, make: Callable[[], str]) -> str:
+    asked = select(ServerSecret.content).where(ServerSecret.name == name)
+    with database.reading() as session:
+        content = session.scalar(asked)
+    if content is None:
+        try:
+            with database.writing() as session:
+                session.add(ServerSecret(name=name, content=make()))
+        except IntegrityError:
+            pass  # another process made it at the same moment
+        with database.reading() as session:
+            content = session.scalars(asked).one()
+    return content

@@ -1,0 +1,150 @@
+"""Messages are tried until they are taken, each try a workflow of DBOS, as webhooks are.
+
+A worker that is killed between the answer of a mail server or push service and the note of it sends
+once more: a mail then has the same Message-ID, a browser shows one notification of a tag.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from dataclasses import dataclass
+from datetime import timedelta
+from typing import Final
+from urllib.parse import urlsplit
+from uuid import UUID
+
+from dbos import DBOS, SetWorkflowID
+from sqlalchemy import delete, select
+
+from walltopo.core import InputError
+from walltopo_gym.accounts.models import Person
+from walltopo_gym.climbing.counting import zone_of
+from walltopo_gym.clock import now
+from walltopo_gym.database.engine import Database
+from walltopo_gym.errors import NotFoundError
+from walltopo_gym.gyms.models import Gym
+from walltopo_gym.hall.models import Message, PushAddress
+from walltopo_gym.hall.occasions import DIGEST, note_all
+from walltopo_gym.hall.push import push
+from walltopo_gym.hall.secrets import push_key, unsubscribe_token
+from walltopo_gym.hall.wishes import awake_at, wishes_of
+from walltopo_gym.hall.words import words_in
+from walltopo_gym.mail import Letter, Mailer, sender_of
+from walltopo_gym.settings import GymSettings
+
+__all__ = ["QUEUE", "Telling"]
+
+_LOG = logging.getLogger("walltopo_gym.hall")
+QUEUE: Final = "messages"
+_LOOK_S: Final = 60
+# Seconds to the next try; after the last one it is given up.
+_WAITS: Final = (60, 600, 3600, 14400, 43200)
+
+_telling: Telling | None = None
+
+
+@dataclass
+class Telling:
+    """Notes what is to be told, hands it to DBOS, and sees to each try."""
+
+    settings: GymSettings
+    database: Database
+    mailer: Mailer
+    looked: float = 0.0
+
+    def begin_due(self) -> None:
+        """Once a minute: note what is new to tell, and begin a try of what is due."""
+        global _telling
+        _telling = self
+        if self.looked and time.monotonic() < self.looked + _LOOK_S:
+            return
+        self.looked = time.monotonic()
+        note_all(self.database)
+        for message, number in self.claim():
+            with SetWorkflowID(f"message-{message}-{number}"):
+                DBOS.enqueue_workflow(QUEUE, _tell, str(message))
+
+    def claim(self) -> list[tuple[UUID, int]]:
+        """What is tried now, and for which time; its next try is set before it begins."""
+        due = select(Message).where(Message.sent_at.is_(None), Message.next_at <= now()).limit(200)
+        begun = []
+        with self.database.writing() as session:
+            for row in session.scalars(due.with_for_update(skip_locked=True)):
+                if row.tries > len(_WAITS):
+                    _LOG.warning("message %s: given up (%s)", row.id, row.error)
+                    row.sent_at = now()
+                    continue
+                if row.kind != DIGEST:
+                    gym = session.get_one(Gym, row.gym_id)
+                    wishes = wishes_of(session, row.person_id)
+                    awake = awake_at(wishes, now(), zone_of(gym))
+                    if awake > now():
+                        row.next_at = awake
+                        continue
+                wait = _WAITS[min(row.tries, len(_WAITS) - 1)]
+                row.tries, row.next_at = row.tries + 1, now() + timedelta(seconds=wait)
+                begun.append((row.id, row.tries))
+        return begun
+
+    def try_once(self, message: UUID) -> None:
+        """Send a message, unless it was."""
+        with self.database.reading() as session:
+            row = session.get(Message, message)
+        if row is None or row.sent_at is not None:
+            return
+        error = ""
+        try:
+            if row.kind == DIGEST:
+                self._mail(row)
+            else:
+                self._push(row)
+        except NotFoundError:
+            with self.database.writing() as session:
+                session.execute(delete(PushAddress).where(PushAddress.id == UUID(row.target)))
+        except (OSError, InputError) as why:
+            error = str(why) or type(why).__name__
+        with self.database.writing() as session:
+            kept = session.get(Message, message)
+            if kept is not None:
+                kept.error = error[:300]
+                kept.sent_at = None if error else now()
+
+    def _mail(self, row: Message) -> None:
+        with self.database.reading() as session:
+            person = session.get_one(Person, row.person_id)
+            wishes = wishes_of(session, row.person_id)
+            gym = session.get_one(Gym, row.gym_id)
+        if not wishes.digest:
+            return  # they have changed their mind since
+        base = self.settings.link_base
+        token = unsubscribe_token(self.database, person.id)
+        words = words_in(wishes.language)
+        end = [f"{base}/g/{gym.slug}", "", words.say("digest_end"), f"{base}/unsubscribe#{token}"]
+        host = urlsplit(base).hostname or "localhost"
+        headers = {
+            # RFC 8058: the mail program's own button ends it.
+            "List-Unsubscribe": f"<{base}/api/v1/unsubscribe/{token}>",
+            "List-Unsubscribe-Post": "List-Unsubscribe=One-Click",
+            "Message-ID": f"<{row.id}@{host}>",
+        }
+        text = "\n".join([*row.body["lines"], *end]) + "\n"
+        self.mailer.hand_over(Letter(person.email, row.body["subject"], text, headers))
+
+    def _push(self, row: Message) -> None:
+        with self.database.reading() as session:
+            address = session.get(PushAddress, UUID(row.target))
+        if address is None:
+            return
+        push(address, row.body, push_key(self.database), sender_of(self.settings),
+             private=self.settings.webhooks_to_private)  # fmt: skip
+
+
+@DBOS.workflow(name="message")
+def _tell(message: str) -> None:
+    DBOS.run_step({"name": "tell"}, _try_once, message)
+
+
+def _try_once(message: str) -> None:
+    assert _telling is not None, "the worker has not begun"
+    _telling.try_once(UUID(message))

@@ -1,0 +1,1 @@
+import{Lt as e}from"./Trouble-CrOrP5nW.js";e();

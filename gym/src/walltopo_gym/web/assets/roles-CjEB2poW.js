@@ -1,1 +1,0 @@
-function e(e){return e?.role===`setter`||e?.role===`owner`}function t(e){return e?.role===`owner`}export{e as n,t};

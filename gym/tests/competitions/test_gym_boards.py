@@ -1,0 +1,170 @@
+"""The board, kept event by event, is what a slow scorer makes of all events at once."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+from random import Random
+from uuid import UUID
+
+import pytest
+from gym.tests.competitions.reference import Reference
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from walltopo_gym.clock import now
+from walltopo_gym.competitions.board import Board
+from walltopo_gym.competitions.ledger import Fact
+from walltopo_gym.competitions.ranking import ranked
+from walltopo_gym.competitions.scoring.ifsc import score_2018, score_2025
+from walltopo_gym.competitions.scoring.rules import Scoring
+from walltopo_gym.competitions.scoring.score import Mark, Tried
+from walltopo_gym.competitions.sheet import Competitor, Format, RoundSheet, Sheet, Task
+
+RULES = ("points", "shared", "ifsc-2025", "ifsc-2018", "most")
+CATEGORIES = (UUID(int=1), UUID(int=2))
+
+
+def key(kind: int, number: int) -> UUID:
+    return UUID(int=1000 * kind + number)
+
+
+ENTRIES = tuple(
+    Competitor(key(2, n), CATEGORIES[n % 2], n + 1, f"Climber {n}", ("", "Blue", "Red")[n % 3], "",
+               10 * (n % 2)) for n in range(7)
+)  # fmt: skip
+
+
+@st.composite
+def sheets(draw: st.DrawFn) -> Sheet:
+    """A competition of one or two rounds that have begun; to the second not all may come."""
+    form = draw(st.sampled_from(list(Format)))
+    rules = [r for r in RULES if form != Format.LEAGUE or r != "ifsc-2018"]
+    rounds = []
+    for number in range(1 if form in (Format.FESTIVAL, Format.NIGHT) else 2):
+        tasks = tuple(
+            Task(key(3 + number, n), str(n), "red",
+                 draw(st.sampled_from([None, {"flash": 9, "top": 7, "zone": 3}])),
+                 frozenset(CATEGORIES[:1]) if n == 3 else frozenset())
+            for n in range(4)
+        )  # fmt: skip
+        scoring = Scoring.of({
+            "rules": draw(st.sampled_from(rules)), "best": draw(st.sampled_from([None, 2])),
+            "zone": 10,
+        })  # fmt: skip
+        is_final = number == 1 and form == Format.ROUNDS
+        starters = frozenset(who.id for who in ENTRIES[:4]) if is_final else None
+        rounds.append(
+            RoundSheet(key(9, number), f"Round {number}", "open", "running", scoring,
+                       4 if is_final else None, now(), tasks, starters)
+        )  # fmt: skip
+    return Sheet(
+        key(1, 1), "Cup", form, "running", 1, None, draw(st.sampled_from([None, 1])), 2,
+        tuple((category, str(category)) for category in CATEGORIES), tuple(rounds), ENTRIES,
+    )  # fmt: skip
+
+
+def seen(sheet: Sheet, chance: Random) -> list[Fact]:
+    """What judges and competitors say, some of it about what was said before."""
+    problems = [task.id for one in sheet.rounds for task in one.problems]
+    facts: list[Fact] = []
+    for number in range(chance.randrange(50)):
+        kind = chance.choice(["attempt", "zone", "top", "top", "zone", "void", "void", "out"])
+        entry = chance.choice(sheet.entries).id
+        target = chance.choice(facts) if facts and chance.random() < 0.3 else None
+        if kind == "void" and target is None:
+            kind = "attempt"
+        if target is not None:
+            entry = target.entry
+        problem = None if kind == "out" else chance.choice(problems)
+        n = chance.randrange(1, 5) if kind in ("attempt", "zone", "top") else None
+        facts.append(
+            Fact(
+                key(20, number),
+                entry,
+                problem,
+                kind,
+                n,
+                None if target is None else target.id,
+                "why",
+            )
+        )
+    return facts
+
+
+def ranks(board: Board) -> dict[UUID, int | None]:
+    return {line.entry_id: line.rank for lines in board.lines().values() for line in lines}
+
+
+@given(sheets(), st.integers(0, 10**9))
+@settings(max_examples=200, deadline=None)
+def test_in_whatever_order_events_arrive_the_board_is_the_references(
+    sheet: Sheet, seed: int
+) -> None:
+    chance = Random(seed)
+    facts = seen(sheet, chance)
+    arriving = facts + facts[::3]
+    chance.shuffle(arriving)
+    board = Board(sheet)
+    for at in range(0, len(arriving), 7):
+        board.results.add(arriving[at : at + 7])
+        assert ranks(board) == Reference(sheet, arriving[: at + 7]).ranks()
+    assert ranks(board) == Reference(sheet, facts).ranks()
+    # Somebody withdraws and comes back, while the events stay.
+    fewer = replace(sheet, entries=sheet.entries[1:])
+    board.results.use(fewer)
+    assert ranks(board) == Reference(fewer, facts).ranks()
+    board.results.use(sheet)
+    whole = Board(sheet)
+    whole.results.add(facts)
+    assert board.told() == whole.told()
+
+
+@given(sheets(), st.integers(0, 10**9))
+@settings(max_examples=60, deadline=None)
+def test_why_one_stands_before_another(sheet: Sheet, seed: int) -> None:
+    """The comparisons end in the one that decides, and it says the same as the ranks."""
+    board = Board(sheet)
+    board.results.add(seen(sheet, Random(seed)))
+    found = ranks(board)
+    for first in sheet.entries:
+        for second in sheet.entries:
+            if first.category != second.category:
+                continue
+            steps = board.why(first.id, second.id)
+            mine, theirs = found[first.id], found[second.id]
+            if mine is None or theirs is None:
+                assert steps == []
+                continue
+            assert [step.decides for step in steps[:-1]] == [False] * (len(steps) - 1)
+            assert steps[-1].decides == (mine != theirs)
+
+
+def test_equal_ranks_are_shared_and_the_next_is_as_much_later() -> None:
+    keys = {name: (Fraction(value),) for name, value in zip("abcd", (5, 9, 5, 1), strict=True)}
+    places = ranked(keys)
+    assert [(name, places[name].rank, places[name].tied) for name in "badc"] == [
+        ("b", 1, False), ("a", 2, True), ("d", 4, False), ("c", 2, True),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("marks", "points"),
+    [
+        # The worked example of the description that docs/gym.md names: 59.7.
+        ([Mark(1, 1, 1), Mark(3, 1, 3), Mark(2, 2, 0), Mark(4, 0, 0)], "597/10"),
+        ([Mark(4, 2, 4)], "247/10"),
+        ([Mark(999, 999, 0)], "0"),
+        ([], "0"),
+    ],
+)
+def test_points_of_2025(marks: list[Mark], points: str) -> None:
+    tried = [Tried(key(3, n), mark) for n, mark in enumerate(marks)]
+    assert score_2025(tried).points == Fraction(points)
+
+
+def test_before_2025_tops_then_zones_then_tries() -> None:
+    better = [Tried(key(3, 1), Mark(5, 5, 5)), Tried(key(3, 2), Mark(1, 1, 0))]
+    worse = [Tried(key(3, 1), Mark(1, 1, 1)), Tried(key(3, 2), Mark(9, 0, 0))]
+    assert score_2018(better).key > score_2018(worse).key  # a zone more beats fewer tries
+    assert [int(value) for value in score_2018(worse).key] == [1, 1, -1, -1]

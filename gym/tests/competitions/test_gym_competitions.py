@@ -1,0 +1,325 @@
+"""Competitions through the API: made from the wall, entered, judged, frozen, replayed, told."""
+
+from __future__ import annotations
+
+import csv
+import io
+import threading
+from datetime import datetime, timedelta
+from typing import Any
+from uuid import uuid4
+
+import pytest
+from gym.tests.competitions.contest import PROBLEMS, Contest, hang_routes
+from gym.tests.worlds import PASSWORD, World, make_world
+from sqlalchemy import select
+
+from walltopo_gym.clock import now
+from walltopo_gym.competitions.calendar import dates_of
+from walltopo_gym.competitions.models import WaiverSignature
+
+
+@pytest.fixture
+def public(world: World) -> World:
+    """A gym that everybody sees."""
+    return make_world(world.server, world.people, visibility="public")
+
+
+def running(world: World, **words: Any) -> Contest:
+    contest = Contest(world, words).make()
+    contest.move("running")
+    return contest
+
+
+def test_a_festival_from_the_routes_on_the_wall(public: World) -> None:
+    routes = hang_routes(public)
+    contest = Contest(public, routes=routes).make()
+    problems = contest.sheet["rounds"][0]["problems"]
+    assert [(p["label"], p["name"], p["colour"]) for p in problems] == [
+        (str(n), name, "red") for n, name in enumerate(PROBLEMS, 1)
+    ]
+    assert contest.ask("GET", "", who="member").status_code == 404  # a draft
+    contest.move("running")
+    jana, ivo, uma = (contest.entry(name) for name in ("Jana", "Ivo", "Uma"))
+    assert contest.say(jana, "top", 0, 1).status_code == 201
+    assert contest.say(ivo, "top", 0, 2).status_code == 201
+    assert contest.say(ivo, "zone", 1, 3).status_code == 201
+    assert contest.say(uma, "attempt", 1, 1).status_code == 201
+    board = contest.board()
+    lines = board["categories"][0]["lines"]
+    assert [(x["rank"], x["name"], x["points"]) for x in lines] == [
+        (1, "Ivo", "140"), (2, "Jana", "120"), (3, "Uma", "0"),
+    ]  # fmt: skip
+    # Stripped, the problem stays what it was.
+    strip = f"{public.path}/routes/{routes[0]}/strip"
+    assert public.server.ask("POST", strip, public.people["setter"]).is_success
+    public.server.ask("DELETE", f"{public.path}/walls/{public.wall.id}", public.owner)
+    kept = contest.ask("GET", "", who="nobody").json()["rounds"][0]["problems"][0]
+    assert (kept["name"], kept["route_id"]) == ("Moon", None)
+
+
+def test_an_event_arrives_once_and_is_never_changed(public: World) -> None:
+    contest = running(public)
+    jana, event = contest.entry("Jana"), uuid4()
+    moment = now().isoformat()
+    words: dict[str, Any] = {"number": 7, "made_at": moment}
+    statuses: list[int] = []
+
+    def send() -> None:
+        answer = contest.say(jana, "top", 0, 2, event=event, **words)
+        statuses.append(answer.status_code)
+
+    copies = [threading.Thread(target=send) for _ in range(4)]
+    for copy in copies:
+        copy.start()
+    for copy in copies:
+        copy.join()
+    assert sorted(statuses) == [200, 200, 200, 201]
+    assert contest.say(jana, "top", 0, 1, event=event, **words).status_code == 409
+    told = contest.ask("GET", "/events", who="judge").json()
+    assert [(item["id"], item["seq"], item["by_name"]) for item in told["items"]] == [
+        (str(event), 1, "judge")
+    ]
+
+
+def test_undo_correction_and_disqualification(public: World) -> None:
+    contest = running(public)
+    jana, ivo = contest.entry("Jana"), contest.entry("Ivo")
+    tops = [contest.say(ivo, "top", 0, 1).json()["id"], contest.say(jana, "top", 0, 3).json()["id"]]
+    assert contest.ranks() == [(1, "Ivo"), (2, "Jana")]
+    undo = contest.say(ivo, "void", 0, target_id=tops[0]).json()["id"]
+    assert contest.ranks() == [(1, "Jana"), (None, "Ivo")]
+    contest.say(ivo, "void", 0, target_id=undo)  # the undo undone
+    assert contest.ranks() == [(1, "Ivo"), (2, "Jana")]
+    contest.say(ivo, "zone", 0, 1, target_id=tops[0])  # a zone in place of the top
+    assert contest.ranks() == [(1, "Jana"), (2, "Ivo")]
+    marks = contest.ask("GET", f"/problems/{contest.problem(0)}/marks", who="judge").json()
+    assert {m["entry_id"]: (m["zone"], m["top"]) for m in marks} == {ivo: (1, None), jana: (3, 3)}
+    assert all(event["counts"] for mark in marks for event in mark["events"])
+    contest.say(jana, "out", text="chalk on the start list")
+    assert contest.ranks() == [(1, "Ivo"), (None, "Jana")]
+    assert contest.board()["categories"][0]["lines"][1]["out"] == "chalk on the start list"
+
+
+def test_who_may_enter_what(public: World) -> None:
+    contest = Contest(
+        public, {"self_entry": True, "self_scoring": True, "waiver": "I fall."}
+    ).make()
+    contest.move("open")
+    category = contest.sheet["categories"][0]["id"]
+    body = {"category_id": category, "name": "Mina", "waiver": "I fly."}
+    assert contest.ask("PUT", "/mine", body, "member").status_code == 409  # another text
+    assert contest.ask("PUT", "/mine", body | {"waiver": "I fall."}, "member").is_success
+    own = contest.ask("GET", "/mine", who="member").json()
+    assert own["entry"]["waiver_at"] is not None
+    mine, other = own["entry"]["id"], contest.entry("Ivo")
+    assert contest.say(mine, "top", 0, 1, who="member").status_code == 409  # not begun
+    contest.move("running")
+    assert contest.say(other, "top", 0, 1, who="member").status_code == 403
+    assert contest.say(mine, "out", text="x", who="member").status_code == 403
+    assert contest.say(mine, "top", 0, 1, who="member").status_code == 201
+    judged = contest.say(mine, "zone", 1, 1).json()["id"]
+    assert contest.say(mine, "void", 1, target_id=judged, who="member").status_code == 403
+    marks = contest.ask("GET", "/mine", who="member").json()["marks"]
+    assert [(m["tries"], m["zone"], m["top"]) for m in marks] == [(1, 1, 1), (1, 1, None)]
+    # An appeal, and its decision.
+    appeal = contest.say(mine, "appeal", 1, who="member", text="I had the top").json()["id"]
+    assert contest.say(mine, "decision", 1, 1, target_id=judged, text="?").status_code == 422
+    assert contest.say(mine, "decision", 1, 1, target_id=appeal, text="seen").status_code == 201
+    appeals = contest.ask("GET", "/appeals", who="judge").json()
+    assert [(a["event"]["text"], a["decision"]["n"]) for a in appeals] == [("I had the top", 1)]
+
+
+def test_own_results_in_their_window_by_a_wrong_clock(public: World) -> None:
+    """A phone whose clock is a year behind, offline for an hour; and one that is too late."""
+    over = now() - timedelta(minutes=30)
+    rounds = [{"name": "Night", "scoring": {"rules": "most"}, "problems": [{"name": "A"}],
+               "closes_at": over.isoformat()}]  # fmt: skip
+    contest = running(public, format="night", rounds=rounds, self_entry=True, self_scoring=True)
+    body = {"category_id": contest.sheet["categories"][0]["id"]}
+    mine = contest.ask("PUT", "/mine", body, "member").json()["entry"]["id"]
+    phone = now() - timedelta(days=365)
+
+    def late(hours: float) -> int:
+        made = phone - timedelta(hours=hours)
+        answer = contest.say(mine, "top", 0, 1, who="member", made_at=made.isoformat(),
+                             sent_at=phone.isoformat())  # fmt: skip
+        return answer.status_code
+
+    assert late(0.25) == 409
+    assert late(1) == 201
+    told = contest.ask("GET", "/events", who="judge").json()["items"][0]
+    assert abs(datetime.fromisoformat(told["climbed_at"]) - now() + timedelta(hours=1)) < timedelta(
+        minutes=1
+    )
+
+
+FINAL = {
+    "format": "rounds",
+    "rounds": [
+        {"name": "Qualification", "kind": "qualification", "scoring": {"rules": "ifsc-2025"},
+         "problems": [{"name": "A"}, {"name": "B"}]},
+        {"name": "Final", "kind": "final", "scoring": {"rules": "ifsc-2025"}, "quota": 2,
+         "problems": [{"name": "C"}]},
+    ],
+}  # fmt: skip
+
+
+def test_a_final_its_running_order_and_countback(public: World) -> None:
+    contest = running(public, **FINAL)
+    jana, ivo, uma = (contest.entry(name) for name in ("Jana", "Ivo", "Uma"))
+    contest.say(jana, "top", 0, 2)
+    contest.say(ivo, "top", 0, 1)
+    contest.say(uma, "zone", 0, 1)
+    assert contest.move_round(1, "running").status_code == 409  # the one before has not ended
+    assert contest.say(jana, "top", 0, 1, one=1).status_code == 409
+    assert contest.move_round(0, "ended").is_success
+    contest.sheet = contest.move_round(1, "running").json()
+    final = contest.sheet["rounds"][1]["id"]
+    order = contest.ask("GET", f"/rounds/{final}/starters", who="nobody").json()
+    assert [(o["place"], o["name"]) for o in order] == [(1, "Jana"), (2, "Ivo")]
+    assert contest.say(uma, "top", 0, 1, one=1).status_code == 409  # is not in it
+    # Nothing climbed yet: the qualification decides, and so it does when both top in two tries.
+    assert contest.ranks() == [(1, "Ivo"), (2, "Jana"), (3, "Uma")]
+    assert contest.say(jana, "top", 0, 2, one=1).status_code == 201
+    assert contest.ranks() == [(1, "Jana"), (2, "Ivo"), (3, "Uma")]
+    assert contest.say(ivo, "top", 0, 2, one=1).status_code == 201
+    assert contest.ranks() == [(1, "Ivo"), (2, "Jana"), (3, "Uma")]
+    why = contest.ask("GET", f"/board/why?first={jana}&second={ivo}", who="nobody").json()
+    assert why["before"] == "second"
+    assert [(s["code"], s["first"], s["second"], s["decides"]) for s in why["steps"]] == [
+        ("round", "Final", "Final", False), ("points", "24.9", "24.9", False),
+        ("countback", "24.9", "25", True),
+    ]  # fmt: skip
+    other = {"category_id": order[0]["category_id"], "entry_ids": [uma, ivo]}
+    assert contest.ask("PUT", f"/rounds/{final}/starters", other).json()[0]["name"] == "Uma"
+
+
+def test_frozen_for_all_but_judges_and_replayed_to_any_moment(public: World) -> None:
+    contest = running(public)
+    jana, ivo = contest.entry("Jana"), contest.entry("Ivo")
+    contest.say(jana, "top", 0, 2)
+    before = now()
+    assert contest.ask("PUT", "/frozen", {"frozen": True}).is_success
+    contest.say(ivo, "top", 0, 1)
+    assert contest.ranks("nobody") == contest.ranks("member") == [(1, "Jana"), (None, "Ivo")]
+    assert contest.board("nobody")["frozen_at"] is not None
+    assert contest.ranks("judge") == [(1, "Ivo"), (2, "Jana")]
+    assert contest.ranks("judge", before) == [(1, "Jana"), (None, "Ivo")]
+    assert contest.ranks("nobody", now()) == [(1, "Jana"), (None, "Ivo")]
+    why = f"/board/why?first={jana}&second={ivo}"
+    assert contest.ask("GET", why, who="nobody").json()["steps"] == []
+    table = contest.ask("GET", "/results.csv", who="nobody").text
+    assert [row["rank"] for row in csv.DictReader(io.StringIO(table))] == ["1", ""]
+    assert contest.ask("PUT", "/frozen", {"frozen": False}).is_success
+    assert contest.ranks("nobody") == [(1, "Ivo"), (2, "Jana")]
+
+
+def test_the_same_board_is_not_sent_twice(public: World) -> None:
+    contest = running(public)
+    jana = contest.entry("Jana")
+    tag = contest.ask("GET", "/board", who="nobody").headers["etag"]
+    unchanged: dict[str, Any] = {"headers": {"if-none-match": tag}, "who": "nobody"}
+    assert contest.ask("GET", "/board", **unchanged).status_code == 304
+    contest.say(jana, "top", 0, 1)
+    assert contest.ask("GET", "/board", **unchanged).status_code == 200
+
+
+def test_results_as_table_and_on_paper(public: World) -> None:
+    contest = running(public)
+    contest.say(contest.entry("=cmd()", team="+team"), "top", 0, 1)
+    rows = list(csv.DictReader(io.StringIO(contest.ask("GET", "/results.csv").text)))
+    assert [(row["rank"], row["name"], row["team"]) for row in rows] == [("1", "'=cmd()", "'+team")]
+    assert rows[0]["1. Session: tops"] == "1"
+    paper = contest.ask("GET", "/results.pdf?language=de", who="nobody")
+    assert paper.headers["content-type"] == "application/pdf"
+    assert paper.content.startswith(b"%PDF")
+
+
+def test_what_is_climbed_in_cannot_be_taken_away(public: World) -> None:
+    contest = running(public)
+    sheet = {name: contest.sheet[name] for name in ("categories", "rounds")}
+    categories = [{k: v for k, v in c.items() if k != "entries"} for c in sheet["categories"]]
+    names = ("id", "name", "kind", "scoring", "quota")
+    rounds = [{k: v for k, v in r.items() if k in names} | {"problems": r["problems"]}
+              for r in sheet["rounds"]]  # fmt: skip
+    contest.say(contest.entry("Jana"), "top", 0, 1)
+    fewer = [rounds[0] | {"problems": rounds[0]["problems"][1:]}]
+    same = {"categories": categories, "rounds": rounds}
+    assert contest.ask("PUT", "/sheet", same | {"rounds": fewer}).status_code == 409
+    others = [{"name": "Women", "gender": "women"}]
+    assert contest.ask("PUT", "/sheet", same | {"categories": others}).status_code == 409
+    more = [*categories, *others]
+    assert contest.ask("PUT", "/sheet", same | {"categories": more}).is_success
+    assert contest.ranks() == [(1, "Jana")]
+    assert contest.ask("DELETE", "", who="owner").status_code == 409
+
+
+def test_a_league_with_teams_and_handicap(public: World) -> None:
+    weeks = [{"name": f"Week {n}", "kind": "week", "scoring": {"rules": "points"},
+              "problems": [{"name": "A"}, {"name": "B"}]} for n in (1, 2)]  # fmt: skip
+    contest = running(public, format="league", rounds=weeks, league_best=1, team_size=1)
+    jana = contest.entry("Jana", team="Blue")
+    ivo = contest.entry("Ivo", team="Blue", handicap=15)
+    uma = contest.entry("Uma", team="Red")
+    assert contest.move_round(1, "running").is_success
+    contest.say(jana, "top", 0, 1)
+    contest.say(jana, "top", 0, 2, one=1)
+    contest.say(ivo, "top", 1, 2)
+    contest.say(uma, "zone", 0, 2, one=1)
+    board = contest.board()
+    lines = board["categories"][0]["lines"]
+    assert [(x["name"], x["points"]) for x in lines] == [
+        ("Jana", "120"), ("Ivo", "115"), ("Uma", "40"),
+    ]  # fmt: skip
+    assert [(t["name"], t["points"], t["members"]) for t in board["teams"]] == [
+        ("Blue", "120", ["Ivo", "Jana"]), ("Red", "40", ["Uma"]),
+    ]  # fmt: skip
+
+
+def test_a_start_list_all_or_nothing(public: World) -> None:
+    words = {"categories": [{"name": "U18", "born_from": 2009}, {"name": "Open"}]}
+    contest = Contest(public, words).make()
+    table = "Name;Category;Bib;Birth year;Gender\nŽofie Nová;U18;7;2010;w\nIvo;open;;;m\n"
+    wrong = table + "Old;U18;7;1950;z\n;Elsewhere;0;;\n"
+    told = contest.ask("POST", "/entries/import", {"csv": wrong}).json()
+    assert {(fault["line"], fault["column"]) for fault in told["errors"]} == {
+        (4, "bib"), (4, "gender"), (4, "category"), (5, "name"), (5, "category"), (5, "bib"),
+    }  # fmt: skip
+    assert contest.ask("GET", "/entries").json() == []
+    assert contest.ask("POST", "/entries/import", {"csv": table}).json()["entries"] == 2
+    entries = contest.ask("GET", "/entries").json()
+    assert [(e["bib"], e["name"], e["birth_year"]) for e in entries] == [
+        (7, "Žofie Nová", 2010), (8, "Ivo", None),
+    ]  # fmt: skip
+    assert contest.ask("POST", "/entries/import", {"csv": "a,b\n"}).status_code == 422
+
+
+def test_who_goes_takes_the_name_along_and_leaves_the_ranks(public: World) -> None:
+    contest = Contest(public, {"self_entry": True, "waiver": "I fall."}).make()
+    contest.move("running")
+    person = public.server.person("mina")
+    public.people["mina"] = person
+    assert public.server.ask("POST", f"{public.path}/join", person).is_success
+    body = {"category_id": contest.sheet["categories"][0]["id"], "waiver": "I fall."}
+    mine = contest.ask("PUT", "/mine", body, "mina").json()["entry"]["id"]
+    contest.say(mine, "top", 0, 1)
+    data = public.server.ask("GET", "/me/data", person).json()
+    assert [entry["name"] for entry in data["competition_entries"]] == ["mina"]
+    assert len(data["competition_waivers"]) == 1
+    gone = public.server.ask("POST", "/me/delete", person, {"password": PASSWORD})
+    assert gone.is_success, gone.text
+    assert contest.ranks() == [(1, "—")]
+    with public.server.database.reading() as session:
+        signed = session.scalars(select(WaiverSignature.signed_by)).all()
+    assert "mina" not in signed
+
+
+def test_the_calendar_knows_what_is_no_draft(public: World) -> None:
+    starts = now() + timedelta(days=3)
+    contest = Contest(public, {"starts_at": starts.isoformat()}).make()
+    for state, known in (("draft", []), ("open", [(contest.sheet["name"], starts)])):
+        contest.move(state)
+        with public.server.database.reading() as session:
+            dates = dates_of(session, public.gym.id)
+        assert [(date.name, date.starts_at) for date in dates] == known

@@ -1,0 +1,263 @@
+"""The screen, its link, the board for everybody, feeds, short addresses, paper."""
+
+from __future__ import annotations
+
+from datetime import UTC, date, datetime, timedelta
+from typing import Any
+from urllib.parse import unquote
+from uuid import UUID
+from xml.etree import ElementTree
+
+import pytest
+from gym.tests.printed import codes_of, pages_of
+from gym.tests.worlds import NOBODY, ORIGIN, Server, Somebody, World, hold, make_world
+from hypothesis import given
+from hypothesis import strategies as st
+from icalendar import Calendar
+
+from walltopo_gym.accounts.models import Profile
+from walltopo_gym.api.rules import KIOSK
+from walltopo_gym.climbing.counting import recount
+from walltopo_gym.climbing.models import Ascent
+from walltopo_gym.clock import now
+from walltopo_gym.gyms.members import add_member
+from walltopo_gym.gyms.models import Gym
+from walltopo_gym.gyms.roles import Role
+from walltopo_gym.hall import cards as card_room
+from walltopo_gym.hall.cards import Cards
+from walltopo_gym.hall.codes import code_of
+from walltopo_gym.hall.fresh import LEAST
+from walltopo_gym.hall.words import LANGUAGES, PAINT, words_in
+from walltopo_gym.publishing.models import Route
+
+ALL = ["routes", "wall", "climbers", "board", "dates"]
+NAMES = ("Moonshine", "Žlutý kůň", "Straße <b>&", "漢字 Ωμέγα")
+
+
+@pytest.fixture
+def hanging(server: Server) -> World:
+    """A public gym with four routes, three of them new, one of which goes soon."""
+    return hang(make_world(server, visibility="public"))
+
+
+def hang(world: World) -> World:
+    holds = [hold(number, number * 0.4, 1.0) for number in range(1, 5)]
+    scan = world.reviewed({number: [number] for number in range(1, 5)}, holds)
+    today = date.today()
+    rows: list[dict[str, Any]] = [
+        {"number": number, "name": name, "setter": "Jana", "set_on": str(today)}
+        for number, name in enumerate(NAMES, 1)
+    ]
+    rows[3]["set_on"] = str(today - timedelta(days=60))
+    rows[0]["strip_on"] = str(today + timedelta(days=5))
+    assert world.publish(scan, *rows).is_success
+    return world
+
+
+def screen(world: World, who: Somebody = NOBODY) -> dict[str, Any]:
+    answer = world.server.ask("GET", f"{world.path}/screen", who)
+    assert answer.status_code == 200, answer.text
+    told: dict[str, Any] = answer.json()
+    return told
+
+
+def choose(world: World, **other: object) -> None:
+    body = {"parts": ALL, "seconds": 10, "days": 14, "board": True} | other
+    assert world.server.ask("PUT", f"{world.path}/hall", world.owner, body).is_success
+
+
+def climb(world: World, *names: str, **profile: bool) -> None:
+    """Each of these people tops one route more than the one before."""
+    routes = [UUID(route["id"]) for route in world.published()["routes"]]
+    people = world.server.persons(*names)
+    with world.server.database.writing() as session:
+        for number, person in enumerate(people.values(), 1):
+            assert person.id is not None
+            add_member(session, world.gym.id, person.id, Role.MEMBER, person.id)
+            session.add(Profile(person_id=person.id, **profile))
+            for route in routes[:number]:
+                session.add(Ascent(person_id=person.id, gym_id=world.gym.id, route_id=route,
+                                   gym_name="", route_name="", grade="", kind="top", tries=2,
+                                   climbed_at=now(), worth=100, climbed_route=route))  # fmt: skip
+        session.flush()
+        recount(session, session.get_one(Gym, world.gym.id))
+
+
+def test_the_screen_shows_what_is_new_and_what_comes(hanging: World) -> None:
+    told = screen(hanging)
+    assert {route["name"] for route in told["routes"]} == set(NAMES[:3])
+    assert [wall["name"] for wall in told["walls"]] == ["Cave"]
+    assert [(d["kind"], d["number"], d["name"]) for d in told["dates"]] == [("strip", 1, "Cave")]
+    assert (told["board"], told["climbers"]) == (None, None)
+
+
+def test_few_climbers_are_not_counted_aloud(hanging: World) -> None:
+    climb(hanging, *(f"c{n}" for n in range(LEAST - 1)))
+    assert screen(hanging)["climbers"] is None
+    climb(hanging, "one-more")
+    assert screen(hanging)["climbers"] == LEAST
+
+
+def test_on_the_board_for_everybody_are_those_who_agreed(hanging: World) -> None:
+    climb(hanging, "Hidden", "Only-gym", on_boards=True)
+    climb(hanging, "Ann", "Bea", on_boards=True, on_screens=True)
+    climb(hanging, "Odd", on_screens=True)
+    assert screen(hanging)["board"] is None  # the gym has not chosen it
+    choose(hanging)
+    board = screen(hanging)["board"]
+    assert [(line["rank"], line["name"]) for line in board] == [(1, "Bea"), (2, "Ann")]
+    assert set(board[0]) == {"rank", "name", "points"}
+    body = {"boards": "off"}
+    assert hanging.server.ask("PATCH", hanging.path, hanging.owner, body).is_success
+    assert screen(hanging)["board"] is None
+
+
+def test_a_private_gyms_screen_opens_by_its_link_until_it_is_taken_back(server: Server) -> None:
+    ours, theirs = hang(make_world(server)), make_world(server)
+    link = server.ask("POST", f"{ours.path}/hall/key", ours.owner).json()["link"]
+    secret = link.partition("#")[2]
+    assert link.startswith(f"{ORIGIN}/kiosk/g/{ours.gym.slug}#")
+    wrong = server.ask("POST", f"{theirs.path}/screen/open", json={"secret": secret})
+    assert (wrong.status_code, wrong.json()["code"]) == (404, "screen-link-unknown")
+    opened = server.ask("POST", f"{ours.path}/screen/open", json={"secret": secret})
+    assert opened.status_code == 204
+    cookie = opened.headers["set-cookie"]
+    assert all(word in cookie for word in (KIOSK, "HttpOnly", "Secure", "SameSite=lax"))
+    kiosk = Somebody(headers={"cookie": f"{KIOSK}={secret}"})
+    assert screen(ours, kiosk)["walls"]
+    wall = f"{ours.path}/walls/{ours.wall.id}/published"
+    assert server.ask("GET", wall, kiosk).status_code == 200
+    # A guest, and of this gym alone; whoever is signed in is nothing by it.
+    assert server.ask("GET", f"{theirs.path}/screen", kiosk).status_code == 404
+    assert server.ask("GET", f"{ours.path}/hall", kiosk).status_code == 401
+    assert server.ask("POST", f"{ours.path}/join", kiosk).status_code == 401
+    stranger = ours.people["stranger"].headers["cookie"]
+    both = Somebody(headers={"cookie": f"{stranger}; {KIOSK}={secret}"})
+    assert server.ask("POST", f"{ours.path}/join", both).status_code == 404
+    # Another link, or none: this one opens nothing.
+    other = server.ask("POST", f"{ours.path}/hall/key", ours.owner).json()["link"]
+    assert server.ask("GET", f"{ours.path}/screen", kiosk).status_code == 404
+    kiosk = Somebody(headers={"cookie": f"{KIOSK}={other.partition('#')[2]}"})
+    assert screen(ours, kiosk)
+    assert server.ask("DELETE", f"{ours.path}/hall/key", ours.owner).status_code == 204
+    assert server.ask("GET", f"{ours.path}/screen", kiosk).status_code == 404
+
+
+def test_a_short_address_leads_to_its_route(server: Server, hanging: World) -> None:
+    route = hanging.published()["routes"][0]
+    code = code_of(UUID(route["id"]))
+    place = f"/g/{hanging.gym.slug}/w/{hanging.wall.id}/r/{route['id']}"
+    for spelt in (code, code.lower(), f"{code[:5]}-{code[5:]}"):
+        answer = server.client().get(f"/r/{spelt}", follow_redirects=False)
+        assert (answer.status_code, answer.headers["location"]) == (302, place)
+    told = server.ask("GET", f"/short/{code}").json()
+    assert told == {
+        "gym": hanging.gym.slug, "wall_id": str(hanging.wall.id), "route_id": route["id"],
+    }  # fmt: skip
+    for none in ("0000000000", "U" * 10, "1", "é" * 10):
+        assert server.ask("GET", f"/short/{none}").status_code == 404
+
+
+def test_of_a_private_gyms_route_strangers_learn_nothing(server: Server) -> None:
+    world = hang(make_world(server))
+    code = code_of(UUID(world.published()["routes"][0]["id"]))
+    assert server.client().get(f"/r/{code}", follow_redirects=False).status_code == 200
+    assert server.ask("GET", f"/short/{code}", world.people["stranger"]).status_code == 404
+    assert server.ask("GET", f"/short/{code}", world.people["member"]).status_code == 200
+
+
+@given(st.uuids())
+def test_codes_are_the_first_bits_of_ids(route: UUID) -> None:
+    code = code_of(route)
+    number = 0
+    for letter in code:
+        number = number * 32 + "0123456789ABCDEFGHJKMNPQRSTVWXYZ".index(letter)
+    assert len(code) == 10
+    assert number == route.int >> 78
+
+
+def test_the_calendar_can_be_read(hanging: World) -> None:
+    scan = hanging.reviewed({1: [1]}, [hold(1, 0.0, 1.0)])
+    at = datetime.now(UTC).replace(microsecond=0) + timedelta(days=2)
+    plan = {"revision": 1, "routes": [{"number": 1}], "at": at.isoformat()}
+    put = hanging.server.ask("PUT", f"{hanging.path}/scans/{scan}/plan", hanging.people["setter"],
+                             plan)  # fmt: skip
+    assert put.is_success, put.text
+    answer = hanging.server.ask("GET", f"{hanging.path}/calendar.ics?language=de")
+    assert answer.headers["content-type"].startswith("text/calendar")
+    events = {str(e["summary"]): e for e in Calendar.from_ical(answer.content).walk("VEVENT")}
+    assert set(events) == {"Neue Routen: Cave", "1 Routen gehen: Cave"}
+    assert events["Neue Routen: Cave"].decoded("dtstart") == at
+    assert events["1 Routen gehen: Cave"].decoded("dtstart") == date.today() + timedelta(days=5)
+    again = hanging.server.ask("GET", f"{hanging.path}/calendar.ics?language=de",
+                               headers={"if-none-match": answer.headers["etag"]})  # fmt: skip
+    assert (again.status_code, again.content) == (304, b"")
+
+
+def test_the_feed_of_new_routes_can_be_read(hanging: World) -> None:
+    answer = hanging.server.ask("GET", f"{hanging.path}/new-routes.atom")
+    assert answer.headers["content-type"].startswith("application/atom+xml")
+    feed = ElementTree.fromstring(answer.content)
+    space = {"a": "http://www.w3.org/2005/Atom"}
+    titles = {str(e.findtext("a:title", "", space)).strip() for e in feed.findall("a:entry", space)}
+    assert titles == set(NAMES[:3])
+    assert feed.findtext("a:id", "", space) == f"urn:uuid:{hanging.gym.id}"
+
+
+def test_cards_and_poster_as_the_setter_gets_them(hanging: World) -> None:
+    ids = {route["id"]: route["name"] for route in hanging.published()["routes"]}
+    setter = hanging.people["setter"]
+    path = f"{hanging.path}/cards.pdf?size=a6&language=de&text=Bitte%20putzen"
+    answer = hanging.server.ask("GET", path, setter)
+    assert answer.headers["content-type"] == "application/pdf"
+    assert "cards-a6.pdf" in answer.headers["content-disposition"]
+    assert unquote(answer.headers["x-not-printed"]) == "字漢"
+    pages = pages_of(answer.content)
+    words = pages[0].get_textpage().get_text_range()
+    assert len(pages) == 1
+    assert all(word in words for word in ("Moonshine", "Žlutý kůň", "?? Ωμέγα", "Geschraubt von"))
+    wanted = {f"{ORIGIN}/r/{code_of(UUID(id))}" for id in ids}
+    assert codes_of(pages[0], 2, 2) == wanted
+    poster = hanging.server.ask("GET", f"{hanging.path}/poster.pdf?language=cs&size=a3", setter)
+    (sheet,) = pages_of(poster.content)
+    assert [round(side / 72 * 25.4) for side in sheet.get_size()] == [297, 420]
+    words = sheet.get_textpage().get_text_range()
+    assert "Nové cesty" in words
+    assert NAMES[2] in words
+    assert "Ωμέγα" not in words  # that one hangs for two months
+    same = {"if-none-match": poster.headers["etag"]}
+    again = hanging.server.ask("GET", f"{hanging.path}/poster.pdf?language=cs&size=a3", setter,
+                               headers=same)  # fmt: skip
+    assert again.status_code == 304
+    other = f"{hanging.path}/cards.pdf?wall={UUID(int=7)}"
+    assert hanging.server.ask("GET", other, setter).json()["code"] == "cards-none"
+
+
+def a_route(number: int) -> Route:
+    return Route(id=UUID(int=number << 78), name=f"Route {number}", colour="red", grade="6A",
+                 setter="Jana", set_on=date(2026, 3, 1))  # fmt: skip
+
+
+@pytest.mark.parametrize(("size", "pages"), [("a4", 300), ("a7", 38)])
+def test_three_hundred_cards(size: Any, pages: int) -> None:
+    rows = [a_route(number) for number in range(1, 301)]
+    content, missing = Cards(rows, "Gym", "", ORIGIN).pdf(words_in("en"), size)
+    document = pages_of(content)
+    assert (len(document), missing) == (pages, set())
+    assert "Route 300" in document[pages - 1].get_textpage().get_text_range()
+
+
+def test_too_many_cards_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(card_room, "MOST_CARDS", 2)
+    with pytest.raises(Exception, match="more than 2 cards"):
+        Cards([a_route(n) for n in range(3)], "Gym", "", ORIGIN).pdf(words_in("en"), "a7")
+
+
+def test_every_language_has_all_words() -> None:
+    english = words_in("en")
+    for language in LANGUAGES:
+        words = words_in(language)
+        assert words.texts.keys() == english.texts.keys()
+        assert words.colours.keys() == english.colours.keys() == PAINT.keys()
+        assert len(words.texts["months"].split()) == 12
+        assert "2026" in words.day(date(2026, 12, 31))

@@ -1,0 +1,99 @@
+/** A board that keeps itself up to date: by server-sent events, and by asking again where the stream does not hold. */
+
+import { PREFIX, Problem } from "../api/client";
+import { board as ask } from "./asking";
+import type { Board, Line, Team } from "./facts";
+
+const ASK_MS = 10_000;
+const AGAIN_MS = 15_000;
+// Behind every rank; Infinity less itself is no number.
+const LAST = 1e9;
+
+type Told = ({ kind: "board" } & Board) | { kind: "lines"; seq: number; at: string | null; categories: { id: string; lines: Line[] }[]; teams?: Team[] };
+
+/** It has ended: nothing more will be told, and nobody need ask. */
+const isOver = (board: Board | undefined): boolean => board?.state === "ended";
+
+/** The best first; who has no rank last, by number. */
+export function inOrder(lines: readonly Line[]): Line[] {
+  return [...lines].sort((a, b) => (a.rank ?? LAST) - (b.rank ?? LAST) || a.bib - b.bib);
+}
+
+/** A board with the lines that changed. */
+export function merged(board: Board, { seq, at, categories, teams }: Omit<Told & { kind: "lines" }, "kind">): Board {
+  const changed = new Map(categories.map(({ id, lines }) => [id, new Map(lines.map((line) => [line.entry_id, line]))]));
+  const of = (category: Board["categories"][number]): Board["categories"][number] => {
+    const rows = changed.get(category.id);
+    if (!rows) return category;
+    const stay = category.lines.filter(({ entry_id }) => !rows.has(entry_id));
+    return { ...category, lines: inOrder([...stay, ...rows.values()]) };
+  };
+  return { ...board, seq, at, categories: board.categories.map(of), teams: teams ?? board.teams };
+}
+
+export class LiveBoard {
+  board = $state.raw<Board>();
+  problem = $state.raw<Problem | null>(null);
+  /** Whether changes are told by themselves; else they are asked for now and then. */
+  live = $state(false);
+  private source: EventSource | null = null;
+  private asking = 0;
+  private again = 0;
+
+  constructor(private readonly path: { gym: string; competition: string }) {}
+
+  /** Follow it; returns how to stop. */
+  watch(): () => void {
+    this.open();
+    return () => this.stop();
+  }
+
+  private stop(): void {
+    this.source?.close();
+    clearInterval(this.asking);
+    clearTimeout(this.again);
+  }
+
+  private open(): void {
+    this.source?.close();
+    this.source = new EventSource(`${PREFIX}/gyms/${this.path.gym}/competitions/${this.path.competition}/board/events`);
+    this.source.onmessage = ({ data }: MessageEvent<string>) => this.told(JSON.parse(data) as Told);
+    this.source.onerror = () => this.broke();
+  }
+
+  private told(told: Told): void {
+    clearInterval(this.asking);
+    clearTimeout(this.again);
+    this.asking = this.again = 0;
+    this.live = true;
+    this.problem = null;
+    if (told.kind === "board") this.board = { ...told, categories: told.categories.map((one) => ({ ...one, lines: inOrder(one.lines) })) };
+    else if (this.board) this.board = merged(this.board, told);
+  }
+
+  /** A browser does not open a stream again that was answered by an error, so that is done here. */
+  private broke(): void {
+    this.live = false;
+    this.source?.close();
+    if (isOver(this.board)) return;
+    this.again ||= window.setTimeout(() => {
+      this.again = 0;
+      this.open();
+    }, AGAIN_MS * (0.75 + Math.random() / 2));
+    if (this.asking) return;
+    void this.ask();
+    this.asking = window.setInterval(() => void this.ask(), ASK_MS);
+  }
+
+  private async ask(): Promise<void> {
+    try {
+      const board = await ask(this.path);
+      if (!this.live) this.board = board;
+      this.problem = null;
+      if (isOver(board)) this.stop();
+    } catch (error) {
+      const problem = Problem.of(error);
+      this.problem = problem.status === 0 && this.board ? null : problem;
+    }
+  }
+}

@@ -1,0 +1,34 @@
+/** The rules of a competition in plain words, a sentence each. */
+
+import { t } from "../i18n.svelte";
+import { number } from "../lib/format";
+import type { Round, Scoring, Sheet } from "./facts";
+
+/** What a round is worth and how ties are broken. */
+export function scoringWords({ rules, flash, top, zone, best }: Scoring): string[] {
+  const worth = { flash: number(flash ?? 120), top: number(top ?? (rules === "shared" ? 1000 : 100)), zone: number(zone ?? (rules === "shared" ? 0 : 40)) };
+  const lines = [t(`comp.rule.${rules}`, worth)];
+  if (rules === "points" || rules === "shared") lines.push(best ? t("comp.rule.best", { count: best }) : t("comp.rule.all"));
+  return lines;
+}
+
+export function roundWords(round: Pick<Round, "scoring" | "quota" | "problems">, problems = round.problems.length): string[] {
+  const lines = [t("comp.problems", { count: problems })];
+  if (round.quota) lines.push(t("comp.rule.quota", { count: round.quota }));
+  return [...lines, ...scoringWords(round.scoring)];
+}
+
+type Whole = Pick<Sheet, "format" | "self_entry" | "self_scoring" | "waiver" | "fee" | "league_best" | "team_size" | "late_minutes">;
+
+export function wholeWords(sheet: Whole): string[] {
+  const lines = [t(`comp.rule.${sheet.format}`)];
+  if (sheet.format === "league") {
+    lines.push(sheet.league_best ? t("comp.rule.weeks", { count: sheet.league_best }) : t("comp.rule.allWeeks"));
+    if (sheet.team_size) lines.push(t("comp.rule.team", { count: sheet.team_size }));
+  }
+  lines.push(t(sheet.self_entry ? "comp.rule.selfEntry" : "comp.rule.listEntry"));
+  lines.push(sheet.self_scoring ? t("comp.rule.selfScoring", { count: sheet.late_minutes }) : t("comp.rule.judges"));
+  if (sheet.waiver) lines.push(t("comp.rule.waiver"));
+  if (sheet.fee) lines.push(t("comp.rule.fee", { fee: sheet.fee }));
+  return lines;
+}

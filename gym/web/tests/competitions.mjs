@@ -1,0 +1,189 @@
+// A competition from the wizard to the board: made by a setter, entered by a climber, judged without reception, seen live.
+
+import assert from "node:assert/strict";
+import { grave, signIn, visit } from "./place.mjs";
+
+const NAMES = ["Anna Svobodová", "Béla Tóth", "Chloé Roux"];
+const LIST = (category) => ["name;category;gender;bib;club", ...NAMES.map((name, at) => `${name};${category};women;${at + 11};Prague`)].join("\n");
+
+/** What the server has, as the browser's person may see it. */
+function told(page, path) {
+  return page.evaluate((address) => fetch(`/api/v1${address}`, { cache: "no-store" }).then((answer) => answer.json()), path);
+}
+
+async function fine(somebody, name) {
+  const { page } = somebody;
+  assert.deepEqual(await grave(page), [], name);
+  await page.evaluate(() => document.documentElement.style.setProperty("font-size", "200%"));
+  const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+  await page.evaluate(() => document.documentElement.style.removeProperty("font-size"));
+  assert.ok(wide <= 0, `${name} is ${wide} pixels too wide`);
+  await somebody.shot(`competition-${name}`);
+}
+
+/** The wizard's steps, from the list of competitions to the new one's page; its address. */
+async function made(setter, places) {
+  const { page } = setter;
+  await setter.go(`/g/${places.gym}`);
+  await page.getByRole("link", { name: "Competitions" }).click();
+  await page.getByText("There is no competition yet.").waitFor();
+  await page.getByRole("link", { name: "New competition" }).click();
+  const on = () => page.getByRole("button", { name: "Continue" }).click();
+  await page.getByLabel("Name of the competition").fill("Winter Jam");
+  await fine(setter, "wizard-what");
+  await on();
+  await page.getByRole("button", { name: /^All \(/ }).click();
+  await page.getByLabel("Further problems").fill("2");
+  await fine(setter, "wizard-problems");
+  await on();
+  await page.getByLabel("Name of the category").first().waitFor();
+  await fine(setter, "wizard-categories");
+  await on();
+  await page.getByText("A flash is worth 120 points").waitFor();
+  await fine(setter, "wizard-points");
+  await on();
+  await page.getByLabel("Fee").fill("100 CZK at the desk");
+  await page.getByLabel("Waiver that").fill("I climb at my own risk.");
+  await fine(setter, "wizard-entry");
+  await on();
+  await page.getByText("All problems count.").waitFor();
+  await page.getByText("Fee: 100 CZK at the desk").waitFor();
+  await fine(setter, "wizard-summary");
+  await page.getByRole("button", { name: "Make the competition" }).click();
+  await page.getByRole("heading", { name: "Winter Jam" }).waitFor();
+  return new URL(page.url()).pathname;
+}
+
+/** A list with a mistake takes in nobody; without it, everybody. */
+async function listed(setter) {
+  const { page } = setter;
+  await page.getByRole("link", { name: "Start list" }).click();
+  await page.getByText("Take in a list (CSV)").click();
+  await page.getByLabel("Or paste it here").fill(LIST("Wimmen"));
+  await page.getByRole("button", { name: "Take it in" }).click();
+  await page.getByText("Line 2").waitFor();
+  await fine(setter, "list-wrong");
+  await page.getByLabel("Or paste it here").fill(LIST("Women"));
+  await page.getByRole("button", { name: "Take it in" }).click();
+  await page.getByText("3 competitors were added.").waitFor();
+  await page.getByText("Béla Tóth Women").waitFor();
+  await fine(setter, "list");
+}
+
+async function entered(climber, place) {
+  const { page } = climber;
+  await climber.go(place);
+  await page.getByRole("radio", { name: "Men", exact: true }).check();
+  const enter = page.getByRole("button", { name: "Enter", exact: true });
+  assert.equal(await enter.isDisabled(), true); // the waiver first
+  await page.getByLabel("I have read it and accept it.").check();
+  await fine(climber, "entry");
+  await enter.click();
+  await page.getByText("You are in.").waitFor();
+}
+
+/** Five entries without reception, one of them taken back; then all of it once at the server. */
+async function judged(judge, places, place) {
+  const { page, context, log } = judge;
+  await judge.go(place);
+  await page.getByRole("link", { name: "Judging" }).click();
+  await page.locator("[data-kept=yes]").waitFor();
+  await fine(judge, "judge");
+  await context.setOffline(true);
+  await page.getByRole("main").locator("li a").first().click();
+  const pad = (name) => page.getByRole("group", { name: new RegExp(name) });
+  await page.getByRole("button", { name: /11 Anna/ }).last().click();
+  await pad("Anna").getByRole("button", { name: /^Try/ }).click();
+  await pad("Anna").getByRole("button", { name: /^Zone/ }).click();
+  // In the same try as the zone.
+  await pad("Anna").getByRole("button", { name: "Top try 2" }).click();
+  await page.getByText("Top, try 2: noted.").waitFor();
+  await page.getByRole("button", { name: "Next: 12 Béla" }).click();
+  await pad("Béla").getByRole("button", { name: "Top try 1" }).click();
+  await page.getByRole("button", { name: "Undo" }).click();
+  await page.getByText("Undone.").waitFor();
+  await pad("Béla").getByRole("button", { name: /^Try/ }).click();
+  await page.getByLabel("Number or name").fill("chloe");
+  await page.getByRole("button", { name: /13 Chloé/ }).last().click();
+  await pad("Chloé").getByRole("button", { name: "Top try 1" }).click();
+  await page.getByRole("link", { name: "5 entries wait to be sent" }).waitFor();
+  await fine(judge, "judge-offline");
+  await context.setOffline(false);
+  await page.evaluate(() => dispatchEvent(new Event("online")));
+  await page.getByText("Everything has arrived.").waitFor();
+  log.length = 0; // what could not be fetched
+  const { items } = await told(page, `${place.replace(/^\/g/, "/gyms")}/events?size=100`);
+  assert.deepEqual(items.map(({ kind, n }) => `${kind} ${n}`).sort(), ["attempt 1", "attempt 1", "top 1", "top 2", "zone 2"]);
+  await page.getByText("Who entered what").click();
+  await fine(judge, "judge-history");
+}
+
+async function scored(climber, place) {
+  const { page } = climber;
+  await climber.go(`${place}/card`);
+  await page.getByRole("main").locator("li button").nth(1).click();
+  await page.getByRole("button", { name: "Flash", exact: true }).click();
+  await page.getByText("Flash: noted.").waitFor();
+  await page.getByText("Everything has arrived.").waitFor();
+  await fine(climber, "card");
+}
+
+export const competitions = {
+  async "a competition from the wizard to the board"(browser, places) {
+    const setter = await visit(browser, places);
+    await signIn(setter, places, places.setter);
+    const place = await made(setter, places);
+    await listed(setter);
+    await setter.go(place);
+    await setter.page.getByRole("button", { name: "Open entries" }).click();
+    const climber = await visit(browser, places);
+    await signIn(climber, places, places.member);
+    await entered(climber, place);
+    await setter.page.getByRole("button", { name: "Start", exact: true }).click();
+    await setter.page.getByText("It runs: what is entered counts.").waitFor();
+    await fine(setter, "front");
+    await setter.close();
+
+    const guest = await visit(browser, places, { dark: true });
+    await guest.go(`${place}/board`);
+    await guest.page.locator("[data-live=true]").waitFor();
+    const judge = await visit(browser, places);
+    await signIn(judge, places, places.judge);
+    await judged(judge, places, place);
+    // Without being loaded again.
+    await guest.page.getByRole("row", { name: /^1 Chloé/ }).waitFor();
+    await guest.page.getByRole("row", { name: /^2 Anna/ }).waitFor();
+    await scored(climber, place);
+    await climber.close();
+    await guest.page.getByRole("button", { name: "Men", exact: true }).click();
+    await guest.page.getByRole("row", { name: /^1 / }).getByText("120").waitFor();
+    await guest.page.getByRole("button", { name: "Women" }).click();
+    await guest.page.getByRole("button", { name: "Anna Svobodová" }).click();
+    await guest.page.getByText("Why Chloé Roux stands before Anna").waitFor();
+    await fine(guest, "board");
+    await guest.page.getByRole("button", { name: "Replay" }).click();
+    await guest.page.getByRole("slider").fill("1");
+    await guest.page.getByText("The board above is that of").waitFor();
+    await fine(guest, "replay");
+
+    const hall = await visit(browser, places, { phone: false });
+    await hall.go(`${place}/board?projector`);
+    await hall.page.getByRole("row", { name: /Chloé/ }).waitFor();
+    assert.equal(await hall.page.getByRole("navigation").count(), 0);
+    assert.deepEqual(await grave(hall.page), []);
+    await hall.shot("competition-projector");
+    await hall.close();
+
+    await judge.go(`${place}/appeals`);
+    await judge.page.getByLabel("Climber").selectOption({ label: "12 Béla Tóth" });
+    await judge.page.getByLabel("What is doubted").fill("I held the zone.");
+    await judge.page.getByRole("button", { name: "Note an appeal" }).click();
+    await judge.page.getByText("I held the zone.").waitFor();
+    await judge.page.getByLabel("Reason of the decision").fill("The film shows it.");
+    await fine(judge, "appeals");
+    await judge.page.getByRole("button", { name: "Uphold" }).click();
+    await judge.page.getByText("Upheld").waitFor();
+    await judge.close();
+    await guest.close();
+  },
+};

@@ -1,0 +1,111 @@
+// The screen in the hall, paper, tags, what a website embeds.
+
+import assert from "node:assert/strict";
+import { join } from "node:path";
+import { grave, signIn, visit, wallDrawn } from "./place.mjs";
+
+const TURNS = 200;
+
+/** A browser that fills a screen. */
+async function screen(browser, places, width, height, motion = "reduce") {
+  const seen = await visit(browser, places, { phone: false });
+  await seen.page.setViewportSize({ width, height });
+  await seen.page.emulateMedia({ reducedMotion: motion });
+  return seen;
+}
+
+export const hall = {
+  async "the hall's settings, on paper and on a website"(browser, places) {
+    const owner = await visit(browser, places);
+    const { page } = owner;
+    await signIn(owner, places, places.owner);
+    await owner.go(`/g/${places.gym}/settings`);
+    await page.getByRole("link", { name: "Hall and paper" }).click();
+    await page.getByLabel("Seconds until it changes").fill("5");
+    await page.getByLabel("Show this month's board to everybody").check();
+    assert.deepEqual(await grave(page), []);
+    await page.getByRole("button", { name: "Save" }).click();
+    await page.getByText("Saved.").waitFor();
+    await owner.shot("hall-settings");
+    await page.getByRole("link", { name: "Posters and cards" }).click();
+    for (const [place, file] of [[0, /\.pdf/], [1, /cards-a7\.pdf/]]) {
+      if (place) await page.getByLabel("Size of a card").selectOption("a7");
+      await page.getByRole("button", { name: "Make the PDF" }).nth(place).click();
+      const saved = page.getByRole("link", { name: file }).last();
+      await saved.waitFor();
+      const coming = page.waitForEvent("download");
+      await saved.click();
+      assert.match((await coming).suggestedFilename(), file);
+    }
+    assert.deepEqual(await grave(page), []);
+    await owner.shot("hall-paper");
+
+    // A tag's address leads to its route.
+    await owner.go(`/g/${places.gym}/settings/hall/tags`);
+    await page.locator("main code").first().waitFor();
+    assert.deepEqual(await grave(page), []);
+    await owner.shot("hall-tags");
+    await page.goto(await page.locator("main code").first().textContent());
+    await page.waitForURL(/\/r\/[0-9a-f-]{36}$/);
+
+    await owner.go(`/g/${places.gym}/settings/hall/website`);
+    const frame = page.frameLocator("iframe");
+    await frame.getByRole("heading", { name: "New routes" }).waitFor();
+    assert.deepEqual(await grave(page), []);
+    await owner.shot("hall-website");
+    await page.getByLabel("What to show").selectOption("board");
+    await frame.getByRole("heading", { name: "Board of the month" }).waitFor();
+    assert.match(await page.getByLabel("Text for your website").inputValue(), /^<iframe src="http.*\/board" title="Board of the month"/);
+    await owner.close();
+  },
+
+  async "the screen in the hall, upright and across, and without the server"(browser, places) {
+    for (const [name, width, height] of [["across", 1920, 1080], ["upright", 1080, 1920]]) {
+      const seen = await screen(browser, places, width, height);
+      await seen.go(`/kiosk/g/${places.gym}`);
+      await wallDrawn(seen.page);
+      await seen.page.locator("[data-slide]").waitFor();
+      assert.deepEqual(await grave(seen.page), []);
+      const wide = await seen.page.evaluate(() => [document.documentElement.scrollWidth - innerWidth, document.documentElement.scrollHeight - innerHeight]);
+      assert.ok(Math.max(...wide) <= 0, `${name}: ${wide} pixels too large`);
+      await seen.page.screenshot({ path: join(places.shots, `hall-screen-${name}.png`) });
+      if (name === "across") {
+        await seen.page.evaluate(() => navigator.serviceWorker.ready.then(() => undefined));
+        await seen.page.reload(); // with the worker, which keeps what comes now
+        await seen.page.locator("[data-slide]").waitFor();
+        await seen.context.setOffline(true);
+        await seen.page.reload();
+        await seen.page.locator("[data-slide]").waitFor();
+        seen.log.length = 0; // what could not be reached
+      }
+      await seen.close();
+    }
+  },
+
+  async "a screen of days is as large as one of minutes"(browser, places) {
+    const seen = await screen(browser, places, 960, 540, "no-preference");
+    const { page } = seen;
+    // Time is ours: each turn is one step of the clock.
+    await page.clock.install();
+    await seen.go(`/kiosk/g/${places.gym}`);
+    await wallDrawn(page);
+    await page.locator("[data-slide]").waitFor();
+    const devtools = await seen.context.newCDPSession(page);
+    const size = async () => {
+      await devtools.send("HeapProfiler.collectGarbage");
+      const { jsHeapSizeUsed } = await page.evaluate(() => ({ jsHeapSizeUsed: performance.memory.usedJSHeapSize }));
+      const { nodes, jsEventListeners } = await devtools.send("Memory.getDOMCounters");
+      return { heap: jsHeapSizeUsed, nodes, jsEventListeners };
+    };
+    const seconds = await page.evaluate((gym) => fetch(`/api/v1/gyms/${gym}/screen`).then((r) => r.json()).then((f) => f.seconds), places.gym);
+    for (let turn = 0; turn < 20; turn++) await page.clock.fastForward(seconds * 1000);
+    const before = await size();
+    for (let turn = 0; turn < TURNS; turn++) await page.clock.fastForward(seconds * 1000);
+    const after = await size();
+    assert.ok(after.nodes <= before.nodes + 50, `nodes: ${before.nodes}, then ${after.nodes}`);
+    assert.ok(after.jsEventListeners <= before.jsEventListeners + 20, `listeners: ${before.jsEventListeners}, then ${after.jsEventListeners}`);
+    assert.ok(after.heap < before.heap * 1.3 + 3e6, `bytes: ${before.heap}, then ${after.heap}`);
+    assert.equal(await page.locator("wall-topo").count(), 1);
+    await seen.close();
+  },
+};

@@ -1,0 +1,147 @@
+"""Are proposed problems what was wished for, by a grade model that the search did not use?
+
+    python -m walltopo_lab.benchmarks.setting DATA CACHE
+
+On walls of the generator, whose holds all count, whatever their colour. The problems of the board
+are dealt into two halves (near-twins on one side), a grade model is learnt on each; the search
+uses one, the other judges what it proposes. Both know the same movement model and the same
+features, so that the two agree says that the search does not lean on the accidents of one fit. It
+does not say that climbers would. DATA and CACHE: see `walltopo_lab.benchmarks.grades`.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from msgspec import structs
+
+from walltopo.climbing.body import ADULT
+from walltopo.grades.font import FONT, parse_grade
+from walltopo.grades.model import GradeModel, Range
+from walltopo.grades.of_scan import Scale, climb_route
+from walltopo.scans.holds import hold_rows
+from walltopo.scans.routes import Route
+from walltopo.setting.pool import Pool
+from walltopo.setting.rows import Proposal
+from walltopo.setting.search import propose
+from walltopo.setting.wish import Wish
+from walltopo_lab.benchmarks.routes_gyms import set_gym
+from walltopo_lab.train.grades.cached import boards
+from walltopo_lab.train.grades.fit import Board
+from walltopo_lab.train.grades.shipped import fit_on, write_model
+from walltopo_lab.train.grades.split import parts_of
+
+WALLS = (("sprawall", 1), ("sprawall", 2), ("modern", 1), ("oldschool-dark", 1))
+WISHES = ("6C", "7A", "7B", "7C")
+_SEED = 7
+
+
+def half(board: Board, number: int) -> Board:
+    """One half of a board's problems, dealt by groups; its parts 0 and 1 as they were."""
+    mine = parts_of(board.groups, (0.5, 0.5), _SEED) == number
+    arrays = {
+        name: getattr(board, name)[mine]
+        for name in ("grade", "stars", "groups", "part", "plain", "known", "seconds")
+    }
+    problems = tuple(one for one, taken in zip(board.problems, mine, strict=True) if taken)
+    return replace(board, problems=problems, **arrays)
+
+
+def model_of(found: Sequence[Board], number: int, folder: Path) -> GradeModel:
+    """The grade model of one half."""
+    halves = [half(board, number) for board in found]
+    path = folder / f"{number}.onnx"
+    write_model(fit_on(halves), halves, path)
+    return GradeModel.load(path)
+
+
+def pool_of(preset: str, seed: int) -> Pool:
+    """The holds of a generated wall; it faces as they do, for a hold sits flat on it."""
+    holds = tuple(
+        structs.replace(
+            hold, steepness_deg=math.degrees(math.asin(max(-1.0, min(1.0, -hold.normal[2]))))
+        )
+        for hold in set_gym(preset, seed).holds
+    )
+    return Pool.of(hold_rows(holds, {}, ()), 1.0, True)
+
+
+@dataclass(frozen=True)
+class Row:
+    """A proposal, judged: the wished place, whether an adult gets up, the other model's range."""
+
+    wished: float
+    tops: bool
+    place: float
+    range: Range
+    fits: bool
+    alike: float
+
+
+def judge(pool: Pool, one: Proposal, wish: Wish, scale: Scale) -> Row:
+    """What a model that the search did not use says of a proposal."""
+    holds = (*one.hands, *one.feet)
+    route = Route(0, holds=holds, start=one.start, top=one.top, footholds=one.feet)
+    climbed = climb_route(route, pool.near(holds), pool.unit)
+    tops = climbed is not None and climbed.moves.reached and climbed.moves.body == ADULT
+    wished = parse_grade(wish.grade)
+    assert climbed is not None
+    assert wished is not None
+    place = float(scale.model.places(climbed.features[None])[0])
+    found = scale.range(place, climbed.known)
+    return Row(wished, tops, place, found, not one.misses, one.alike)
+
+
+def main(arguments: list[str]) -> int:
+    if len(arguments) != 2:
+        print(__doc__)
+        return 2
+    found = list(boards(Path(arguments[0]), Path(arguments[1]), 1, ("2016",)).values())
+    with tempfile.TemporaryDirectory() as name:
+        searches, judges = (Scale(model_of(found, k, Path(name)), ()) for k in (0, 1))
+    print("| wish | proposed | as wished | top reached | wished in the other's range | "
+          "other's place off, grades, median | alike, mean | CPU-s an answer |")  # fmt: skip
+    print("|---|---|---|---|---|---|---|---|")
+    everything: list[Row] = []
+    seconds: list[float] = []
+    for grade in WISHES:
+        rows: list[Row] = []
+        took: list[float] = []
+        for preset, seed in WALLS:
+            pool = pool_of(preset, seed)
+            wish = Wish(grade=grade, seed=seed)
+            began = time.process_time()
+            answer = propose(pool, wish, searches)
+            took.append(time.process_time() - began)
+            rows += [judge(pool, one, wish, judges) for one in answer.proposals]
+        print(_line(grade, rows, took))
+        everything += rows
+        seconds += took
+    print(_line("all", everything, seconds))
+    return 0
+
+
+def _line(name: str, rows: Sequence[Row], seconds: Sequence[float]) -> str:
+    inside = [one.range.low <= round(one.wished) <= one.range.high for one in rows]
+    off: npt.NDArray[np.float64] = np.array([abs(one.place - one.wished) for one in rows])
+    asked = 3 * len(seconds)
+    return (
+        f"| {name} | {len(rows)} of {asked} | {np.mean([one.fits for one in rows]):.2f} | "
+        f"{np.mean([one.tops for one in rows]):.2f} | {np.mean(inside):.2f} | "
+        f"{np.median(off):.2f} | {np.mean([one.alike for one in rows]):.2f} | "
+        f"{np.median(seconds):.1f} |"
+    )
+
+
+assert all(grade in FONT for grade in WISHES)
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,1 @@
+"""Many scans from one list: by processes of this machine, or by a Ray cluster."""

@@ -1,0 +1,91 @@
+/** The parts of the panel that proposes problems: what is wished, and rows of what was found. */
+
+import { h } from "../dom";
+import { decimal, say } from "../languages";
+import type { Climber } from "../moves";
+import type { Hold } from "../types";
+import { holdName } from "../words";
+import { choice } from "./form";
+import type { Proposal, Tweak } from "./server";
+
+/** `walltopo.setting.wish.Wish`. */
+export interface Wish {
+  grade: string;
+  moves: number;
+  steepness: string;
+  reach: string;
+  holds: string;
+  height_m: number;
+  count: number;
+  seed: number;
+}
+
+const GRADES = "4 5 5+ 6A 6A+ 6B 6B+ 6C 6C+ 7A 7A+ 7B 7B+ 7C 7C+ 8A 8A+ 8B".split(" ");
+const KINDS = ["jugs", "crimps", "slopers", "pinches", "pockets", "small", "large"] as const;
+const STEEPNESS = ["slab", "vertical", "overhang", "steep"] as const;
+/** Heights of `walltopo.climbing.body.BODIES`. */
+const BODIES = [["child", 1.3], ["short", 1.55], ["adult", 1.75], ["tall", 1.9]] as const;
+
+/** The fields; each change gives the whole wish anew. */
+export function wishFields(first: Wish, changed: (wish: Wish) => void): HTMLElement {
+  const { setting, words, people } = say();
+  let wish = first;
+  const set = (part: Partial<Wish>): void => changed((wish = { ...wish, ...part }));
+  let [low, high] = wish.grade.split("-") as [string, string];
+  const grades = GRADES.map((grade): [string, string] => [grade, grade]);
+  const any: [string, string] = ["any", setting.any];
+  const order = (): void => {
+    if (GRADES.indexOf(low) > GRADES.indexOf(high)) [low, high] = [high, low];
+    set({ grade: `${low}-${high}` });
+  };
+  const counts = Array.from({ length: 11 }, (_, k): [string, string] => [String(k + 2), String(k + 2)]);
+  return h(
+    "div",
+    { class: "fields" },
+    choice(setting.from, grades, low, (grade) => ((low = grade), order())),
+    choice(setting.to, grades, high, (grade) => ((high = grade), order())),
+    choice(setting.moves, counts, String(wish.moves), (moves) => set({ moves: Number(moves) })),
+    choice(words.steepness, [any, ...STEEPNESS.map((one): [string, string] => [one, words[one]])], wish.steepness, (steepness) => set({ steepness })),
+    choice(setting.reach, [any, ["static", setting.static], ["dynamic", setting.dynamic]], wish.reach, (reach) => set({ reach })),
+    choice(setting.kind, [any, ...KINDS.map((one): [string, string] => [one, setting.kinds[one]])], wish.holds, (holds) => set({ holds })),
+    choice(
+      setting.body,
+      BODIES.map(([name, height]): [string, string] => [String(height), `${people[name]}, ${decimal(height, 2)} m`]),
+      String(wish.height_m),
+      (height) => set({ height_m: Number(height) }),
+    ),
+  );
+}
+
+function row(name: string, facts: string[], pressed: boolean, act: () => void): HTMLElement {
+  return h(
+    "button",
+    { class: "route plain", "aria-pressed": String(pressed), onClick: act },
+    h("span", { class: "name" }, name),
+    h("span", { class: "meta" }, facts.join(" · ")),
+  );
+}
+
+export function proposalRow(one: Proposal, k: number, pressed: boolean, act: () => void): HTMLElement {
+  const { setting, gradeRange } = say();
+  const { low, high, graded } = one.grade;
+  return row(`${k + 1} · ${setting.moveCount(one.moves)}`, [gradeRange(low, high, graded ?? 0)], pressed, act);
+}
+
+export function tweakRow(one: Tweak, hold: Hold, pressed: boolean, act: () => void): HTMLElement {
+  const { setting } = say();
+  const by = setting.by(decimal(Math.abs(one.by), 1), one.by > 0);
+  const percent = Math.round(100 * one.eases);
+  return row(setting.change[one.do](holdName(hold)), [by, ...(percent ? [setting.crux(percent)] : [])], pressed, act);
+}
+
+/** Who does not get up, or has to leap. */
+export function peopleWords(climbers: readonly Climber[]): HTMLElement[] {
+  const { people, unreached, leap, setting } = say();
+  return climbers.flatMap(({ climber, moves, reached }) => {
+    const far = Math.max(0, ...moves.map(({ beyond_m }) => beyond_m ?? 0));
+    const why = moves.length === 0 ? setting.noStart : !reached ? unreached : far > 0 ? leap(decimal(far, 2)) : "";
+    const name = people[climber as keyof typeof people] ?? climber;
+    return why ? [h("p", { class: "doubt warn" }, `${name}: ${why}`)] : [];
+  });
+}

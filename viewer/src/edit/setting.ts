@@ -1,0 +1,228 @@
+/** The panel that proposes problems, and what makes a route one grade easier: asks, shows, plays. */
+
+import { h } from "../dom";
+import { say } from "../languages";
+import { Player } from "../player";
+import type { Hold, Route, Tables } from "../types";
+import { routeName } from "../words";
+import { button } from "./form";
+import type { Host } from "./host";
+import { refOf, routeRef } from "./log";
+import type { Edit } from "./log";
+import type { Proposal, Server, Tweak, Way } from "./server";
+import { peopleWords, proposalRow, tweakRow, wishFields } from "./setting-cards";
+import type { Wish } from "./setting-cards";
+
+/** What the panel needs of the editor. */
+export interface Desk {
+  readonly tables: Tables;
+  readonly entries: readonly Edit[];
+  fresh(): number;
+  /** One step in the log, then this. */
+  change(then: () => void, ...step: Edit[]): void;
+  leave(): void;
+}
+
+interface Choice {
+  /** The route as it would be; shown on the wall. */
+  route: Route;
+  parts: HTMLElement[];
+}
+
+export class Setting {
+  /** What is shown in the stead of a chosen route. */
+  preview: Route | null = null;
+  private wish: Wish = { grade: "6C-7A", moves: 6, steepness: "any", reach: "any", holds: "any", height_m: 1.75, count: 3, seed: 0 };
+  private proposals: Proposal[] | null = null;
+  private tweaks: Tweak[] | null = null;
+  private eased: { route: number; way: Way } | null = null;
+  private unit = 1;
+  private said = "";
+  private asking = false;
+  private chosen: Choice | null = null;
+  private at = -1;
+  private player: Player | null = null;
+  /** Answers to earlier questions are of no interest any more. */
+  private turn = 0;
+
+  constructor(
+    private readonly host: Host,
+    private readonly server: Server,
+    private readonly desk: Desk,
+  ) {}
+
+  /** The card; null where nothing is asked. `close` ends it. */
+  card(close: HTMLElement): HTMLElement[] {
+    const { setting } = say();
+    const route = this.desk.tables.routes.get(this.eased?.route ?? -1);
+    const heading = route ? `${this.eased!.way === "easier" ? setting.easier : setting.harder}: ${routeName(route)}` : setting.propose;
+    const title = h("div", { class: "title" }, h("h3", {}, heading), h("p", { class: "sub" }, route ? "" : setting.hint));
+    const top = h("div", { class: "top" }, title, close);
+    const said = h("p", { class: "told", role: "status" }, this.said);
+    const rows = (this.eased ? this.tweakRows() : this.proposalRows()) ?? [];
+    const list = rows.length > 0 ? h("div", { class: "left-out" }, ...rows) : null;
+    const fields = this.eased ? [] : [this.wishes(), this.askButton()];
+    return [top, ...fields, said, ...(list ? [list] : []), ...(this.chosen?.parts ?? [])];
+  }
+
+  /** Nothing is asked or shown any more. */
+  end(): void {
+    this.turn++;
+    this.asking = false;
+    this.choose(null);
+    this.proposals = this.tweaks = this.eased = null;
+    this.said = "";
+  }
+
+  /** What makes a route one grade easier, or harder. */
+  ease(route: Route, way: Way): void {
+    this.end();
+    this.eased = { route: route.id, way };
+    void this.ask(async () => {
+      const { tweaks, unit, grade } = await this.server.ease(this.desk.entries, route.id, way);
+      const { setting, gradeRange } = say();
+      return () => {
+        [this.tweaks, this.unit] = [tweaks, unit];
+        this.said = tweaks.length ? `${setting.now} ${gradeRange(grade.low, grade.high, grade.graded ?? 0)}.` : setting.none;
+      };
+    });
+  }
+
+  /** Folded away once there is something to look at. */
+  private wishes(): HTMLElement {
+    const fields = wishFields(this.wish, (wish) => (this.wish = wish));
+    if (!this.proposals?.length) return fields;
+    return h("details", { class: "photos wishes" }, h("summary", {}, `${say().setting.wish} ${this.wish.grade.replace("-", " – ")}`), fields);
+  }
+
+  private askButton(): HTMLElement {
+    const { setting } = say();
+    const search = button(this.proposals ? setting.others : setting.ask, () => this.propose());
+    search.classList.add("main");
+    search.disabled = this.asking;
+    return h("div", { class: "fields" }, search);
+  }
+
+  private propose(): void {
+    // Once more is for others.
+    if (this.proposals) this.wish = { ...this.wish, seed: this.wish.seed + 1 };
+    this.choose(null);
+    void this.ask(async () => {
+      const { proposals, unit } = await this.server.propose(this.desk.entries, this.wish);
+      const { setting } = say();
+      return () => {
+        [this.proposals, this.unit] = [proposals, unit];
+        this.said = proposals.length === 0 ? setting.nothing : proposals.length < this.wish.count ? setting.fewer : "";
+        this.pick(0);
+      };
+    });
+  }
+
+  /** Ask the server; what comes too late is dropped. */
+  private async ask(question: () => Promise<() => void>): Promise<void> {
+    const turn = ++this.turn;
+    this.asking = true;
+    this.said = say().setting.searching;
+    this.host.refresh();
+    try {
+      const take = await question();
+      if (turn !== this.turn) return;
+      this.asking = false;
+      take();
+    } catch (error) {
+      if (turn !== this.turn) return;
+      this.asking = false;
+      this.said = (error as Error).message;
+    }
+    this.host.refresh();
+  }
+
+  private proposalRows(): HTMLElement[] | undefined {
+    return this.proposals?.map((one, k) => proposalRow(one, k, k === this.at, () => this.pick(k)));
+  }
+
+  private tweakRows(): HTMLElement[] | undefined {
+    return this.tweaks?.map((one, k) => tweakRow(one, this.hold(one.hold), k === this.at, () => this.pick(k)));
+  }
+
+  private pick(k: number): void {
+    const proposal = this.eased ? undefined : this.proposals?.[k];
+    const tweak = this.eased ? this.tweaks?.[k] : undefined;
+    this.choose(proposal ? this.proposed(proposal) : tweak ? this.tweaked(tweak) : null);
+    this.at = this.chosen ? k : -1;
+    this.host.refresh();
+  }
+
+  private choose(choice: Choice | null): void {
+    if (!choice) {
+      this.player?.dispose();
+      this.player = null;
+      this.at = -1;
+      this.host.dots([]);
+    }
+    this.chosen = choice;
+    this.preview = choice?.route ?? null;
+    if (this.preview) this.host.frame(this.preview);
+  }
+
+  private proposed(one: Proposal): Choice {
+    const { setting } = say();
+    const route: Route = {
+      id: 0, colour: null, length_m: null, steepness_deg: null,
+      holds: [...one.hands, ...one.feet], start: one.start, top: one.top, footholds: one.feet,
+    };
+    const misses = one.misses.map((miss) => h("p", { class: "doubt" }, setting.misses[miss]));
+    const make = button(setting.make, () => this.make(one));
+    make.classList.add("main");
+    this.host.dots([]);
+    return { route, parts: [...misses, ...peopleWords(one.climbers), this.play(0, one.climbers), h("div", { class: "fields" }, make)] };
+  }
+
+  private tweaked(one: Tweak): Choice {
+    const { setting } = say();
+    const { tables } = this.desk;
+    const before = tables.routes.get(this.eased!.route)!;
+    const away = one.do === "take away";
+    const holds = away ? before.holds.filter((id) => id !== one.hold) : [...before.holds, one.hold];
+    const other = tables.routes.get(one.on);
+    const shared = other && !away ? [h("p", { class: "doubt" }, setting.shared(routeName(other)))] : [];
+    const act = button(setting.doIt, () => this.act(one, before));
+    act.classList.add("main");
+    this.host.dots([this.hold(one.hold).position]);
+    const parts = [...shared, ...peopleWords(one.climbers), this.play(before.id, one.climbers), h("div", { class: "fields" }, act)];
+    return { route: { ...before, holds }, parts };
+  }
+
+  /** The figure that goes up it. */
+  private play(route: number, climbers: Proposal["climbers"]): HTMLElement {
+    this.player?.dispose();
+    this.player = null;
+    if (!climbers.some(({ moves }) => moves.length > 0)) return h("p", { class: "told" }, say().setting.noStart);
+    this.player = new Player(this.host.stage, this.desk.tables, { route, climbers }, this.unit);
+    return this.player.root;
+  }
+
+  private make(one: Proposal): void {
+    const refs = (ids: number[]) => ids.map((id) => refOf(this.hold(id)));
+    const id = this.desk.fresh();
+    this.desk.change(
+      () => this.host.select(id, null),
+      { do: "problem", hands: refs(one.hands), start: refs(one.start), top: refs(one.top), feet: refs(one.feet), new: id, proposed: true },
+    );
+    this.desk.leave();
+  }
+
+  private act(one: Tweak, route: Route): void {
+    const { tables } = this.desk;
+    const [hold, to] = [refOf(this.hold(one.hold)), routeRef(route, tables)];
+    const role = one.do === "add a foothold" ? "foot" : "hand";
+    const step: Edit[] =
+      one.do === "take away" ? [{ do: "leave", hold, route: to }] : [{ do: "share", hold, route: to }, { do: "role", hold, route: to, role }];
+    this.desk.change(() => this.host.select(route.id, null), ...step);
+    this.desk.leave();
+  }
+
+  private hold(id: number): Hold {
+    return this.desk.tables.holds.get(id)!;
+  }
+}
