@@ -32,13 +32,14 @@ _STORE = 128 << 20  # bytes of the object store of a cluster that is started her
 
 
 @contextmanager
-def on_cluster(address: str) -> Iterator[None]:
+def on_cluster(address: str, cores: int | None = None) -> Iterator[None]:
     """Be connected to a Ray cluster in the block.
 
     Parameters
     ----------
     address : "auto" for the one that runs on this machine, "local" to start one that ends with
         the block, else that of its head.
+    cores : of one that is started; all of the machine's where None.
 
     Raises
     ------
@@ -57,7 +58,7 @@ def on_cluster(address: str) -> Iterator[None]:
         ) from error
     own: dict[str, Any] = {}
     if address == "local":
-        own = {"include_dashboard": False, "object_store_memory": _STORE}
+        own = {"include_dashboard": False, "object_store_memory": _STORE, "num_cpus": cores}
     try:
         ray.init(address, log_to_driver=False, logging_level="ERROR", **own)
     except (ConnectionError, RuntimeError, ValueError) as error:

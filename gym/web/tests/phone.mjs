@@ -14,7 +14,7 @@ import { signIn } from "./place.mjs";
 const SLOWER = 4;
 const LINE = { down: 9e6, up: 1.5e6, roundTrip: 60 };
 const QUIET_MS = 2000;
-const PATIENCE_MS = 60_000;
+const PATIENCE_MS = 180_000;
 const GYM = ".walls a";
 const WALL = "wall-topo[data-ready=first], wall-topo[data-ready=detail]";
 
