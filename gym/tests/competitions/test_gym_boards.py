@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 
 from walltopo_gym.clock import now
 from walltopo_gym.competitions.board import Board
-from walltopo_gym.competitions.ledger import Fact
+from walltopo_gym.competitions.ledger import Fact, Kind, Ledger
 from walltopo_gym.competitions.ranking import ranked
 from walltopo_gym.competitions.scoring.ifsc import score_2018, score_2025
 from walltopo_gym.competitions.scoring.rules import Scoring
-from walltopo_gym.competitions.scoring.score import Mark, Tried
+from walltopo_gym.competitions.scoring.score import NOTHING, Mark, Tried
 from walltopo_gym.competitions.sheet import Competitor, Format, RoundSheet, Sheet, Task
 
 RULES = ("points", "shared", "ifsc-2025", "ifsc-2018", "most")
@@ -168,3 +168,13 @@ def test_before_2025_tops_then_zones_then_tries() -> None:
     worse = [Tried(key(3, 1), Mark(1, 1, 1)), Tried(key(3, 2), Mark(9, 0, 0))]
     assert score_2018(better).key > score_2018(worse).key  # a zone more beats fewer tries
     assert [int(value) for value in score_2018(worse).key] == [1, 1, -1, -1]
+
+
+def test_somebody_who_takes_back_taking_back_a_thousand_times_breaks_nothing() -> None:
+    ledger, entry, problem = Ledger(), key(1, 0), key(2, 0)
+    top = Fact(key(3, 0), entry, problem, Kind.TOP, 1)
+    ledger.add(top)
+    for number in range(1, 1002):
+        ledger.add(Fact(key(3, number), entry, problem, Kind.VOID, target=key(3, number - 1)))
+    assert not ledger.counts(top.id)  # an odd number of times
+    assert ledger.mark(entry, problem) == NOTHING

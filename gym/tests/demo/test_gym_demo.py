@@ -58,11 +58,17 @@ def test_forty_climbers_six_hundred_ascents_the_same_each_time(world: World) -> 
 
 
 def test_two_festivals_one_of_them_runs(world: World) -> None:
-    filled(world)
+    scan = world.reviewed({1: [1, 2, 3], 2: [4, 5, 6]}, HOLDS)
+    assert world.publish(scan, {"number": 1}, {"number": 2}).is_success
     owner = world.owner.id
     assert owner is not None
     with world.server.database.writing() as session:
         gym = session.get_one(Gym, world.gym.id)
+        session.add_all(
+            Person(email=f"climber{n}@{gym.slug}.invalid", name=f"Climber {n}", password_hash="!")
+            for n in range(COMPETITORS)
+        )
+        session.flush()
         routes = session.scalars(select(Route).where(Route.wall_id == world.wall.id)).all()
         for _ in range(2):
             hold_cups(session, gym, owner, routes, now())

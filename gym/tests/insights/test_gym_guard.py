@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from itertools import combinations
-from uuid import UUID
 
 import numpy as np
 from hypothesis import given, settings
@@ -12,22 +11,22 @@ from hypothesis import strategies as st
 from walltopo_gym.insights.guard import People, Style, may_be_told
 from walltopo_gym.insights.usage import ENOUGH
 
-ROUTES = [UUID(int=n) for n in range(10)]
+ROUTES = [str(n) for n in range(10)]
 VALUES = {"steepness": ("slab", "vertical", "roof"), "colour": ("red", "blue", "green"),
           "length": ("short", "long", "")}  # fmt: skip
 
 
 @st.composite
-def halls(draw: st.DrawFn) -> tuple[dict[Style, frozenset[UUID]], People]:
+def halls(draw: st.DrawFn) -> tuple[dict[Style, frozenset[str]], People]:
     """Styles of ten routes, and who of two or three groups has tried which."""
     routes = ROUTES[: draw(st.integers(2, 10))]
-    styles: dict[Style, set[UUID]] = {}
+    styles: dict[Style, set[str]] = {}
     for kind, values in VALUES.items():
         for route in routes:
             value = draw(st.sampled_from(values))
             if value:
                 styles.setdefault(Style(kind, value), set()).add(route)
-    people: dict[str, dict[UUID, frozenset[int]]] = {}
+    people: dict[str, dict[str, frozenset[int]]] = {}
     for group in range(draw(st.integers(2, 3))):
         # Some routes are tried by all of a group, some by few, some by nobody.
         members = range(100 * group, 100 * group + draw(st.integers(5, 9)))
@@ -39,18 +38,18 @@ def halls(draw: st.DrawFn) -> tuple[dict[Style, frozenset[UUID]], People]:
     return {style: frozenset(of) for style, of in styles.items()}, people
 
 
-def behind(people: People, group: str, routes: frozenset[UUID]) -> int:
+def behind(people: People, group: str, routes: frozenset[str]) -> int:
     return len(frozenset[int]().union(*(people[group].get(route, frozenset()) for route in routes)))
 
 
-def small(people: People, routes: frozenset[UUID]) -> bool:
+def small(people: People, routes: frozenset[str]) -> bool:
     return any(0 < behind(people, group, routes) < ENOUGH for group in people)
 
 
 @settings(max_examples=150, deadline=None)
 @given(hall=halls())
 def test_no_group_of_under_five_is_found_out(
-    hall: tuple[dict[Style, frozenset[UUID]], People],
+    hall: tuple[dict[Style, frozenset[str]], People],
 ) -> None:
     styles, people = hall
     told = may_be_told(styles, people)

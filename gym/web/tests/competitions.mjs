@@ -162,7 +162,7 @@ export const competitions = {
     await guest.page.getByText("Why Chloé Roux stands before Anna").waitFor();
     await fine(guest, "board");
     await guest.page.getByRole("button", { name: "Replay" }).click();
-    await guest.page.getByRole("slider").fill("1");
+    await guest.page.getByRole("slider").fill("0"); // when it began
     await guest.page.getByText("The board above is that of").waitFor();
     await fine(guest, "replay");
 

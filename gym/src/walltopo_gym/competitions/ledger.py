@@ -85,8 +85,14 @@ class Ledger:
 
     def counts(self, event: UUID) -> bool:
         """Whether an event that is here counts."""
-        strikers = self._strikers.get(event, ())
-        return not any(self.counts(striker) for striker in strikers)
+        order = [event]
+        for one in order:  # grows: what strikes comes after what it strikes
+            order += self._strikers.get(one, ())
+        struck: set[UUID | None] = set()
+        for one in reversed(order):
+            if one not in struck:
+                struck.add(self._facts[one].strikes)
+        return event not in struck
 
     def mark(self, entry: UUID, problem: UUID) -> Mark:
         """What somebody has on a problem."""

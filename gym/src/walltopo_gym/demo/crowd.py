@@ -28,6 +28,8 @@ _DAYS: Final = 42
 _SEED: Final = 20260301
 _FIRST: Final = ("Ada", "Ben", "Chi", "Dana", "Emil", "Fay", "Goran", "Hana", "Ines", "Jan")
 _LAST: Final = ("Arete", "Bouldrova", "Crimp", "Dyno")
+_WISHES: Final = ("", "", "keep", "renew")
+_TIRED_WISHES: Final = ("", "renew", "renew", "renew")
 _SAID: Final = ("Great moves", "The top is harder than it looks", "Feels soft", "Please keep it")
 
 
@@ -151,6 +153,6 @@ def _opinion(
     grade = FONT[int(np.clip(FONT.index(route.grade) + rng.integers(-1, 2), 0, len(FONT) - 1))]
     return Opinion(
         person_id=person.id, route_id=route.id, grade=grade, stars=int(rng.integers(2, 6)),
-        wish=str(rng.choice(["", "renew" if tired else "", "keep", "renew"])),
+        wish=str(rng.choice(_TIRED_WISHES if tired else _WISHES)),
         comment=str(rng.choice(_SAID)) if rng.random() < 0.15 else "", changed_at=until,
     )  # fmt: skip

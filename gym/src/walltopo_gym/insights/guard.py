@@ -19,7 +19,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import combinations, product
 from typing import Final, NamedTuple
-from uuid import UUID
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,8 +28,8 @@ from walltopo_gym.insights.usage import ENOUGH
 __all__ = ["People", "Style", "may_be_told"]
 
 _CLOSE: Final = 1e-7
-# By group and route: who is behind what is counted there.
-People = Mapping[str, Mapping[UUID, frozenset[int]]]
+# By group and route (any key as text): who is behind what is counted there.
+People = Mapping[str, Mapping[str, frozenset[int]]]
 
 
 class Style(NamedTuple):
@@ -40,7 +39,7 @@ class Style(NamedTuple):
     value: str
 
 
-def may_be_told(styles: Mapping[Style, frozenset[UUID]], people: People) -> set[Style]:
+def may_be_told(styles: Mapping[Style, frozenset[str]], people: People) -> set[Style]:
     """The styles whose sums by group may be told.
 
     Parameters
@@ -57,11 +56,11 @@ def may_be_told(styles: Mapping[Style, frozenset[UUID]], people: People) -> set[
     return told
 
 
-def _is_safe(people: People, routes: Iterable[UUID]) -> bool:
+def _is_safe(people: People, routes: Iterable[str]) -> bool:
     return _fewest(people, routes) >= ENOUGH
 
 
-def _fewest(people: People, routes: Iterable[UUID]) -> int:
+def _fewest(people: People, routes: Iterable[str]) -> int:
     """Of the groups that have somebody there: how many the smallest has; `ENOUGH` for none."""
     found = list(routes)
     sizes = [
@@ -72,8 +71,8 @@ def _fewest(people: People, routes: Iterable[UUID]) -> int:
 
 
 def _first_left_over(
-    told: set[Style], styles: Mapping[Style, frozenset[UUID]], people: People,
-    whole: frozenset[UUID],
+    told: set[Style], styles: Mapping[Style, frozenset[str]], people: People,
+    whole: frozenset[str],
 ) -> list[Style]:  # fmt: skip
     """Rule 2: the styles of a kind of which too few are left over."""
     for kind in sorted({style.kind for style in told}):
@@ -84,8 +83,8 @@ def _first_left_over(
 
 
 def _first_found_out(
-    told: set[Style], styles: Mapping[Style, frozenset[UUID]], people: People,
-    whole: frozenset[UUID],
+    told: set[Style], styles: Mapping[Style, frozenset[str]], people: People,
+    whole: frozenset[str],
 ) -> list[Style]:  # fmt: skip
     """Rules 3 and 4: styles of which one has to go, so that a set of routes is not found out."""
     order = sorted(told)
@@ -100,10 +99,10 @@ def _first_found_out(
 
 
 def _pieces(
-    told: Sequence[Style], styles: Mapping[Style, frozenset[UUID]], whole: frozenset[UUID]
-) -> dict[frozenset[Style], list[UUID]]:
+    told: Sequence[Style], styles: Mapping[Style, frozenset[str]], whole: frozenset[str]
+) -> dict[frozenset[Style], list[str]]:
     """Routes that no sum tells apart, by the styles that they are in."""
-    pieces: dict[frozenset[Style], list[UUID]] = {}
+    pieces: dict[frozenset[Style], list[str]] = {}
     for route in whole:
         of = frozenset(style for style in told if route in styles[style])
         pieces.setdefault(of, []).append(route)

@@ -11,10 +11,9 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta
-from typing import Final
-from uuid import UUID
+from typing import Final, NamedTuple
 
-from sqlalchemy import case, func, select
+from sqlalchemy import String, case, cast, func, select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.models import Profile
@@ -91,12 +90,12 @@ class Styles:
     lines: list[Line]
 
 
-@dataclass(frozen=True)
-class _Climbed:
-    """That one person tried one route, and whether they topped it."""
+class _Climbed(NamedTuple):
+    """That one person tried one route, and whether they topped it; both by their keys as text,
+    which the database makes sooner than Python makes keys of them."""
 
-    route: UUID
-    person: UUID
+    route: str
+    person: str
     topped: bool
     worth: int
 
@@ -136,8 +135,8 @@ class _Told:
     parts: set[Style]
 
     @classmethod
-    def of(cls, routes: Mapping[Style, frozenset[UUID]], people: People) -> _Told:
-        together: dict[UUID, frozenset[int]] = {}
+    def of(cls, routes: Mapping[Style, frozenset[str]], people: People) -> _Told:
+        together: dict[str, frozenset[int]] = {}
         for of in people.values():
             for route, who in of.items():
                 together[route] = together.get(route, frozenset()) | who
@@ -164,7 +163,8 @@ def _climbed(session: Session, gym: Gym, since: datetime, until: datetime) -> li
     is_top = Ascent.kind.in_(_TOPS)
     rows = session.execute(
         select(
-            Ascent.route_id, Ascent.person_id, func.max(case((is_top, 1), else_=0)),
+            cast(Ascent.route_id, String), cast(Ascent.person_id, String),
+            func.max(case((is_top, 1), else_=0)),
             func.max(case((is_top, func.coalesce(Ascent.worth, 0)), else_=0)),
         )
         .where(what_counts(gym.id), Ascent.climbed_at >= since, Ascent.climbed_at < until)
@@ -178,9 +178,9 @@ def _climbed(session: Session, gym: Gym, since: datetime, until: datetime) -> li
 
 def _votes(
     session: Session, gym: Gym, since: datetime, until: datetime
-) -> list[tuple[UUID, UUID, int]]:
+) -> list[tuple[str, str, int]]:
     rows = session.execute(
-        select(Opinion.route_id, Opinion.person_id, Opinion.stars)
+        select(cast(Opinion.route_id, String), cast(Opinion.person_id, String), Opinion.stars)
         .join(Route, Route.id == Opinion.route_id)
         .join(Wall, Wall.id == Route.wall_id)
         .where(
@@ -191,10 +191,10 @@ def _votes(
     return [(route, person, stars) for route, person, stars in rows if stars is not None]
 
 
-def _styled(session: Session, gym: Gym) -> dict[Style, frozenset[UUID]]:
+def _styled(session: Session, gym: Gym) -> dict[Style, frozenset[str]]:
     """The styles of the gym's routes, in the last scan that each was in."""
     rows = session.execute(
-        select(Route.id, Route.colour, Placement.steepness_deg, Placement.hold_types,
+        select(cast(Route.id, String), Route.colour, Placement.steepness_deg, Placement.hold_types,
                Placement.holds)
         .join(Wall, Wall.id == Route.wall_id)
         .join(Placement, Placement.route_id == Route.id)
@@ -209,7 +209,7 @@ def _styled(session: Session, gym: Gym) -> dict[Style, frozenset[UUID]]:
         }
         for route, colour, degrees, types, holds in rows
     }  # fmt: skip
-    found: dict[Style, set[UUID]] = defaultdict(set)
+    found: dict[Style, set[str]] = defaultdict(set)
     for route, of in last.items():
         for kind, value in of.items():
             if value:
@@ -219,19 +219,19 @@ def _styled(session: Session, gym: Gym) -> dict[Style, frozenset[UUID]]:
 
 def _groups(
     session: Session, gym: Gym, climbed: list[_Climbed], by: str
-) -> dict[Group, list[UUID]]:  # fmt: skip
+) -> dict[Group, list[str]]:  # fmt: skip
     """Who is in which; one of few is put together with the next, the last with the one before."""
     if by == "bands":
         sorted_in = _by_band(climbed)
     else:
         people = {one.person for one in climbed}
         here = select(Ascent.person_id).where(Ascent.gym_id == gym.id)
-        categories = select(Profile.person_id, Profile.category)
+        categories = select(cast(Profile.person_id, String), Profile.category)
         said = dict(session.execute(categories.where(Profile.person_id.in_(here))).all())
         sorted_in = {name: [] for name in ("women", "men", "other", "unsaid")}
         for person in sorted(people):
             sorted_in[said.get(person) or "unsaid"].append(person)
-    merged: list[tuple[list[str], list[UUID]]] = []
+    merged: list[tuple[list[str], list[str]]] = []
     for name, people_of in sorted_in.items():
         if not people_of:
             continue
@@ -247,14 +247,14 @@ def _groups(
     return {Group(tuple(names), len(people_of)): people_of for names, people_of in merged}
 
 
-def _by_band(climbed: list[_Climbed]) -> dict[str, list[UUID]]:
+def _by_band(climbed: list[_Climbed]) -> dict[str, list[str]]:
     """Band 0 is below `BANDS[0]`; who has topped nothing is in a group of their own."""
     grades = [{"label": label} for label in FONT]
     begins = [worth_of(grades, label) for label in BANDS]
-    best: dict[UUID, int] = {}
+    best: dict[str, int] = {}
     for one in climbed:
         best[one.person] = max(best.get(one.person, -1), one.worth if one.topped else -1)
-    sorted_in: dict[str, list[UUID]] = {name: [] for name in (_NO_TOP, "0", "1", "2", "3")}
+    sorted_in: dict[str, list[str]] = {name: [] for name in (_NO_TOP, "0", "1", "2", "3")}
     for person, worth in sorted(best.items()):
         band = _NO_TOP if worth < 0 else str(sum(worth >= begin for begin in begins))
         sorted_in[band].append(person)
@@ -262,9 +262,9 @@ def _by_band(climbed: list[_Climbed]) -> dict[str, list[UUID]]:
 
 
 def _people(
-    pairs: Iterable[tuple[UUID, UUID]], of_person: Mapping[UUID, str], numbers: Mapping[UUID, int]
+    pairs: Iterable[tuple[str, str]], of_person: Mapping[str, str], numbers: Mapping[str, int]
 ) -> People:
-    found: dict[str, dict[UUID, set[int]]] = {key: {} for key in sorted(set(of_person.values()))}
+    found: dict[str, dict[str, set[int]]] = {key: {} for key in sorted(set(of_person.values()))}
     for route, person in pairs:
         found[of_person[person]].setdefault(route, set()).add(numbers[person])
     return {
@@ -273,10 +273,10 @@ def _people(
 
 
 def _lines(
-    routes: Mapping[Style, frozenset[UUID]], climbed: list[_Climbed],
-    votes: list[tuple[UUID, UUID, int]], of_person: Mapping[UUID, str], groups: list[str],
+    routes: Mapping[Style, frozenset[str]], climbed: list[_Climbed],
+    votes: list[tuple[str, str, int]], of_person: Mapping[str, str], groups: list[str],
 ) -> list[Line]:  # fmt: skip
-    of_route: dict[UUID, list[Style]] = defaultdict(list)
+    of_route: dict[str, list[Style]] = defaultdict(list)
     for style, these in routes.items():
         for route in these:
             of_route[route].append(style)
