@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import pickle
+import socket
 import tempfile
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -28,6 +29,7 @@ Result = TypeVar("Result")
 TRIES = 3  # times that a task is begun again after its process was lost
 _INLINE = 64 << 10  # bytes of a result that still pass through the object store
 _AHEAD = 2  # tasks that wait at each core, so that none is idle
+_PATIENCE_S = 10.0  # for the head to answer
 _STORE = 128 << 20  # bytes of the object store of a cluster that is started here
 
 
@@ -56,6 +58,7 @@ def on_cluster(address: str, cores: int | None = None) -> Iterator[None]:
             f"--ray {address} needs Ray, which is not installed here ({error})",
             "pip install 'walltopo[ray]'",
         ) from error
+    _check_answers(address)
     own: dict[str, Any] = {}
     if address == "local":
         own = {"include_dashboard": False, "object_store_memory": _STORE, "num_cpus": cores}
@@ -70,6 +73,20 @@ def on_cluster(address: str, cores: int | None = None) -> Iterator[None]:
         yield
     finally:
         ray.shutdown()
+
+
+def _check_answers(address: str) -> None:
+    """Ray itself asks a head that is not there for minutes."""
+    host, colon, port = address.rpartition(":")
+    if not colon or "://" in address or not port.isdecimal():
+        return
+    try:
+        socket.create_connection((host, int(port)), _PATIENCE_S).close()
+    except (OSError, OverflowError) as error:
+        raise EnvironmentLacksError(
+            f"no Ray cluster at {address!r}: {error}",
+            "Start one with `ray start --head` and give its address, or use --ray local.",
+        ) from error
 
 
 def lost(error: Exception) -> str:

@@ -19,10 +19,9 @@ from numba import njit
 
 from walltopo.core.cores import cores
 
-__all__ = ["in_ranges", "inlined", "kernel"]
+__all__ = ["in_ranges", "kernel"]
 
 kernel = njit(nogil=True, error_model="numpy", cache=True)
-inlined = njit(nogil=True, error_model="numpy", cache=True, inline="always")
 
 # Ranges a thread: the last one is then short, where some take longer than others.
 _PARTS = 4

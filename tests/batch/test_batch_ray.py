@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import shutil
 import signal
@@ -146,3 +147,11 @@ def test_without_the_extra(tmp_path: Path) -> None:
     )
     assert run.returncode == 5
     assert "walltopo[ray]" in run.stderr
+
+
+@pytest.mark.parametrize("address", ["127.0.0.1:1", "127.0.0.1:70000"])
+def test_a_head_that_is_not_there(address: str, lacks: Callable[[str], NoReturn]) -> None:
+    if importlib.util.find_spec("ray") is None:
+        lacks("Ray is not installed (pip install 'walltopo[ray]')")
+    with pytest.raises(EnvironmentLacksError, match="no Ray cluster"), on_cluster(address):
+        pass

@@ -453,6 +453,10 @@ CASES = {
         "version": "0", "edits": {"version": 2, "edits": []}}),
     "try_edit_log": Case("setter", Scope.PUBLISH, a_draft, lambda w: {
         "edits": {"version": 2, "edits": []}}),
+    "propose_problems": Case("setter", Scope.PUBLISH, a_draft, lambda w: {
+        "edits": {"version": 2, "edits": []}, "wish": {"grade": "6C"}}),
+    "ease_route": Case("setter", Scope.PUBLISH, a_draft, lambda w: {
+        "edits": {"version": 2, "edits": []}, "route": 1, "way": "easier"}),
     "read_edit_state": Case("setter", Scope.PUBLISH, a_draft),
     "read_edit_photos": Case("setter", Scope.PUBLISH, a_draft),
     "read_published": Case("guest", Scope.READ, a_published_wall),
@@ -645,7 +649,13 @@ EXCEPT = (
     # There is no wall in the scans of this table.
     | {
         (name, kind): 422
-        for name in ("save_edit_log", "try_edit_log", "read_edit_photos")
+        for name in (
+            "save_edit_log",
+            "try_edit_log",
+            "propose_problems",
+            "ease_route",
+            "read_edit_photos",
+        )
         for kind in PEOPLE
     }
 )

@@ -72,6 +72,9 @@ def _register_scan(commands: Commands[argparse.ArgumentParser]) -> None:
     scan.add_argument("--dense", metavar="BACKEND", help="auto, sgm, colmap, openmvs, sparse")
     scan.add_argument("--model", metavar="NAME|FILE", help="the detector")
     scan.add_argument(
+        "--profile", type=Path, metavar="FILE", help="write a trace for ui.perfetto.dev (.json)"
+    )
+    scan.add_argument(
         "--ray", metavar="ADDRESS", help="by a Ray cluster, too: auto, local or its address"
     )
     scan.add_argument("-v", "--verbose", action="store_true", help="more detail")
@@ -81,7 +84,7 @@ def _register_scan(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def _scan(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
-    from walltopo.cli.scan_progress import ScanListener
+    from walltopo.cli.profiling import ProfiledListener, profiled
     from walltopo.cluster import RayWorkers, on_cluster
     from walltopo.core.workers import Here, Workers
     from walltopo.pipeline.runner import scan
@@ -96,7 +99,8 @@ def _scan(args: argparse.Namespace) -> int:
         if args.ray is not None:
             stack.enter_context(on_cluster(args.ray))
             workers = RayWorkers()
-        listener = ScanListener(console, verbose=args.verbose, quiet=args.quiet)
+        listener = ProfiledListener(console, verbose=args.verbose, quiet=args.quiet)
+        listener.tracer = stack.enter_context(profiled(args.profile))
         stack.enter_context(listener)
         result = scan(
             args.photos,

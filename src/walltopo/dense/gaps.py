@@ -50,16 +50,20 @@ def _leads_into_gap(
     ins, outs : (V, _AT_ONE) border edges at each vertex as the other end, -1 = none.
     normal : (3,) of the surface at `here`.
     """
-    way = vertices[there] - vertices[here]
-    left = np.cross(normal, way)
+    hx, hy, hz = vertices[here, 0], vertices[here, 1], vertices[here, 2]
+    wx, wy, wz = vertices[there, 0] - hx, vertices[there, 1] - hy, vertices[there, 2] - hz
+    nx, ny, nz = normal[0], normal[1], normal[2]
+    lx, ly, lz = ny * wz - nz * wy, nz * wx - nx * wz, nx * wy - ny * wx  # to the left
+    length = np.sqrt(nx * nx + ny * ny + nz * nz)
     first_out, first_in = 2.0 * np.pi, 2.0 * np.pi
     for leads_out in (True, False):
         for other in (outs if leads_out else ins)[here]:
             if other < 0:
                 continue
-            edge = vertices[other] - vertices[here]
+            ex, ey, ez = vertices[other, 0] - hx, vertices[other, 1] - hy, vertices[other, 2] - hz
             # 0 .. 2 pi, times the same length for both
-            turn = np.arctan2((edge * left).sum(), (edge * way).sum() * np.sqrt((normal**2).sum()))
+            along = ex * wx + ey * wy + ez * wz
+            turn = np.arctan2(ex * lx + ey * ly + ez * lz, along * length)
             turn = turn % (2.0 * np.pi)
             on_it = other == there or min(turn, 2.0 * np.pi - turn) < _SAME_WAY
             if leads_out:

@@ -186,11 +186,10 @@ def _march(
                         if count == capacity:
                             capacity *= 2
                             more = np.empty(capacity, np.int64)
-                            more[:count] = keys
-                            keys = more
                             longer = np.empty(capacity, np.float32)
-                            longer[:count] = where
-                            where = longer
+                            for n in range(count):
+                                more[n], longer[n] = keys[n], where[n]
+                            keys, where = more, longer
                         keys[count] = corner * 3 + edges[edge, 2]
                         where[count] = va / (va - vc)
                         count += 1

@@ -97,9 +97,19 @@ def _flipped(vertices: Floats, faces: Faces, barred: NDArray[np.bool_]) -> Faces
 
 @kernel
 def _cosine_at(p: Floats, q: Floats, r: Floats) -> float:
-    """Of the angle at p between q and r."""
-    u, v = q - p, r - p
-    return (u * v).sum() / np.sqrt(max((u * u).sum() * (v * v).sum(), 1e-60))
+    """Of the angle at p between q and r. (Spelled out: array expressions compile slowly.)"""
+    ux, uy, uz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
+    vx, vy, vz = r[0] - p[0], r[1] - p[1], r[2] - p[2]
+    squares = (ux * ux + uy * uy + uz * uz) * (vx * vx + vy * vy + vz * vz)
+    return (ux * vx + uy * vy + uz * vz) / np.sqrt(max(squares, 1e-60))
+
+
+@kernel
+def _normal(p: Floats, q: Floats, r: Floats) -> tuple[float, float, float]:
+    """Of the triangle, twice its area long."""
+    ux, uy, uz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
+    vx, vy, vz = r[0] - p[0], r[1] - p[1], r[2] - p[2]
+    return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
 
 
 @kernel
@@ -134,9 +144,10 @@ def _flip(vertices: Floats, faces: Faces, across: Faces, keys: NDArray[np.int64]
         key = min(c, d) * count + max(c, d)
         if key in joined:
             continue
-        one, two = np.cross(pd - pc, pb - pc), np.cross(pa - pc, pd - pc)
-        sizes = np.sqrt((one * one).sum() * (two * two).sum())
-        if (one * two).sum() < _LEAST_COSINE * sizes or sizes <= 0.0:
+        x, y, z = _normal(pc, pd, pb)
+        i, j, h = _normal(pc, pa, pd)
+        sizes = np.sqrt((x * x + y * y + z * z) * (i * i + j * j + h * h))
+        if x * i + y * j + z * h < _LEAST_COSINE * sizes or sizes <= 0.0:
             continue
         joined.remove(min(a, b) * count + max(a, b))
         joined.add(key)

@@ -45,6 +45,12 @@ def _shape(a: Floats, b: Floats, c: Floats, normal: Floats) -> float:
 
 
 @kernel
+def _square(v: Floats) -> float:
+    """The squared length; spelled out, as above, because array expressions compile slowly."""
+    return v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
+
+
+@kernel
 def _accepts(
     vertices: Floats,
     faces: Faces,
@@ -72,7 +78,7 @@ def _accepts(
                     return False
                 if old > _LEAST_SHAPE:
                     dot = before[0] * after[0] + before[1] * after[1] + before[2] * after[2]
-                    sizes = np.sqrt((before**2).sum() * (after**2).sum())
+                    sizes = np.sqrt(_square(before) * _square(after))
                     if dot < _LEAST_COSINE * sizes:
                         return False
         corner = following[corner]
@@ -141,6 +147,7 @@ def _collapse(
             else:
                 following[tail[v]] = corner
             tail[v] = corner
+    way, place = np.zeros(3), np.zeros(3)
     stamp = np.full(count, -1, np.int64)
     gone = np.zeros(count, np.bool_)
     done = 0
@@ -151,12 +158,12 @@ def _collapse(
             continue
         if rim[u] and rim[v] and not on_rim[e]:
             continue
-        if ((vertices[u] - vertices[v]) ** 2).sum() > longest**2:
+        for axis in range(3):
+            a, b = vertices[u, axis], vertices[v, axis]
+            way[axis] = a - b
+            place[axis] = 0.5 * (a + b) if rim[u] == rim[v] else (a if rim[u] else b)
+        if _square(way) > longest**2:
             continue
-        if rim[u] == rim[v]:
-            place = 0.5 * (vertices[u] + vertices[v])
-        else:
-            place = vertices[u].copy() if rim[u] else vertices[v].copy()
         mark += 2
         if not _link_holds(faces, alive, head, following, stamp, mark, u, v):
             continue
@@ -175,7 +182,8 @@ def _collapse(
             corner = following[corner]
         following[tail[u]] = head[v]
         tail[u] = tail[v]
-        vertices[u] = place
+        for axis in range(3):
+            vertices[u, axis] = place[axis]
         rim[u] = rim[u] or rim[v]
         gone[v] = True
         done += 1

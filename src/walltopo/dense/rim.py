@@ -40,8 +40,8 @@ def _best_thirds(points: Floats, outer: Floats, barred: NDArray[np.bool_]) -> In
     area = np.zeros((n, n), dtype=np.float32)
     normal = np.zeros((n, n, 3), dtype=np.float32)
     for i in range(n - 1):
-        normal[i, i + 1] = outer[i]
-        normal[i + 1, i] = outer[i]
+        for axis in range(3):
+            normal[i, i + 1, axis] = normal[i + 1, i, axis] = outer[i, axis]
     for span in range(2, n):
         for i in range(n - span):
             j = i + span
@@ -80,7 +80,7 @@ def _best_thirds(points: Floats, outer: Floats, barred: NDArray[np.bool_]) -> In
             fold[i, j], fold[j, i] = best_fold, best_fold
             area[i, j], area[j, i] = best_area, best_area
             normal[i, j, 0], normal[i, j, 1], normal[i, j, 2] = bx, by, bz
-            normal[j, i] = normal[i, j]
+            normal[j, i, 0], normal[j, i, 1], normal[j, i, 2] = bx, by, bz
     return third
 
 

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.kernels import in_ranges, inlined, kernel
+from walltopo.kernels import in_ranges, kernel
 from walltopo.lifting.evidence import Evidence
-from walltopo.lifting.overlap import rows_of
+from walltopo.lifting.overlap import rows_of, sort_part
 
 __all__ = ["Covisible", "compare_projections"]
 
@@ -91,7 +91,7 @@ def _chunks(starts: NDArray[np.int64], parts: int = 64) -> NDArray[np.int64]:
     return np.unique(np.minimum(borders, len(starts) - 1)).astype(np.int64)
 
 
-@inlined
+@kernel
 def _own_share(face_starts: Any, projection: Any, share: Any, face: Any, p: Any) -> Any:
     for k in range(face_starts[face], face_starts[face + 1]):
         if projection[k] == p:
@@ -140,7 +140,7 @@ def _compare(
                             second[end] = q
                             end += 1
                         total[q] += areas[face] * min(mine, share[k])
-            second[places[p] : end] = np.sort(second[places[p] : end])
+            sort_part(second, places[p], end)
             for e in range(places[p], end):
                 shared[e] = total[second[e]]
                 total[second[e]] = 0.0

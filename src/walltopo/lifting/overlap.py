@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from walltopo.kernels import in_ranges, kernel
 from walltopo.lifting.evidence import Evidence
 
-__all__ = ["Overlaps", "overlaps_of", "rows_of"]
+__all__ = ["Overlaps", "overlaps_of", "rows_of", "sort_part"]
 
 Floats = NDArray[np.float64]
 
@@ -92,6 +92,24 @@ def _pair_counts(
 
 
 @kernel
+def sort_part(values: Any, begin: Any, end: Any) -> None:
+    """Put `values[begin:end]` in ascending order, by Shell's sort.
+
+    A few hundred values at most; np.sort alone would double what all of these kernels take to
+    compile.
+    """
+    gap = (end - begin) // 2
+    while gap > 0:
+        for k in range(begin + gap, end):
+            value, at = values[k], k
+            while at >= begin + gap and values[at - gap] > value:
+                values[at] = values[at - gap]
+                at -= gap
+            values[at] = value
+        gap //= 2
+
+
+@kernel
 def _pairs(
     begin: Any, stop: Any, starts: Any, rows: Any, face_starts: Any, projection: Any, areas: Any,
     places: Any, second: Any, shared: Any,
@@ -108,7 +126,7 @@ def _pairs(
                         second[end] = q
                         end += 1
                     total[q] += areas[face]
-        second[places[p] : end] = np.sort(second[places[p] : end])
+        sort_part(second, places[p], end)
         for e in range(places[p], end):
             shared[e] = total[second[e]]
             total[second[e]] = 0.0

@@ -42,8 +42,9 @@ def potts_clusters(count: int, first: Ints, second: Ints, weight: Floats, cohesi
     p, q, w = first.astype(np.int64), second.astype(np.int64), weight.astype(np.float64)
     while True:
         starts, ends, weights = _adjacency(len(size), p, q, w)
-        found = _move(starts, ends, weights, size, cohesion)
-        _, found = np.unique(found, return_inverse=True)
+        cluster = np.arange(len(size))
+        _move(starts, ends, weights, size, cohesion, cluster, size.copy(), np.zeros(len(size)))
+        _, found = np.unique(cluster, return_inverse=True)
         groups = int(found.max(initial=-1)) + 1
         member = found[member]
         if groups == len(size):
@@ -69,12 +70,24 @@ def _adjacency(
 
 
 @kernel
-def _move(starts: Any, ends: Any, weights: Any, size: Any, cohesion: Any) -> Any:
-    """Move vertices to the neighbouring cluster that gains most, until none gains."""
+def _move(
+    starts: Any,
+    ends: Any,
+    weights: Any,
+    size: Any,
+    cohesion: Any,
+    cluster: Any,
+    total: Any,
+    to: Any,
+) -> None:
+    """Move vertices to the neighbouring cluster that gains most, until none gains.
+
+    Parameters
+    ----------
+    cluster : (n,) of each vertex, changed in place; total : (n,) size of each cluster, kept up;
+    to : (n,) zeros.
+    """
     count = len(size)
-    cluster = np.arange(count)
-    total = size.copy()
-    to = np.zeros(count)
     moved = True
     while moved:
         moved = False
@@ -96,4 +109,3 @@ def _move(starts: Any, ends: Any, weights: Any, size: Any, cohesion: Any) -> Any
             for k in range(starts[v], starts[v + 1]):
                 to[cluster[ends[k]]] = 0.0
             to[own] = 0.0
-    return cluster

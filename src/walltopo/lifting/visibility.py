@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from walltopo.kernels import inlined, kernel
+from walltopo.kernels import kernel
 from walltopo.raycast.lens import distort
 
 __all__ = ["cull_blocks", "mark_candidates", "place_samples", "strike_hidden", "tell_evidence"]
@@ -49,7 +49,7 @@ def cull_blocks(spheres: Any, pose: Any, bounds: Any, limit: Any) -> Any:
     return kept[:count]
 
 
-@inlined
+@kernel
 def _to_camera(px: Any, py: Any, pz: Any, pose: Any) -> Any:
     # `pose` is cam_from_world as a flat tuple: tuples live in registers, arrays do not.
     x = pose[0] * px + pose[1] * py + pose[2] * pz + pose[3]
@@ -58,7 +58,7 @@ def _to_camera(px: Any, py: Any, pz: Any, pose: Any) -> Any:
     return x, y, z
 
 
-@inlined
+@kernel
 def _pixel(u: Any, v: Any, lens: Any, reach: Any, size: Any, labels: Any) -> Any:
     """Row and column of the label image in direction (u, v, 1); row -1 = outside the photo.
 
@@ -74,7 +74,7 @@ def _pixel(u: Any, v: Any, lens: Any, reach: Any, size: Any, labels: Any) -> Any
     return row, col
 
 
-@inlined
+@kernel
 def _splits(longest: Any, z: Any, lens: Any, sample_px: Any, most_splits: Any) -> Any:
     """Into how many parts each edge is divided for sampling: 1 = the centroid alone."""
     if most_splits <= 1:
@@ -82,7 +82,7 @@ def _splits(longest: Any, z: Any, lens: Any, sample_px: Any, most_splits: Any) -
     return min(most_splits, max(1, int(np.ceil(longest * lens[1] / z / sample_px))))
 
 
-@inlined
+@kernel
 def _sample(corners: Any, k: Any, s: Any) -> Any:
     """x/z, y/z and z of the k-th of s*s sub-triangles' centroids; only z where z <= 0."""
     # Row i of the subdivision holds 2 (s - i) - 1 sub-triangles, upright and inverted in turn.
@@ -146,7 +146,7 @@ def mark_candidates(
                         break
 
 
-@inlined
+@kernel
 def _corners(vertices: Any, faces: Any, f: Any, pose: Any) -> Any:
     a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
     ax, ay, az = _to_camera(vertices[a, 0], vertices[a, 1], vertices[a, 2], pose)
@@ -244,7 +244,7 @@ def _filled(starts: Any, cols: Any, rows: Any) -> Any:
     return table
 
 
-@inlined
+@kernel
 def _cell_range(low: Any, high: Any, origin: Any, per_cell: Any, count: Any) -> Any:
     """First and last cell that an interval touches; last < first if none."""
     first, last = (low - origin) * per_cell, (high - origin) * per_cell
@@ -253,7 +253,7 @@ def _cell_range(low: Any, high: Any, origin: Any, per_cell: Any, count: Any) -> 
     return int(max(first, 0.0)), int(min(last, count - 1.0))
 
 
-@inlined
+@kernel
 def _outline(x: Any, y: Any, z: Any, r: Any) -> Any:
     """Bounds of x/z and y/z over a ball that lies before the camera (z > r)."""
     near, far = z - r, z + r
@@ -266,7 +266,7 @@ def _outline(x: Any, y: Any, z: Any, r: Any) -> Any:
     )
 
 
-@inlined
+@kernel
 def _sum(table: Any, r0: Any, r1: Any, c0: Any, c1: Any) -> Any:
     """Sum over rows r0..r1 and columns c0..c1, inclusive, from a summed-area table."""
     return table[r1 + 1, c1 + 1] - table[r0, c1 + 1] - table[r1 + 1, c0] + table[r0, c0]
@@ -290,11 +290,16 @@ def strike_hidden(
     hidden = np.zeros(len(where), dtype=np.bool_)
     u0, v0, per_cell, cols, rows, cell_starts, order = _grid(where, focal)
     table = _filled(cell_starts, cols, rows)
-    us, vs, limits = where[order, 0], where[order, 1], where[order, 2]
-    # What hides a sample has a larger 1/z than its limit; hidden ones get an infinite limit.
-    limits *= 1.0 + NEARER
-    owners = owner[order]
-    screen = np.zeros((np.max(vertex_starts[1:] - vertex_starts[:-1]), 3))
+    us, vs, limits = np.zeros(len(order)), np.zeros(len(order)), np.zeros(len(order))
+    owners = np.zeros(len(order), dtype=np.int32)
+    most = 0
+    for k in range(len(order)):
+        us[k], vs[k], owners[k] = where[order[k], 0], where[order[k], 1], owner[order[k]]
+        # What hides a sample has a larger 1/z than its limit; hidden ones get an infinite limit.
+        limits[k] = where[order[k], 2] * (1.0 + NEARER)
+    for b in blocks:
+        most = max(most, vertex_starts[b + 1] - vertex_starts[b])
+    screen = np.zeros((most, 3))
     for b in blocks:
         x, y, z = _to_camera(spheres[b, 0], spheres[b, 1], spheres[b, 2], pose)
         r = spheres[b, 3]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.kernels import in_ranges, inlined, kernel
+from walltopo.kernels import in_ranges, kernel
 from walltopo.lifting.contract import LiftParams
 from walltopo.lifting.covisible import Covisible
 from walltopo.lifting.evidence import Evidence
@@ -58,7 +58,7 @@ def vote(evidence: Evidence, cluster: Ints, params: LiftParams) -> tuple[Ints, N
     return winner, shares
 
 
-@inlined
+@kernel
 def _tally(
     begin: Any, end: Any, wanted: Any, projection: Any, view: Any, cluster: Any, weight: Any,
     depth: Any, present: Any,

@@ -44,7 +44,8 @@ def patches(neighbours: Ints, label: NDArray[np.integer]) -> tuple[Ints, Ints]:
     -------
     (F,) int32, number of each face's region, in the order of their first faces; and those.
     """
-    return _patches(neighbours, np.ascontiguousarray(label, np.int32))
+    parent = np.arange(len(label), dtype=np.int32)
+    return _patches(neighbours, np.ascontiguousarray(label, np.int32), parent)
 
 
 def parts(faces: NDArray[np.integer]) -> Ints:
@@ -91,8 +92,7 @@ def _root(parent: Any, k: Any) -> Any:
 
 
 @kernel
-def _patches(neighbours: Any, label: Any) -> Any:
-    parent = np.arange(len(label)).astype(np.int32)
+def _patches(neighbours: Any, label: Any, parent: Any) -> Any:
     for f in range(len(label)):
         for k in range(3):
             other = neighbours[f, k]

@@ -1,11 +1,11 @@
-"""Peak memory of this process over a stretch of time (Linux; elsewhere over its life)."""
+"""Memory of this process: now, and its peak over a stretch (Linux; elsewhere over its life)."""
 
 from __future__ import annotations
 
 import resource
 from pathlib import Path
 
-__all__ = ["peak_mb", "reset_peak"]
+__all__ = ["peak_mb", "reset_peak", "resident_mb"]
 
 
 def reset_peak() -> None:
@@ -18,9 +18,19 @@ def reset_peak() -> None:
 
 def peak_mb() -> float:
     """Peak resident memory since the last reset, MiB."""
+    return _of_status("VmHWM:")
+
+
+def resident_mb() -> float:
+    """Resident memory now, MiB."""
+    return _of_status("VmRSS:")
+
+
+def _of_status(name: str) -> float:
+    """A line of the kernel's account of this process, MiB; where there is none, the life's peak."""
     try:
         for line in Path("/proc/self/status").read_text().splitlines():
-            if line.startswith("VmHWM:"):
+            if line.startswith(name):
                 return int(line.split()[1]) / 1024
     except OSError:
         pass

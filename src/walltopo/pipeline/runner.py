@@ -11,7 +11,7 @@ import tempfile
 import time
 import traceback
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
@@ -34,6 +34,7 @@ from walltopo.pipeline.ledger import Ledger
 from walltopo.pipeline.memory import peak_mb, reset_peak
 from walltopo.pipeline.settings import Settings
 from walltopo.pipeline.stages import SOURCES, STAGES, Stage, stage_index
+from walltopo.pipeline.warm_up import warming_up
 from walltopo.pipeline.workplace import held, set_aside
 from walltopo.scans.artifacts import load_artifact, store_artifact
 from walltopo.scans.context import Context
@@ -139,9 +140,12 @@ def scan(
         for stage in due:
             stage.check(getattr(settings, stage.name))
         listener.scan_begins(runner.forecast(due))
+        # Whoever has a mesh to make calls most kernels later; whoever has one knows most already.
+        compiling = any(stage.name == "dense" for stage in due)
         try:
-            for stage in chosen:
-                runner.run(stage, stage in forced)
+            with warming_up() if compiling else nullcontext():
+                for stage in chosen:
+                    runner.run(stage, stage in forced)
         finally:
             # A cache: without it the next run reads more. A folder that is no scan yet stays empty.
             if folder.manifest.exists():

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Camera
-from walltopo.kernels import in_ranges, inlined, kernel
+from walltopo.kernels import in_ranges, kernel
 from walltopo.raycast.clip import clip_near
 from walltopo.raycast.screen import screen_vertices
 
@@ -136,7 +136,7 @@ def _draw_bands(begin, end, screen, triangles, starts, order, face_id, inverse):
             _draw(screen, triangles[t], t, top, bottom, face_id, inverse)
 
 
-@inlined
+@kernel
 def _draw(screen, triangle, index, top, bottom, face_id, inverse):  # type: ignore[no-untyped-def]
     """Draw one triangle into rows top..bottom-1; nearer (larger 1/z) wins, then lower index."""
     a, b, c = triangle[0], triangle[1], triangle[2]

@@ -1,0 +1,89 @@
+"""`walltopo scan --profile FILE`: where a scan's time and memory went, as a trace for Perfetto."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
+from typing import Any
+
+from walltopo.cli.scan_progress import ScanListener
+from walltopo.core.errors import EnvironmentLacksError
+from walltopo.pipeline.memory import resident_mb
+from walltopo.scans.manifest import StageRecord
+
+__all__ = ["ProfiledListener", "profiled"]
+
+# Shorter calls are left out, microseconds: a scan makes hundreds of millions.
+_SHORTEST_US = 1000.0
+_ENTRIES = 1_000_000
+_SAMPLE_S = 0.25
+
+
+class ProfiledListener(ScanListener):
+    """A `ScanListener` that also marks the stages in a trace; None marks nothing."""
+
+    tracer: Any = None
+    _span: AbstractContextManager[Any] | None = None
+
+    def stage_begins(self, stage: str) -> None:
+        super().stage_begins(stage)
+        if self.tracer is not None:
+            self._span = self.tracer.log_event(f"stage {stage}")
+            self._span.__enter__()
+
+    def stage_ends(self, stage: str, record: StageRecord) -> None:
+        if self._span is not None:
+            self._span.__exit__(None, None, None)
+            self._span = None
+        super().stage_ends(stage, record)
+
+
+@contextmanager
+def profiled(file: Path | None) -> Iterator[Any]:
+    """Trace what runs meanwhile, on all threads, and write it to `file`, however it ends.
+
+    Calls of a millisecond and more, with a track of this process's resident memory. What child
+    processes do (COLMAP) is not in it, but how long it took is.
+
+    Yields
+    ------
+    viztracer's tracer; None without a file.
+
+    Raises
+    ------
+    EnvironmentLacksError : the extra `profile` is not installed.
+    """
+    if file is None:
+        yield None
+        return
+    try:
+        from viztracer import VizTracer
+    except ImportError as error:
+        raise EnvironmentLacksError(
+            "--profile needs viztracer, which is not installed",
+            "Run: pip install 'walltopo[profile]'",
+        ) from error
+    tracer = VizTracer(
+        tracer_entries=_ENTRIES, min_duration=_SHORTEST_US, output_file=str(file), verbose=0
+    )
+    ended = threading.Event()
+    sampler = threading.Thread(target=_sample, args=(tracer, ended), daemon=True)
+    tracer.start()
+    sampler.start()
+    try:
+        yield tracer
+    finally:
+        ended.set()
+        sampler.join()
+        tracer.stop()
+        tracer.save()
+
+
+def _sample(tracer: Any, ended: threading.Event) -> None:
+    """Note the memory now and then."""
+    while True:
+        tracer.add_counter("memory", {"resident MiB": resident_mb()})
+        if ended.wait(_SAMPLE_S):
+            return
