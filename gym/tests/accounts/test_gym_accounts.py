@@ -10,17 +10,18 @@ import pytest
 from gym.tests.worlds import ORIGIN, PASSWORD, Server, World
 from hypothesis import given
 from hypothesis import strategies as st
-from sqlalchemy import select, update
+from sqlalchemy import delete, select, update
 from starlette.requests import Request
 
 from walltopo.core import InputError
-from walltopo_gym.accounts.models import MailedLink, Person, SignIn
+from walltopo_gym.accounts.models import MailedLink, Person, SignIn, Try
 from walltopo_gym.accounts.passwords import LONGEST, Passwords, check_password
 from walltopo_gym.accounts.secrets import hash_of
 from walltopo_gym.api.app import PREFIX
 from walltopo_gym.api.rules import COOKIE
 from walltopo_gym.api.services import network_of
 from walltopo_gym.clock import now
+from walltopo_gym.languages import LANGUAGES
 
 NEW = {"name": "Ada", "password": PASSWORD}
 
@@ -79,6 +80,23 @@ def test_nothing_tells_whether_an_address_has_an_account(server: Server) -> None
     subjects = {letter.to: letter.subject for letter in server.outbox.letters}
     assert subjects[known] == "A new password"
     assert subjects[unknown] == "There is no account"
+
+
+def test_letters_are_in_the_language_of_whoever_asked(server: Server) -> None:
+    known, unknown = server.person().email, "other.tongue@example.com"
+    seen = set()
+    for language in LANGUAGES:
+        for path in ("/sign-up", "/password-reset"):
+            for email in (known, unknown):
+                asked = {"email": email, "language": language}
+                assert server.ask("POST", path, json=asked).status_code == 202
+                letter = server.outbox.letters[-1]
+                assert letter.to == email
+                seen.add((letter.subject, letter.text.splitlines()[0]))
+                assert f"{ORIGIN}/" in letter.text
+        with server.database.writing() as session:  # three mails an address in an hour
+            session.execute(delete(Try))
+    assert len(seen) == 4 * len(LANGUAGES)
 
 
 def test_a_mailed_link_is_good_once_and_for_a_while(server: Server) -> None:

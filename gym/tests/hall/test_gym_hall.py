@@ -27,7 +27,8 @@ from walltopo_gym.hall import cards as card_room
 from walltopo_gym.hall.cards import Cards
 from walltopo_gym.hall.codes import code_of
 from walltopo_gym.hall.fresh import LEAST
-from walltopo_gym.hall.words import LANGUAGES, PAINT, words_in
+from walltopo_gym.hall.words import PAINT, words_in
+from walltopo_gym.languages import LANGUAGES
 from walltopo_gym.publishing.models import Route
 
 ALL = ["routes", "wall", "climbers", "board", "dates"]

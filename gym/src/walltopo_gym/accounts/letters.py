@@ -2,40 +2,45 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from functools import cache
+from importlib.resources import files
+
+import msgspec
+from sqlalchemy.orm import Session
+
+from walltopo_gym.accounts.mailed_links import Kind, new_link
+from walltopo_gym.accounts.people import find_person
+from walltopo_gym.languages import Language
 from walltopo_gym.mail import Letter
 
-__all__ = ["known_already", "reset_letter", "sign_up_letter", "unknown_letter"]
-
-_UNASKED = "If it was not you, there is nothing to do."
+__all__ = ["letter_asked_for"]
 
 
-def sign_up_letter(to: str, base: str, secret: str) -> Letter:
-    """To an address without an account that wants one."""
-    link = f"{base}/sign-up#{secret}"
-    text = f"Open this within a day to choose a name and a password:\n\n{link}\n\n{_UNASKED}\n"
-    return Letter(to, "Your account", text)
+def letter_asked_for(
+    session: Session, kind: Kind, to: str, base: str, language: Language
+) -> Letter:
+    """The letter to an address that asked for a link: with the link, or with why there is none.
+
+    Parameters
+    ----------
+    base : the server's address, without a slash at the end.
+    """
+    words = _letters()[language]
+    match kind, find_person(session, to) is not None:
+        case "sign-up", False:
+            name, place = "sign-up", f"sign-up#{new_link(session, kind, to)}"
+        case "sign-up", True:
+            name, place = "sign-up-known", "sign-in"
+        case "reset", True:
+            name, place = "reset", f"new-password#{new_link(session, kind, to)}"
+        case _:
+            name, place = "reset-unknown", "sign-up"
+    text = f"{words[name]['text']}\n\n{base}/{place}\n\n{words['unasked']['text']}\n"
+    return Letter(to, words[name]["subject"], text)
 
 
-def known_already(to: str, base: str) -> Letter:
-    """To an address that wants an account and has one."""
-    text = (
-        "Somebody asked for an account with this address. It has one already; sign in or reset "
-        f"the password here:\n\n{base}/sign-in\n\n{_UNASKED}\n"
-    )
-    return Letter(to, "You have an account", text)
-
-
-def reset_letter(to: str, base: str, secret: str) -> Letter:
-    """To an account whose password is forgotten."""
-    link = f"{base}/new-password#{secret}"
-    text = f"Open this within an hour to choose a new password:\n\n{link}\n\n{_UNASKED}\n"
-    return Letter(to, "A new password", text)
-
-
-def unknown_letter(to: str, base: str) -> Letter:
-    """To an address without an account whose password is to be reset."""
-    text = (
-        "Somebody asked for a new password of the account with this address. It has none; sign "
-        f"up here:\n\n{base}/sign-up\n\n{_UNASKED}\n"
-    )
-    return Letter(to, "There is no account", text)
+@cache
+def _letters() -> Mapping[Language, Mapping[str, Mapping[str, str]]]:
+    content = files("walltopo_gym.accounts").joinpath("letters.json").read_bytes()
+    return msgspec.json.decode(content, type=dict[Language, dict[str, dict[str, str]]])

@@ -19,7 +19,8 @@ from walltopo_gym.hall.models import PushAddress, Wishes
 from walltopo_gym.hall.push import check_address, push
 from walltopo_gym.hall.secrets import person_of, public_push_key, push_key
 from walltopo_gym.hall.wishes import wishes_of
-from walltopo_gym.hall.words import Language, words_in
+from walltopo_gym.hall.words import words_in
+from walltopo_gym.languages import Language
 from walltopo_gym.mail import sender_of
 
 __all__ = ["router"]

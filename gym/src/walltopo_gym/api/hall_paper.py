@@ -23,7 +23,8 @@ from walltopo_gym.hall.feeds import atom, calendar
 from walltopo_gym.hall.fresh import coming, fresh, today
 from walltopo_gym.hall.poster import Poster
 from walltopo_gym.hall.screen import settings_of
-from walltopo_gym.hall.words import Language, words_in
+from walltopo_gym.hall.words import words_in
+from walltopo_gym.languages import Language
 from walltopo_gym.publishing.hanging import gym_routes
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.scans.pictures import wall_picture

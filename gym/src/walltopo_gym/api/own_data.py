@@ -7,14 +7,12 @@ from typing import Any
 from fastapi import APIRouter, Response
 from starlette.responses import PlainTextResponse
 
-from walltopo_gym.accounts.limits import count_old_password
-from walltopo_gym.accounts.models import Person
 from walltopo_gym.api.cookies import end_here
 from walltopo_gym.api.fields import Body, Password
+from walltopo_gym.api.own_password import check_own_password
 from walltopo_gym.api.rules import SignedInMay
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.climbing.own_data import all_of, ascents_csv, forget
-from walltopo_gym.errors import ForbiddenError
 from walltopo_gym.hall.models import KINDS
 
 __all__ = ["router"]
@@ -47,11 +45,7 @@ def read_ascents_table(session: Db, actor: SignedInMay) -> PlainTextResponse:
 @router.post("/me/delete", status_code=204)
 def delete_me(body: Farewell, response: Response, services: ServicesOf, actor: SignedInMay) -> None:
     """Delete one's account with all that one did."""
-    with services.database.writing() as session:
-        count_old_password(session, actor.known)
-        kept = session.get_one(Person, actor.known).password_hash
-    if not services.passwords.matches(kept, body.password.get_secret_value()):
-        raise ForbiddenError("the password is not right")
+    check_own_password(services, actor.known, body.password)
     with services.database.writing() as session:
         forget(session, actor.known)
     end_here(response)

@@ -6,16 +6,18 @@ from fastapi import APIRouter, BackgroundTasks, Request, Response
 from pydantic import EmailStr
 
 from walltopo_gym.accounts.addresses import one_spelling
-from walltopo_gym.accounts.letters import reset_letter, unknown_letter
-from walltopo_gym.accounts.limits import count_mail, count_old_password
-from walltopo_gym.accounts.mailed_links import new_link, use_link
+from walltopo_gym.accounts.limits import count_mail
+from walltopo_gym.accounts.mailed_links import use_link
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.accounts.people import find_person, set_password
 from walltopo_gym.api.cookies import be_known, begin_here
 from walltopo_gym.api.fields import Body, Password, Secret
+from walltopo_gym.api.own_password import check_own_password
 from walltopo_gym.api.rules import AnyoneMay, SignedInMay
-from walltopo_gym.api.services import Services, ServicesOf, network_of
-from walltopo_gym.errors import ForbiddenError, NotFoundError
+from walltopo_gym.api.services import ServicesOf, network_of
+from walltopo_gym.api.sign_up import mail_link
+from walltopo_gym.errors import NotFoundError
+from walltopo_gym.languages import Language
 
 __all__ = ["router"]
 
@@ -24,6 +26,7 @@ router = APIRouter(tags=["accounts"])
 
 class Address(Body):
     email: EmailStr
+    language: Language = "en"
 
 
 class NewPassword(Body):
@@ -42,11 +45,7 @@ def change_password(
     actor: SignedInMay,
 ) -> None:  # fmt: skip
     """Choose another password; every other sign-in and all tokens end."""
-    with services.database.writing() as session:
-        count_old_password(session, actor.known)
-        person = session.get_one(Person, actor.known)
-    if not services.passwords.matches(person.password_hash, body.old.get_secret_value()):
-        raise ForbiddenError("the old password is not right")
+    check_own_password(services, actor.known, body.old)
     with services.database.writing() as session:
         person = session.get_one(Person, actor.known)
         set_password(session, person, body.new.get_secret_value(), services.passwords)
@@ -61,17 +60,7 @@ def ask_for_reset(
     email = one_spelling(body.email)
     with services.database.writing() as session:
         count_mail(session, email, network_of(request))
-    later.add_task(_mail_reset, services, email)
-
-
-def _mail_reset(services: Services, email: str) -> None:
-    base = services.settings.link_base
-    with services.database.writing() as session:
-        if find_person(session, email) is None:
-            letter = unknown_letter(email, base)
-        else:
-            letter = reset_letter(email, base, new_link(session, "reset", email))
-    services.mailer.send(letter)
+    later.add_task(mail_link, services, "reset", email, body.language)
 
 
 @router.post("/password-reset/confirm", status_code=204)

@@ -8,12 +8,12 @@ from fastapi import APIRouter
 from pydantic import BaseModel, Field
 
 from walltopo_gym.accounts import second_factor
-from walltopo_gym.accounts.limits import count_code, count_old_password
+from walltopo_gym.accounts.limits import count_code
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.api.fields import Body, Password
+from walltopo_gym.api.own_password import check_own_password
 from walltopo_gym.api.rules import SignedInMay
 from walltopo_gym.api.services import Db, ServicesOf
-from walltopo_gym.errors import ForbiddenError
 
 __all__ = ["Code", "router"]
 
@@ -79,10 +79,6 @@ def confirm_second_factor(body: Digits, services: ServicesOf, actor: SignedInMay
 @router.post("/me/second-factor/off", status_code=204)
 def end_second_factor(body: OwnPassword, services: ServicesOf, actor: SignedInMay) -> None:
     """Sign in by the password alone again."""
-    with services.database.writing() as session:
-        count_old_password(session, actor.known)
-        person = session.get_one(Person, actor.known)
-    if not services.passwords.matches(person.password_hash, body.password.get_secret_value()):
-        raise ForbiddenError("the password is not right")
+    check_own_password(services, actor.known, body.password)
     with services.database.writing() as session:
         second_factor.end(session, actor.known)

@@ -6,11 +6,11 @@ from fastapi import APIRouter, BackgroundTasks, Request, Response
 from pydantic import EmailStr
 
 from walltopo_gym.accounts.addresses import one_spelling
-from walltopo_gym.accounts.letters import known_already, sign_up_letter
+from walltopo_gym.accounts.letters import letter_asked_for
 from walltopo_gym.accounts.limits import count_mail
-from walltopo_gym.accounts.mailed_links import new_link, use_link
+from walltopo_gym.accounts.mailed_links import Kind, use_link
 from walltopo_gym.accounts.passwords import check_password
-from walltopo_gym.accounts.people import add_person, find_person
+from walltopo_gym.accounts.people import add_person
 from walltopo_gym.api.cookies import begin_here
 from walltopo_gym.api.fields import Body, Name, Password, Secret
 from walltopo_gym.api.me import Me, me_of
@@ -18,8 +18,9 @@ from walltopo_gym.api.rules import AnyoneMay
 from walltopo_gym.api.services import Services, ServicesOf, network_of
 from walltopo_gym.errors import ForbiddenError
 from walltopo_gym.gyms.members import invitation
+from walltopo_gym.languages import Language
 
-__all__ = ["router"]
+__all__ = ["mail_link", "router"]
 
 router = APIRouter(tags=["accounts"])
 
@@ -29,6 +30,7 @@ class SignUp(Body):
 
     email: EmailStr
     invitation: Secret | None = None
+    language: Language = "en"
 
 
 class Confirmation(Body):
@@ -51,17 +53,13 @@ def ask_for_account(
                 raise ForbiddenError("one signs up here by invitation", "Ask your gym for one.")
             invitation(session, body.invitation)
         count_mail(session, email, network_of(request))
-    later.add_task(_mail_sign_up, services, email)
+    later.add_task(mail_link, services, "sign-up", email, body.language)
 
 
-def _mail_sign_up(services: Services, email: str) -> None:
+def mail_link(services: Services, kind: Kind, email: str, language: Language) -> None:
     """After the answer, so that its time does not tell whether there is an account."""
-    base = services.settings.link_base
     with services.database.writing() as session:
-        if find_person(session, email) is not None:
-            letter = known_already(email, base)
-        else:
-            letter = sign_up_letter(email, base, new_link(session, "sign-up", email))
+        letter = letter_asked_for(session, kind, email, services.settings.link_base, language)
     services.mailer.send(letter)
 
 

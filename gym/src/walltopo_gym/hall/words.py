@@ -6,14 +6,14 @@ from collections.abc import Mapping
 from datetime import date
 from functools import cache
 from importlib.resources import files
-from typing import Final, Literal
+from typing import Final
 
 import msgspec
 
-__all__ = ["LANGUAGES", "PAINT", "Language", "Words", "words_in"]
+from walltopo_gym.languages import Language
 
-Language = Literal["en", "de", "cs", "fr"]
-LANGUAGES: Final[tuple[Language, ...]] = ("en", "de", "cs", "fr")
+__all__ = ["PAINT", "Words", "words_in"]
+
 # Hold paint as the app shows it (gym/web/src/lib/colours.ts).
 PAINT: Final = {
     "black": "#262628", "grey": "#7d7f82", "white": "#e8e8e2", "red": "#c32026",

@@ -1,0 +1,10 @@
+"""The languages that the platform speaks: those of the app (`gym/web/src/i18n.svelte.ts`)."""
+
+from __future__ import annotations
+
+from typing import Final, Literal
+
+__all__ = ["LANGUAGES", "Language"]
+
+Language = Literal["en", "de", "cs", "fr"]
+LANGUAGES: Final[tuple[Language, ...]] = ("en", "de", "cs", "fr")
