@@ -3217,6 +3217,12 @@ export interface components {
              * Format: email
              */
             email: string;
+            /**
+             * Language
+             * @default en
+             * @enum {string}
+             */
+            language?: "en" | "de" | "cs" | "fr";
         };
         /**
          * AppealFacts
@@ -6382,6 +6388,12 @@ export interface components {
             email: string;
             /** Invitation */
             invitation?: string | null;
+            /**
+             * Language
+             * @default en
+             * @enum {string}
+             */
+            language?: "en" | "de" | "cs" | "fr";
         };
         /** Signature */
         Signature: {

@@ -1,0 +1,1 @@
+import{Lt as e}from"./Trouble-xm3iz66l.js";e();

@@ -1,1 +1,0 @@
-import{Lt as e}from"./Trouble-CDjIYyiY.js";e();
