@@ -119,6 +119,7 @@ def test_who_may_enter_what(public: World) -> None:
     assert contest.say(mine, "out", text="x", who="member").status_code == 403
     assert contest.say(mine, "top", 0, 1, who="member").status_code == 201
     judged = contest.say(mine, "zone", 1, 1).json()["id"]
+    assert contest.say(other, "top", 2, 1).is_success  # on nobody else's card
     assert contest.say(mine, "void", 1, target_id=judged, who="member").status_code == 403
     marks = contest.ask("GET", "/mine", who="member").json()["marks"]
     assert [(m["tries"], m["zone"], m["top"]) for m in marks] == [(1, 1, 1), (1, 1, None)]

@@ -30,7 +30,7 @@ from walltopo_gym.competitions.entering import (
 )
 from walltopo_gym.competitions.history import marks_of
 from walltopo_gym.competitions.making import locked
-from walltopo_gym.competitions.models import Competition, Entry, WaiverSignature
+from walltopo_gym.competitions.models import Competition, Entry, ScoreEvent, WaiverSignature
 from walltopo_gym.competitions.start_list import COLUMNS, read_start_list, take_in
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.roles import Role
@@ -252,7 +252,7 @@ def _given(body: EntryChange) -> dict[str, Any]:
 
 
 def _own(session: Session, row: Competition, entry: Entry | None) -> OwnEntry:
-    marks = [] if entry is None else marks_of(session, row.id, Entry.id == entry.id)
+    marks = [] if entry is None else marks_of(session, row.id, ScoreEvent.entry_id == entry.id)
     return OwnEntry(
         entry=None if entry is None else _facts(session, [entry])[0],
         waiver=row.waiver,
