@@ -19,7 +19,7 @@ from walltopo_gym.api.competition_facts import LongText
 from walltopo_gym.api.competitions import competition_of
 from walltopo_gym.api.fields import Body
 from walltopo_gym.api.paging import Size
-from walltopo_gym.api.services import BoardsOf, Db, ServicesOf
+from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.competitions.history import marks_of, struck
 from walltopo_gym.competitions.judging import Said, keep_event
 from walltopo_gym.competitions.ledger import Kind
@@ -99,15 +99,15 @@ class AppealFacts(BaseModel):
 @router.put("/gyms/{gym}/competitions/{competition}/events/{event}")
 def put_score_event(
     competition: UUID, event: UUID, body: EventBody, response: Response, services: ServicesOf,
-    boards: BoardsOf, access: ClimberMay,
+    access: ClimberMay,
 ) -> EventFacts:  # fmt: skip
     """Say what was seen, under an id that one's device has made, so that it arrives once however
     often it is sent. Judges speak for everybody; others for themselves, where the competition
     lets them."""
     said = Said(**body.model_dump())
     judges = access.role.covers(Role.JUDGE)
-    # A whole hall writes: the transaction is as short as can be, and each waits for its turn.
-    with boards.turn, services.database.writing() as session:
+    # A whole hall writes: the transaction is as short as can be.
+    with services.database.writing() as session:
         row = locked(session, access.gym.id, competition)
         competition_of(session, access, competition)
         kept, is_new = keep_event(session, row, event, said, access.actor.known, judges=judges)

@@ -54,16 +54,10 @@ class LiveBoards:
     Parameters
     ----------
     database : where the events are.
-
-    Attributes
-    ----------
-    turn : held by whoever writes a score event: SQLite would let waiting writers in by luck, and
-        forty of them wear each other out.
     """
 
     def __init__(self, database: Database) -> None:
         self._database = database
-        self.turn = Lock()
         self._kept: OrderedDict[_Key, _Kept] = OrderedDict()
         self._lock = Lock()
         self._channels: dict[_Key, _Channel] = {}

@@ -8,15 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from threading import Lock
 from typing import Any
 
 from sqlalchemy import Connection, Engine, create_engine, event, make_url
 from sqlalchemy.orm import Session
+from sqlalchemy.pool import ConnectionPoolEntry
 
 __all__ = ["Database"]
 
 _WRITES = "walltopo_writes"
 _REBUILDS = "walltopo_rebuilds"
+_TURN = "walltopo_turn"
 _BUSY_S = 20
 
 
@@ -74,8 +77,29 @@ def _sqlite(url: str) -> Engine:
     # isolation_level None: BEGIN is ours (see `_begin`), not the driver's.
     how = {"timeout": _BUSY_S, "isolation_level": None}
     engine = create_engine(url, pool_size=20, max_overflow=20, connect_args=how)
+    turn = Lock()
+
+    def begin(connection: Connection) -> None:
+        """A writer takes the lock at once: one that began as a reader could only be refused later.
+        This process's writers wait here for each other: SQLite lets in who happens to ask in the
+        right moment, and under a crowd some of them never would."""
+        options = connection.get_execution_options()
+        if options.get(_REBUILDS, False):
+            connection.exec_driver_sql("PRAGMA foreign_keys = OFF")
+        if options.get(_WRITES, False):
+            connection.info[_TURN] = turn.acquire(timeout=_BUSY_S)
+            connection.exec_driver_sql("BEGIN IMMEDIATE")
+        else:
+            connection.exec_driver_sql("BEGIN")
+
+    def end(_: object, record: ConnectionPoolEntry) -> None:
+        """The connection is given back, whatever became of its transaction."""
+        if record.info.pop(_TURN, False):
+            turn.release()
+
     event.listen(engine, "connect", _prepare)
-    event.listen(engine, "begin", _begin)
+    event.listen(engine, "begin", begin)
+    event.listen(engine, "checkin", end)
     return engine
 
 
@@ -86,12 +110,3 @@ def _prepare(connection: Any, record: object) -> None:
     cursor.execute("PRAGMA synchronous = FULL")
     cursor.execute("PRAGMA foreign_keys = ON")
     cursor.close()
-
-
-def _begin(connection: Connection) -> None:
-    """A writer takes the lock at once: one that began as a reader could only be refused later."""
-    options = connection.get_execution_options()
-    if options.get(_REBUILDS, False):
-        connection.exec_driver_sql("PRAGMA foreign_keys = OFF")
-    writes = options.get(_WRITES, False)
-    connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
