@@ -83,6 +83,7 @@ export const climbing = {
     await page.getByRole("button", { name: "Undo" }).click();
     await page.getByText("· one try").waitFor();
     await tap(page, "Top");
+    await page.getByText("2 tries").waitFor();
     assert.equal(await page.getByRole("button", { name: "Flash" }).isDisabled(), true);
     await page.getByRole("button", { name: "Edit" }).click();
     await page.getByLabel("Note, for you alone").fill("Left foot high");
