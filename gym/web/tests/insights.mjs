@@ -79,7 +79,7 @@ export const insights = {
   async "the wall shows where it is climbed"(browser, places) {
     const setter = await visit(browser, places, { phone: false });
     const { page } = setter;
-    await signIn(setter, places, places.owner);
+    await signIn(setter, places, places.setter);
     await setter.go(`/g/${places.gym}/insights`);
     await page.evaluate(async ({ gym, wall }) => {
       const { routes } = await (await fetch(`/api/v1/gyms/${gym}/walls/${wall}/published`)).json();
