@@ -42,5 +42,5 @@ export class Heat {
   }
 }
 
-/** The ramp as the shader has it, in linear light. */
+/** @internal The ramp as the shader has it, in linear light. */
 export const rampColours = (): Color[] => RAMP.map((colour) => new Color(colour));
