@@ -10,6 +10,7 @@ from sqlalchemy import JSON, ForeignKey, Index, String, Text, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column
 
 from walltopo_gym.database.base import Base, Keyed
+from walltopo_gym.languages import Language
 
 __all__ = ["KINDS", "HallSettings", "Message", "PushAddress", "ServerSecret", "Wishes"]
 
@@ -48,7 +49,7 @@ class Wishes(Base):
     person_id: Mapped[UUID] = mapped_column(
         ForeignKey(_PERSON, ondelete="CASCADE"), primary_key=True
     )
-    language: Mapped[str] = mapped_column(String(2))
+    language: Mapped[Language] = mapped_column(String(2))
     digest: Mapped[bool]
     fresh: Mapped[bool]
     soon: Mapped[bool]

@@ -107,7 +107,7 @@ def _digests(session: Session, gym: Gym, asked: list[Wishes]) -> Iterator[dict[s
     new = fresh(session, gym, _WEEK + 1)
     walls = {wall.id: wall for wall in session.scalars(select(Wall).filter_by(gym_id=gym.id))}
     for wishes in asked:
-        words = words_in(_language(wishes))
+        words = words_in(wishes.language)
         goes = _projects(session, gym, wishes.person_id, monday + timedelta(days=2 * _WEEK))
         body: dict[str, Any] = {}
         if new or goes:
@@ -162,7 +162,7 @@ def _fresh(session: Session, gym: Gym, asked: list[Wishes]) -> Iterator[Told]:
     names = {wall.id: wall.name for wall in session.scalars(select(Wall).filter_by(gym_id=gym.id))}
     walls = ", ".join(dict.fromkeys(names[route.wall_id] for route in new))
     for wishes in asked:
-        words = words_in(_language(wishes))
+        words = words_in(wishes.language)
         title = f"{gym.name}: {words.say('push_new', number=len(new))}"
         subject = f"{gym.id} {today(gym)}"
         yield wishes, "fresh", subject, _shown(title, walls, f"/g/{gym.slug}", subject)
@@ -173,7 +173,7 @@ def _soon(session: Session, gym: Gym, asked: list[Wishes]) -> Iterator[Told]:
     for wishes in asked:
         if not wishes.soon:
             continue
-        words = words_in(_language(wishes))
+        words = words_in(wishes.language)
         for route in _projects(session, gym, wishes.person_id, today(gym) + _SOON):
             text = words.say("push_soon_text", route=route.name or words.colour(route.colour),
                              wall=names[route.wall_id], day=words.day(_day(route)))  # fmt: skip
@@ -192,7 +192,7 @@ def _begins(session: Session, gym: Gym, asked: list[Wishes]) -> Iterator[Told]:
         .where(Entry.withdrawn.is_(False), Entry.person_id.is_not(None))
     ).all()
     for wishes in asked:
-        words = words_in(_language(wishes))
+        words = words_in(wishes.language)
         for competition, person in entered:
             if not wishes.competitions or person != wishes.person_id:
                 continue
@@ -223,10 +223,6 @@ def _projects(session: Session, gym: Gym, person: UUID, until: date) -> list[Rou
 def _day(route: Route) -> date:
     assert route.strip_on is not None
     return route.strip_on
-
-
-def _language(wishes: Wishes) -> Any:
-    return wishes.language
 
 
 def _shown(title: str, text: str, path: str, tag: str) -> dict[str, Any]:
