@@ -14,21 +14,30 @@ class Way {
 
   /** Hands pieces on when their last bit would have come; reads on when they have left. */
   join(from, to) {
-    let last = 0;
-    const after = (time, act) => setTimeout(act, Math.max(0, time - performance.now()));
+    // One line for all: timers of their own may overtake each other when the process was busy.
+    const waiting = [];
+    let timer = null;
+    const hand = () => {
+      while (waiting.length && waiting[0].time <= performance.now()) waiting.shift().act();
+      timer = waiting.length ? setTimeout(hand, Math.max(1, waiting[0].time - performance.now())) : null;
+    };
+    const after = (time, act) => {
+      waiting.push({ time, act });
+      timer ??= setTimeout(hand, Math.max(0, time - performance.now()));
+    };
     from.on("data", (content) => {
-      from.pause();
       for (let at = 0; at < content.length; at += PIECE_BYTES) {
         const piece = content.subarray(at, at + PIECE_BYTES);
         this.#free = Math.max(performance.now(), this.#free) + (8e3 * piece.length) / this.bits;
-        last = this.#free + this.delay;
-        after(last, () => to.writable && to.write(piece));
+        after(this.#free + this.delay, () => to.writable && to.write(piece));
       }
-      after(this.#free, () => from.resume());
+      from.pause();
+      setTimeout(() => from.resume(), Math.max(0, this.#free - performance.now()));
     });
-    from.on("end", () => after(last, () => to.end()));
+    const last = () => (waiting.length ? waiting.at(-1).time : 0);
+    from.on("end", () => after(last(), () => to.end()));
     from.on("error", () => to.destroy());
-    from.on("close", () => after(last, () => to.end()));
+    from.on("close", () => after(last(), () => to.end()));
   }
 }
 

@@ -209,3 +209,19 @@ def test_points_lie_deep_inside_and_apart() -> None:
     assert gaps.min() > 8
     dot = inner_points(Mask(np.ones((1, 1), bool), 3, 4, 10, 10, 1, 1.0))
     np.testing.assert_allclose(dot, [[3.5, 4.5]] * 3)
+
+
+def test_classes_are_named_anew() -> None:
+    boxes = [Annotation(k, (10.0 * k, 0.0, 5.0, 5.0)) for k in (1, 2, 3, 4)]
+    old = {1: "crimp", 2: "volume", 3: "marker", 4: "jug"}
+    found = Dataset((Photo("a.jpg", 100, 100, tuple(boxes)),), old).reclassed(
+        {"hold": ["*"], "volume": ["volume"], "card": ["marker"]}
+    )
+    assert found.classes == {1: "hold", 2: "volume", 3: "card"}
+    assert [a.label for a in found.photos[0].annotations] == [1, 2, 3, 1]
+    fewer = found.reclassed({"volume": ["volume"]})
+    assert [(a.label, a.box[0]) for a in fewer.photos[0].annotations] == [(1, 20.0)]
+    with pytest.raises(InputError, match="no class 'sloper'"):
+        found.reclassed({"hold": ["sloper"]})
+    with pytest.raises(InputError, match="two classes"):
+        found.reclassed({"a": ["hold"], "b": ["hold"]})

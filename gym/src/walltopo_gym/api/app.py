@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from importlib.metadata import version
 
-from fastapi import APIRouter, FastAPI
+from fastapi import FastAPI
 
 from walltopo_gym.api import (
     about,
@@ -66,12 +66,13 @@ from walltopo_gym.competitions.live import LiveBoards
 __all__ = ["PREFIX", "build_app"]
 
 PREFIX = "/api/v1"
-_ROOMS = (sign_up, sessions, me, passwords, second_factor, tokens, gyms, members, grades, walls,
-          scans, uploads, floor_plan, publishing, plans, editing, routes, pictures, climbing,
-          comments, logbook, tallies, profiles, passkeys, handovers, own_data, past, webhooks,
-          climbing_sessions, progress, boards, follows, insights, insight_aims,
-          hall_screen, hall_paper, hall_messages, competitions, competition_entries, judging,
-          competition_board, about)  # fmt: skip
+# Requests are held against them in this order: where a whole hall asks comes first.
+_ROOMS = (judging, climbing, competition_board, routes, tallies, walls, gyms, scans, sign_up,
+          sessions, me, passwords, second_factor, tokens, members, grades, uploads, floor_plan,
+          publishing, plans, editing, pictures, comments, logbook, profiles, passkeys, handovers,
+          own_data, past, webhooks, climbing_sessions, progress, boards, follows, insights,
+          insight_aims, hall_screen, hall_paper, hall_messages, competitions,
+          competition_entries, about)  # fmt: skip
 
 
 def build_app(services: Services) -> FastAPI:
@@ -95,11 +96,10 @@ def build_app(services: Services) -> FastAPI:
     app.state.services = services
     app.state.metrics = metrics.Metrics(services)
     app.state.boards = LiveBoards(services.database)
-    api = APIRouter(prefix=PREFIX)
     for room in _ROOMS:
         declare_rules(room.router)
-        api.include_router(room.router)
-    app.include_router(api)
+        # One by one: a router in a router is searched twice for each request.
+        app.include_router(room.router, prefix=PREFIX)
     app.include_router(health.router)
     app.include_router(metrics.router)
     app.include_router(oidc.router)

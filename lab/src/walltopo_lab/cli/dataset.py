@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ _EPILOG = """\
 examples:
   walltopo dataset convert labels.json out/ --to yolo-seg
   walltopo dataset convert boxes/ out/ --to coco --refine grabcut     masks from boxes
+  walltopo dataset convert types.json out/ --to yolo --classes "hold=*" volume=Volume
   walltopo dataset show out/ -o sheet.png
   walltopo dataset check boxes/train
   walltopo dataset split out/ parts/ --parts train=0.8,valid=0.2 --pattern "^(gym[a-z]+)"
@@ -51,6 +53,14 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     convert = add("convert", "write a set in another format", _convert)
     convert.add_argument("target", type=Path, metavar="DIR", help="where to write")
     convert.add_argument("--to", choices=FORMATS, required=True, help="format")
+    convert.add_argument(
+        "--classes",
+        nargs="+",
+        default=[],
+        metavar="NEW=OLD,OLD",
+        help="other classes: hold=* volume=Volume makes everything else a hold; what is named "
+        "nowhere is left out",
+    )
     convert.add_argument("--no-photos", action="store_true", help="do not copy the pictures")
     convert.add_argument(
         "--refine", choices=("grabcut", "sam"), help="masks of boxes, or better masks"
@@ -180,11 +190,25 @@ def _convert(args: argparse.Namespace) -> int:
         inputs=(args.source, args.photos),
     )
     with written_folder(place) as made:
-        dataset = _refined(read_dataset(args.source, args.photos), args.refine, args.sam)
+        dataset = read_dataset(args.source, args.photos)
+        if args.classes:
+            dataset = dataset.reclassed(_classes(args.classes))
+        dataset = _refined(dataset, args.refine, args.sam)
         write_dataset(made, dataset, args.to, copy_photos=not args.no_photos)
     objects = sum(len(photo.annotations) for photo in dataset.photos)
     console.print(f"{len(dataset.photos)} photos, {objects} objects -> {args.target} ({args.to})")
     return 0
+
+
+def _classes(words: Sequence[str]) -> dict[str, list[str]]:
+    """`--classes` as new name to old names."""
+    from walltopo.core import SettingsError
+
+    pairs = [word.partition("=") for word in words]
+    wrong = next((new + sign + old for new, sign, old in pairs if not (new and sign and old)), "")
+    if wrong:
+        raise SettingsError(f"--classes {wrong}: expected NEW=OLD,OLD")
+    return {new: old.split(",") for new, _, old in pairs}
 
 
 def _show(args: argparse.Namespace) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -164,3 +164,39 @@ class Dataset:
     def subset(self, names: set[str]) -> Dataset:
         """Only the photos of these names."""
         return Dataset(tuple(p for p in self.photos if p.name in names), self.classes)
+
+    def reclassed(self, named: Mapping[str, Collection[str]]) -> Dataset:
+        """The set with other classes: each new name stands for some of the old ones.
+
+        Parameters
+        ----------
+        named : new name to old names, in the order of the new class ids; "*" among the old
+            names stands for all that no other takes. What is named nowhere is left out.
+
+        Raises
+        ------
+        InputError : an old name that the set has not, or that is taken twice.
+        """
+        taken = [name for names in named.values() for name in names if name != "*"]
+        known = set(self.classes.values())
+        for name in taken:
+            if name not in known:
+                told = ", ".join(sorted(known))
+                raise InputError(f"the set has no class {name!r}", f"It has: {told}.")
+            if taken.count(name) > 1:
+                raise InputError(f"class {name!r} cannot become two classes")
+        number = {
+            old: new
+            for new, names in enumerate(named.values(), start=1)
+            for old in (known - set(taken) if "*" in names else set()) | set(names)
+        }
+
+        def changed(annotation: Annotation) -> Annotation | None:
+            label = number.get(self.classes[annotation.label])
+            return replace(annotation, label=label) if label else None
+
+        photos = tuple(
+            p.with_annotations(tuple(a for a in map(changed, p.annotations) if a))
+            for p in self.photos
+        )
+        return Dataset(photos, dict(enumerate(named, start=1)))
