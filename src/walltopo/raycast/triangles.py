@@ -21,7 +21,7 @@ CELLS = 60  # along the longest side of the mesh: some thousand, of some hundred
 
 
 class Triangles:
-    """Triangles sorted along the longest side of the mesh.
+    """Triangles sorted along the longest side of the mesh, and by cubes.
 
     A tree of a million centroids takes a second to build; a ball lies in a slab of some thousand.
     """
@@ -30,8 +30,14 @@ class Triangles:
         self._mesh = mesh
         self._centroids = mesh.centroids
         self._axis = int(np.ptp(mesh.vertices, axis=0).argmax()) if len(mesh.vertices) else 0
-        self._order = np.argsort(self._centroids[:, self._axis], kind="stable")
-        self._along = self._centroids[self._order, self._axis]
+
+    @cached_property
+    def _order(self) -> Ints:
+        return np.argsort(self._centroids[:, self._axis], kind="stable")
+
+    @cached_property
+    def _along(self) -> Floats:
+        return self._centroids[self._order, self._axis]
 
     def within(self, at: Sequence[float] | Floats, radius: float) -> Ints:
         """(n,) int64, ascending: triangles whose centroid is at most `radius` from a place."""
