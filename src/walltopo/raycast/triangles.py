@@ -65,7 +65,10 @@ class Triangles:
             beside = np.arccos(np.clip(offset @ axis / away, -1, 1))
             wide = np.arcsin(np.clip(cells.radius / away, 0, 1))
         met = np.flatnonzero((away <= cells.radius) | (beside <= half_angle + wide))
-        return np.sort(np.concatenate([cells.rows[:0], *(cells.of_cell(k) for k in met.tolist())]))
+        found = np.zeros(len(cells.rows), dtype=np.bool_)
+        for k in met.tolist():
+            found[cells.of_cell(k)] = True
+        return np.flatnonzero(found)
 
     @cached_property
     def _cells(self) -> _Cells | None:
