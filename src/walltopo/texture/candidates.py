@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from walltopo.core import Mesh, Progress, View
 from walltopo.core.ahead import ahead
 from walltopo.kernels import in_ranges, kernel
-from walltopo.raycast import render_ids
+from walltopo.raycast import faces_before, own_vertices, render_ids
 
 __all__ = ["CANDIDATES", "Candidates", "find_candidates"]
 
@@ -57,7 +57,7 @@ def _keep_best(
     which: NDArray[np.int64],
     pixels: NDArray[np.float32],
     z: NDArray[np.float32],
-    faces: NDArray[np.int32],
+    near: NDArray[np.int32],
     cosines: NDArray[np.float32],
     nearest: NDArray[np.float32],
     depth: NDArray[np.float32],
@@ -67,7 +67,7 @@ def _keep_best(
     score: NDArray[np.float32],
     colour: NDArray[np.uint8],
 ) -> None:
-    """Offer one view to the triangles `which`, with their cosines (in place)."""
+    """Offer one view to the triangles `which`, with their corners `near` and cosines (in place)."""
     height, width = depth.shape
     slots = view.shape[1]
     for n in range(begin, end):
@@ -80,7 +80,7 @@ def _keep_best(
         mx = my = mz = 0.0
         slack = tolerance / cosine
         for corner in range(3):
-            v = faces[f, corner]
+            v = near[n, corner]
             x, y = pixels[v, 0], pixels[v, 1]
             if not (x >= 2.0 and y >= 2.0 and x < width - 2.0 and y < height - 2.0):
                 inside = False
@@ -130,8 +130,8 @@ def find_candidates(
     for index, look in enumerate(ahead(looked, views)):
         if look is not None:
             in_ranges(
-                _keep_best, len(look.which), index, views[index].camera.fx, *look[:3], mesh.faces,
-                *look[3:], tolerance, view, score, colour,
+                _keep_best, len(look.which), index, views[index].camera.fx, *look, tolerance, view,
+                score, colour,
             )  # fmt: skip
         progress.advance()
     return Candidates(view, score, colour)
@@ -143,6 +143,7 @@ class _Look(NamedTuple):
     which: NDArray[np.int64]
     pixels: NDArray[np.float32]
     z: NDArray[np.float32]
+    near: NDArray[np.int32]
     cosines: NDArray[np.float32]
     nearest: NDArray[np.float32]
     depth: NDArray[np.float32]
@@ -151,14 +152,17 @@ class _Look(NamedTuple):
 
 def _look(mesh: Mesh, normals: Floats, item: View, load: Callable[[str], Image]) -> _Look | None:
     """Draw the mesh as one view sees it; None where that shows nothing of it."""
-    local = item.to_camera(mesh.vertices)
+    which = faces_before(mesh, item.camera, item.cam_from_world)
+    vertices, near = own_vertices(mesh, which)
+    local = item.to_camera(vertices)
     framed = _framed(local, item)
-    which = np.flatnonzero(framed[mesh.faces].any(axis=1))
+    inside = framed[near].any(axis=1)
+    which, near = which[inside], near[inside]
     if len(which) == 0:
         return None
     pixels = np.full((len(local), 2), -1.0, dtype=np.float32)
     pixels[framed] = np.nan_to_num(item.camera.project(local[framed]), nan=-1.0)
-    _, depth = render_ids(mesh.vertices, mesh.faces[which], item.camera, item.cam_from_world)
+    _, depth = render_ids(vertices, near, item.camera, item.cam_from_world)
     # The smallest depth around each pixel: a triangle beside something nearer is not wholly
     # seen, so that the nearer thing's border does not bleed onto it.
     nearest = np.asarray(cv2.erode(depth, np.ones((3, 3), np.uint8)))
@@ -167,7 +171,7 @@ def _look(mesh: Mesh, normals: Floats, item: View, load: Callable[[str], Image])
     centre = tuple(item.centre.tolist())
     in_ranges(_cosines, len(which), which, mesh.centroids, normals, centre, cosines)
     z = local[:, 2].astype(np.float32)
-    return _Look(which, pixels, z, cosines, nearest, depth, blurred)
+    return _Look(which, pixels, z, near, cosines, nearest, depth, blurred)
 
 
 def _smooth_normals(mesh: Mesh) -> Floats:
