@@ -169,7 +169,7 @@ def _to_photo(disparity: Depth, pair: Rectified, view: View) -> Depth:
         flags=cv2.WARP_INVERSE_MAP | cv2.INTER_NEAREST,
         borderValue=np.nan,
     )
-    depth = np.full_like(found, np.nan)
+    depth = np.full(found.shape, np.nan, dtype=np.float32)
     in_ranges(
         _depths, len(depth), found, nearest, (pair.plane @ pair.left).astype(np.float32),
         pair.left[2].astype(np.float32), np.float32(pair.stretch), np.float32(pair.scale), depth,

@@ -42,8 +42,8 @@ def overlaps_of(evidence: Evidence) -> Overlaps:
     kinds = kinds_of(evidence)
     rows = rows_of(evidence, kinds.faces)
     count = len(evidence.label)
-    first = np.repeat(np.arange(count), np.diff(rows.starts))
-    area = np.bincount(first, kinds.areas[rows.number], minlength=count)
+    owner = np.repeat(np.arange(count), np.diff(rows.starts))
+    area = np.bincount(owner, kinds.areas[rows.number], minlength=count).astype(np.float64)
 
     def compared(begin: int, stop: int) -> Any:
         return _pairs(

@@ -165,7 +165,7 @@ def _look(mesh: Mesh, normals: Floats, item: View, load: Callable[[str], Image])
     _, depth = render_ids(vertices, near, item.camera, item.cam_from_world)
     # The smallest depth around each pixel: a triangle beside something nearer is not wholly
     # seen, so that the nearer thing's border does not bleed onto it.
-    nearest = np.asarray(cv2.erode(depth, np.ones((3, 3), np.uint8)))
+    nearest = np.asarray(cv2.erode(depth, np.ones((3, 3), np.uint8)), dtype=np.float32)
     blurred = np.asarray(cv2.GaussianBlur(load(item.name), (0, 0), _BLUR), dtype=np.uint8)
     cosines = np.zeros(len(which), dtype=np.float32)
     centre = tuple(item.centre.tolist())
