@@ -111,7 +111,7 @@ def test_grades_more_and_surer_votes_pull_towards_them(
         return calibrate([*known, one], ERRORS).place(place)[0]
 
     off = [abs(grade - middle(*said)) for said in ((votes, width), (votes, 0), (votes + more, 0))]
-    assert off == sorted(off, reverse=True) or np.ptp(off) < 1e-9
+    assert off[2] <= off[1] + 1e-9 <= off[0] + 2e-9
 
 
 @given(known=TOLD.filter(len))

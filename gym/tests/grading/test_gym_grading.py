@@ -46,7 +46,7 @@ CIRCUITS = [
 SYSTEMS: dict[str, dict[str, tuple[int, int] | None]] = {
     "font": {"6A": (5, 5), "6B": (7, 7), "7A": (11, 11)},
     "v": {"VB": (0, 2), "V3": (5, 6), "V8": (13, 14)},
-    "circuits": {"Blue": (5, 8), "Red": (10, 11), "Our own": None},
+    "circuits": {"Blue": (5, 8), "Red": (9, 11), "Our own": None},
 }
 
 
