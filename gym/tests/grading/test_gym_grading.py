@@ -145,7 +145,8 @@ def rounded(one: Known) -> tuple[float, float, int, float]:
 def plain_told(grades: Any, votes: Any) -> dict[int, Known]:
     """Route by route, vote by vote, with the formula of `insights/shrinking.py`."""
     spans = [list(SYSTEMS[kind].values()) if kind else [None] * 3 for kind, _, _ in grades]
-    setters, given = {}, {}
+    setters: dict[int, Any] = {}
+    given: dict[int, list[Any]] = {}
     for number, (_, label, gone) in enumerate(grades):
         if gone:
             continue  # more than a year ago

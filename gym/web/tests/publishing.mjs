@@ -105,9 +105,10 @@ export const publishing = {
       await setter.go(`/g/${places.gym}/s/${places.later}`);
       await wallDrawn(page);
       // Of what hangs already nothing is said; the first row is a new route now.
-      const beside = page.locator(".graded small");
+      const first = page.locator("li", { has: page.locator("[data-field=same]") }).first();
+      const beside = first.locator(".graded small");
       assert.equal(await beside.count(), 0);
-      await page.locator("[data-field=same]").first().selectOption("");
+      await first.locator("[data-field=same]").selectOption("");
       await beside.filter({ hasText: /^about \d\S* to \d\S*, from one graded route of this gym$/ }).waitFor();
       assert.equal(await page.locator("[data-field=grade]").first().evaluate((at) => document.getElementById(at.getAttribute("aria-describedby")).textContent.slice(0, 5)), "about");
       await beside.first().scrollIntoViewIfNeeded();

@@ -146,7 +146,7 @@ class _Told:
         covariance = np.linalg.inv(precision - own[:, :, None] * at[:, None, :])
         rest = np.einsum("nij,nj->ni", covariance, pull - own * self.grade[:, None])
         variance = self.spread**2 + np.einsum("ni,nij,nj->n", at, covariance, at)
-        return np.asarray((at * rest).sum(axis=1)), np.sqrt(variance)
+        return (at * rest).sum(axis=1), np.asarray(np.sqrt(variance), float)
 
     def _sums(self) -> tuple[Floats, Floats]:
         """Precision and precision times mean, of the prior and of all that is told."""
