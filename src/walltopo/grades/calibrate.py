@@ -135,7 +135,7 @@ class _Told:
     def line(self) -> tuple[Floats, Floats]:
         """Posterior mean and covariance of grade at the centre and slope."""
         precision, pull = self._sums()
-        covariance = np.linalg.inv(precision)
+        covariance = np.asarray(np.linalg.inv(precision), float)
         return covariance @ pull, covariance
 
     def left_out(self) -> tuple[Floats, Floats]:

@@ -31,7 +31,7 @@ def upgrade() -> None:
         "placed_routes",
         sa.Column("scan_id", sa.Uuid(), nullable=False),
         sa.Column("number", sa.Integer(), nullable=False),
-        sa.Column("place", sa.Float(), nullable=False),
+        sa.Column("place", sa.Double(), nullable=False),
         sa.Column("known", sa.Boolean(), nullable=False),
         sa.ForeignKeyConstraint(
             ["scan_id"], ["scan_places.scan_id"], name=op.f("fk_placed_routes_scan_id"),
