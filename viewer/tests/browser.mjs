@@ -1,6 +1,6 @@
-// Starts Chromium for the checks, and gathers what a page says and asks for.
+// Starts a browser for the checks, and gathers what a page says and asks for.
 
-import { chromium } from "playwright-core";
+import { chromium, firefox } from "playwright-core";
 
 const ARGUMENTS = [
   "--no-sandbox",
@@ -17,7 +17,10 @@ const ARGUMENTS = [
 
 const executablePath = process.env.WALLTOPO_CHROMIUM ?? "/usr/bin/chromium";
 
+/** Chromium; with WALLTOPO_FIREFOX that Firefox, as its maker ships it, by WebDriver BiDi. */
 export function start() {
+  const fox = process.env.WALLTOPO_FIREFOX;
+  if (fox) return firefox.launch({ channel: "moz-firefox", executablePath: fox, headless: true });
   return chromium.launch({ executablePath, headless: true, args: ARGUMENTS });
 }
 
