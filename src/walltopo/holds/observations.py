@@ -261,13 +261,13 @@ def look(
     erode : pixels taken off the rim, at that size.
     crop_px : crops are kept at most this long, pixels.
     """
-    from walltopo.raycast import render_ids
+    from walltopo.raycast import render_part
 
     patch_of = wall_patches(mesh, face_instance)
     for number, view in enumerate(views):
         factor = min(1.0, long_side / max(view.camera.width, view.camera.height))
         camera = view.camera.scaled(factor)
-        face_id, depth = render_ids(mesh.vertices, mesh.faces, camera, view.cam_from_world)
+        face_id, depth = render_part(mesh, camera, view.cam_from_world)
         ids = np.where(face_id >= 0, face_instance[np.maximum(face_id, 0)], 0).astype(np.int32)
         picture = load(view, camera.width, camera.height)
         yield (

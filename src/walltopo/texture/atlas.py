@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,7 +91,8 @@ def make_texture(
     del candidates
     blank = (label < 0) & ~mesh.measured
     chart, _ = patches(adjacent, np.where(blank, -2, label))
-    pixels = _photo_positions(mesh, views, label)
+    painted_from = _faces_by_label(label, len(views))
+    pixels = _photo_positions(mesh, views, painted_from)
     # A chart of a few triangles would cost more in borders than in colours: one colour each.
     tiny = (np.bincount(chart) < _TINY_CHART)[chart]
     flat = (label < 0) & ~blank | tiny
@@ -99,7 +101,7 @@ def make_texture(
     texels, charts, scale = _layout(pixels, chart, flat, settings)
     progress.step("levelling colours", len(views))
     node, vertex = _nodes(mesh.faces, chart, label)
-    colour = _node_colours(views, load, label, pixels, node, len(vertex), gains, progress)
+    colour = _node_colours(views, load, painted_from, pixels, node, len(vertex), gains, progress)
     shift = np.zeros_like(colour)
     if settings.blend:
         shift = level_seams(node[label >= 0], vertex, colour, len(vertex))
@@ -108,8 +110,8 @@ def make_texture(
     painted = np.zeros(atlas.shape[:2], dtype=np.uint8)
     correction = np.zeros((len(mesh.faces), 3, 3), dtype=np.float32)
     correction[label >= 0] = shift[node[label >= 0]]
-    for k, view in enumerate(views):
-        which = np.flatnonzero((label == k) & ~flat)
+    for k, (view, faces) in enumerate(zip(views, painted_from, strict=True)):
+        which = faces[~flat[faces]]
         if len(which):
             gain = gains[k].astype(np.float32)
             paint_photo(load(view.name), gain, which, pixels, texels, correction, atlas, painted)
@@ -123,13 +125,19 @@ def make_texture(
     return Texture(fill_gaps(atlas, painted), uv, label, charts, scale)
 
 
+def _faces_by_label(label: NDArray[np.int16], count: int) -> list[NDArray[np.int64]]:
+    """Per label from 0 to `count` - 1, the triangles that have it, ascending."""
+    order = np.argsort(label, kind="stable")
+    borders = np.searchsorted(label[order], np.arange(count + 1))
+    return [order[a:b] for a, b in pairwise(borders)]
+
+
 def _photo_positions(
-    mesh: Mesh, views: Sequence[View], label: NDArray[np.int16]
+    mesh: Mesh, views: Sequence[View], painted_from: Sequence[NDArray[np.int64]]
 ) -> NDArray[np.float32]:
-    """(F, 3, 2) float32: each corner's pixel in the photo of its triangle's label."""
+    """(F, 3, 2) float32: each corner's pixel in the photo that its triangle is painted from."""
     pixels = np.zeros((len(mesh.faces), 3, 2), dtype=np.float32)
-    for k, view in enumerate(views):
-        which = np.flatnonzero(label == k)
+    for view, which in zip(views, painted_from, strict=True):
         pixels[which] = view.project(mesh.vertices[mesh.faces[which]])
     return pixels
 
@@ -190,7 +198,7 @@ def _nodes(
 def _node_colours(
     views: Sequence[View],
     load: Load,
-    label: NDArray[np.int16],
+    painted_from: Sequence[NDArray[np.int64]],
     pixels: NDArray[np.float32],
     node: NDArray[np.int64],
     count: int,
@@ -199,8 +207,7 @@ def _node_colours(
 ) -> Floats:
     """(N, 3) colour of each node in its own photo, blurred a little, times the photo's gain."""
     colour = np.zeros((count, 3))
-    for k, view in enumerate(views):
-        which = np.flatnonzero(label == k)
+    for k, (view, which) in enumerate(zip(views, painted_from, strict=True)):
         if len(which):
             nodes, first = np.unique(node[which].ravel(), return_index=True)
             points = pixels[which].reshape(-1, 2)[first]

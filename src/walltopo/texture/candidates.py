@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, View
 from walltopo.kernels import in_ranges, kernel
-from walltopo.raycast import render_ids
+from walltopo.raycast import faces_before, own_vertices, render_ids
 
 __all__ = ["CANDIDATES", "Candidates", "find_candidates"]
 
@@ -55,7 +55,7 @@ def _keep_best(
     which: NDArray[np.int64],
     pixels: NDArray[np.float32],
     z: NDArray[np.float32],
-    faces: NDArray[np.int32],
+    near: NDArray[np.int32],
     cosines: NDArray[np.float32],
     nearest: NDArray[np.float32],
     depth: NDArray[np.float32],
@@ -65,7 +65,7 @@ def _keep_best(
     score: NDArray[np.float32],
     colour: NDArray[np.uint8],
 ) -> None:
-    """Offer one view to the triangles `which`, with their cosines (in place)."""
+    """Offer one view to the triangles `which`, with their corners `near` and cosines (in place)."""
     height, width = depth.shape
     slots = view.shape[1]
     for n in range(begin, end):
@@ -78,7 +78,7 @@ def _keep_best(
         mx = my = mz = 0.0
         slack = tolerance / cosine
         for corner in range(3):
-            v = faces[f, corner]
+            v = near[n, corner]
             x, y = pixels[v, 0], pixels[v, 1]
             if not (x >= 2.0 and y >= 2.0 and x < width - 2.0 and y < height - 2.0):
                 inside = False
@@ -122,16 +122,18 @@ def find_candidates(
     tolerance = 0.5 * float(np.sqrt(np.median(mesh.areas) * 4.0 / np.sqrt(3.0)))
     normals = _smooth_normals(mesh)
     for index, item in enumerate(views):
-        local = item.to_camera(mesh.vertices)
+        which = faces_before(mesh, item.camera, item.cam_from_world)
+        vertices, near = own_vertices(mesh, which)
+        local = item.to_camera(vertices)
         framed = _framed(local, item)
-        which = np.flatnonzero(framed[mesh.faces].any(axis=1))
+        inside = framed[near].any(axis=1)
+        which, near = which[inside], near[inside]
         if len(which) == 0:
             progress.advance()
             continue
         pixels = np.full((len(local), 2), -1.0, dtype=np.float32)
         pixels[framed] = np.nan_to_num(item.camera.project(local[framed]), nan=-1.0)
-        near = mesh.faces[which]
-        _, depth = render_ids(mesh.vertices, near, item.camera, item.cam_from_world)
+        _, depth = render_ids(vertices, near, item.camera, item.cam_from_world)
         # The smallest depth around each pixel: a triangle beside something nearer is not wholly
         # seen, so that the nearer thing's border does not bleed onto it.
         nearest = np.asarray(cv2.erode(depth, np.ones((3, 3), np.uint8)))
@@ -144,7 +146,7 @@ def find_candidates(
             which,
             pixels,
             local[:, 2].astype(np.float32),
-            mesh.faces,
+            near,
             _cosines(mesh.centroids[which], normals[which], item),
             nearest,
             depth,

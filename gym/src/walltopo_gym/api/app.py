@@ -14,6 +14,7 @@ from walltopo_gym.api import (
     comments,
     competition_board,
     competition_entries,
+    competition_order,
     competitions,
     editing,
     floor_plan,
@@ -70,8 +71,8 @@ _ROOMS = (sign_up, sessions, me, passwords, second_factor, tokens, gyms, members
           scans, uploads, floor_plan, publishing, plans, editing, routes, pictures, climbing,
           comments, logbook, tallies, profiles, passkeys, handovers, own_data, past, webhooks,
           climbing_sessions, progress, boards, follows, insights, insight_aims,
-          hall_screen, hall_paper, hall_messages, competitions, competition_entries, judging,
-          competition_board, about)  # fmt: skip
+          hall_screen, hall_paper, hall_messages, competitions, competition_entries,
+          competition_order, judging, competition_board, about)  # fmt: skip
 
 
 def build_app(services: Services) -> FastAPI:

@@ -2717,11 +2717,19 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        get?: never;
-        put?: never;
+        /**
+         * Read Wishes By Link
+         * @description Of what the person is told in whose mail the link stands.
+         */
+        get: operations["read_wishes_by_link"];
+        /**
+         * Put Wishes By Link
+         * @description Be told of less, or again of what one was told, by the link of a mail.
+         */
+        put: operations["put_wishes_by_link"];
         /**
          * End Mails
-         * @description No weekly mail any more: by the mail program's own button (RFC 8058), or the mail's link.
+         * @description No weekly mail any more: by the mail program's own button (RFC 8058).
          */
         post: operations["end_mails"];
         delete?: never;
@@ -2862,30 +2870,6 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/v1/gyms/{gym}/competitions/{competition}/rounds/{one}/starters": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Starters
-         * @description Who climbs in a round, in running order: the best of the round before comes last.
-         */
-        get: operations["list_starters"];
-        /**
-         * Put Starters
-         * @description Let others of a category be in a round with a quota, or in another order.
-         */
-        put: operations["put_starters"];
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
     "/api/v1/gyms/{gym}/competitions/{competition}/entries": {
         parameters: {
             query?: never;
@@ -2993,6 +2977,52 @@ export interface paths {
          * @description Take part no more; again, too. What one climbed stays noted.
          */
         delete: operations["withdraw"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/rounds/{one}/starters": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Starters
+         * @description Who climbs in a round, category by category and in running order.
+         */
+        get: operations["list_starters"];
+        /**
+         * Put Starters
+         * @description Let a category climb in another order; in a round with a quota also let others be in it. Who
+         *     is not named, and is in it anyway, comes last.
+         */
+        put: operations["put_starters"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/rounds/{one}/starters/draw": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Draw Starters
+         * @description Draw a running order anew while nobody has scored in the round: by lot, or, with a quota,
+         *     from the ranks of the round before, whose best comes last.
+         */
+        post: operations["draw_starters"];
+        delete?: never;
         options?: never;
         head?: never;
         patch?: never;
@@ -3971,7 +4001,8 @@ export interface components {
         };
         /**
          * FaultFacts
-         * @description What is wrong in a line of a table; its head is line 1.
+         * @description What is wrong in a line of a table, and what to do; its head is line 1. Codes as those of any
+         *     refusal.
          */
         FaultFacts: {
             /** Line */
@@ -3980,6 +4011,25 @@ export interface components {
             column: string;
             /** Why */
             why: string;
+            /** Hint */
+            hint: string;
+            /**
+             * Code
+             * @default
+             */
+            code?: string;
+            /**
+             * Hint Code
+             * @default
+             */
+            hint_code?: string;
+            /**
+             * Values
+             * @default {}
+             */
+            values?: {
+                [key: string]: string;
+            };
         };
         /**
          * Feed
@@ -4871,12 +4921,6 @@ export interface components {
          */
         NewsFacts: {
             /**
-             * Language
-             * @default en
-             * @enum {string}
-             */
-            language?: "en" | "de" | "cs" | "fr";
-            /**
              * Digest
              * @default false
              */
@@ -4896,6 +4940,12 @@ export interface components {
              * @default false
              */
             competitions?: boolean;
+            /**
+             * Language
+             * @default en
+             * @enum {string}
+             */
+            language?: "en" | "de" | "cs" | "fr";
             /**
              * Quiet From
              * @default 22
@@ -4912,16 +4962,10 @@ export interface components {
             browsers: components["schemas"]["PushFacts"][];
         };
         /**
-         * NewsWords
-         * @description What one wants to be told, all of it, each time; `quiet_from` and `quiet_to` are hours.
+         * NewsKinds
+         * @description Of what one is told: `digest` by mail, the others in browsers.
          */
-        NewsWords: {
-            /**
-             * Language
-             * @default en
-             * @enum {string}
-             */
-            language?: "en" | "de" | "cs" | "fr";
+        NewsKinds: {
             /**
              * Digest
              * @default false
@@ -4942,6 +4986,38 @@ export interface components {
              * @default false
              */
             competitions?: boolean;
+        };
+        /**
+         * NewsWords
+         * @description What one wants to be told, all of it, each time; `quiet_from` and `quiet_to` are hours.
+         */
+        NewsWords: {
+            /**
+             * Digest
+             * @default false
+             */
+            digest?: boolean;
+            /**
+             * Fresh
+             * @default false
+             */
+            fresh?: boolean;
+            /**
+             * Soon
+             * @default false
+             */
+            soon?: boolean;
+            /**
+             * Competitions
+             * @default false
+             */
+            competitions?: boolean;
+            /**
+             * Language
+             * @default en
+             * @enum {string}
+             */
+            language?: "en" | "de" | "cs" | "fr";
             /**
              * Quiet From
              * @default 22
@@ -13762,6 +13838,88 @@ export interface operations {
             };
         };
     };
+    read_wishes_by_link: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                token: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["NewsKinds"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_wishes_by_link: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                token: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewsKinds"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
     end_mails: {
         parameters: {
             query?: never;
@@ -14190,94 +14348,6 @@ export interface operations {
             };
         };
     };
-    list_starters: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                competition: string;
-                one: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["StarterFacts"][];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    put_starters: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                competition: string;
-                one: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["OrderBody"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["StarterFacts"][];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
     list_entries: {
         parameters: {
             query?: never;
@@ -14626,6 +14696,136 @@ export interface operations {
             };
         };
     };
+    list_starters: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                one: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StarterFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_starters: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                one: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["OrderBody"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StarterFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    draw_starters: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                one: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StarterFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
     put_score_event: {
         parameters: {
             query?: never;
@@ -14680,6 +14880,7 @@ export interface operations {
                 size?: number;
                 entry?: string | null;
                 problem?: string | null;
+                kind?: components["schemas"]["walltopo_gym__competitions__ledger__Kind"] | null;
             };
             header?: never;
             path: {
@@ -14976,7 +15177,7 @@ export interface operations {
     read_results_paper: {
         parameters: {
             query?: {
-                language?: "en" | "de";
+                language?: "en" | "de" | "cs" | "fr";
             };
             header?: never;
             path: {
