@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, StageError, View
+from walltopo.core.ahead import ahead
 from walltopo.imaging.packing import fit_scale
 from walltopo.meshes.neighbours import face_neighbours, patches
 from walltopo.texture.candidates import find_candidates
@@ -28,6 +29,7 @@ from walltopo.texture.unseen import spread_colours, unseen_cells
 __all__ = ["Texture", "make_texture"]
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 Image = NDArray[np.uint8]
 Load = Callable[[str], Image]
 
@@ -110,11 +112,15 @@ def make_texture(
     painted = np.zeros(atlas.shape[:2], dtype=np.uint8)
     correction = np.zeros((len(mesh.faces), 3, 3), dtype=np.float32)
     correction[label >= 0] = shift[node[label >= 0]]
-    for k, (view, faces) in enumerate(zip(views, painted_from, strict=True)):
-        which = faces[~flat[faces]]
-        if len(which):
-            gain = gains[k].astype(np.float32)
-            paint_photo(load(view.name), gain, which, pixels, texels, correction, atlas, painted)
+
+    def loaded(k: int) -> tuple[Ints, Image | None]:
+        which = painted_from[k][~flat[painted_from[k]]]
+        return which, load(views[k].name) if len(which) else None
+
+    for gain, (which, photo) in zip(gains, ahead(loaded, range(len(views))), strict=True):
+        if photo is not None:
+            own = gain.astype(np.float32)
+            paint_photo(photo, own, which, pixels, texels, correction, atlas, painted)
         progress.advance()
     if flat.any():
         known = spread_colours(mesh.faces, len(mesh.vertices), vertex, colour + shift)
@@ -207,10 +213,16 @@ def _node_colours(
 ) -> Floats:
     """(N, 3) colour of each node in its own photo, blurred a little, times the photo's gain."""
     colour = np.zeros((count, 3))
-    for k, (view, which) in enumerate(zip(views, painted_from, strict=True)):
-        if len(which):
-            nodes, first = np.unique(node[which].ravel(), return_index=True)
-            points = pixels[which].reshape(-1, 2)[first]
-            colour[nodes] = sample_points(load(view.name), points) * gains[k]
+
+    def sampled(k: int) -> tuple[Ints, Floats]:
+        which = painted_from[k]
+        if len(which) == 0:
+            return which, np.zeros((0, 3))
+        nodes, first = np.unique(node[which].ravel(), return_index=True)
+        points = pixels[which].reshape(-1, 2)[first]
+        return nodes, sample_points(load(views[k].name), points) * gains[k]
+
+    for nodes, found in ahead(sampled, range(len(views))):
+        colour[nodes] = found
         progress.advance()
     return colour

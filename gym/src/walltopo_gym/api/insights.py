@@ -13,10 +13,12 @@ from sqlalchemy.orm import Session
 from starlette.responses import PlainTextResponse
 
 from walltopo_gym.accounts.actor import Scope
+from walltopo_gym.api.grade_ranges import OddFacts
 from walltopo_gym.api.rules import Access, gym_rule
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.api.walls import wall_of
 from walltopo_gym.clock import now
+from walltopo_gym.grading.ranges import odd_routes
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.insights.holds import Hanging, Stock, Wear, hanging_holds, stock, wear
@@ -35,7 +37,7 @@ router = APIRouter(tags=["insights"])
 
 LearnerMay = Annotated[Access, gym_rule(Role.SETTER, Scope.READ)]
 By = Literal["bands", "categories"]
-Part = Literal["wishes", "routes", "setters", "strip", "styles", "holds", "stock", "wear"]
+Part = Literal["wishes", "routes", "setters", "strip", "odd", "styles", "holds", "stock", "wear"]
 
 
 @dataclass(frozen=True)
@@ -54,7 +56,10 @@ class RouteInsight(RouteFigures):
 
 
 class Insights(BaseModel):
-    """What hangs; `today` is the gym's day, `enough` how many people a group has at least."""
+    """What hangs; `today` is the gym's day, `enough` how many people a group has at least.
+
+    `odd` stays empty while fewer than `odd_from` routes tell of the gym's scale; `odd_graded` do.
+    """
 
     today: date
     enough: int
@@ -63,6 +68,9 @@ class Insights(BaseModel):
     routes: list[RouteInsight]
     setters: list[SetterInsight]
     strip: list[Suggestion]
+    odd: list[OddFacts]
+    odd_graded: int
+    odd_from: int
 
 
 class GroupFacts(BaseModel):
@@ -126,14 +134,15 @@ def read_insights_table(
     else:
         kinds: dict[Part, type] = {
             "wishes": Wished, "routes": RouteInsight, "setters": SetterInsight,
-            "strip": Suggestion, "holds": Hanging, "stock": Stock, "wear": Wear,
+            "strip": Suggestion, "odd": OddFacts, "holds": Hanging, "stock": Stock, "wear": Wear,
         }  # fmt: skip
         whole: BaseModel = (
             holds_told(session, services.store, access.gym)
             if part in ("holds", "stock", "wear") else told(session, access.gym)
         )  # fmt: skip
-        columns = [field.name for field in fields(kinds[part])]
-        table = csv_table(columns, map(vars, getattr(whole, part)))
+        kind = kinds[part]
+        columns = kind.model_fields if issubclass(kind, BaseModel) else kind.__dataclass_fields__
+        table = csv_table(list(columns), map(vars, getattr(whole, part)))
     headers = {"content-disposition": f'attachment; filename="{part}.csv"'}
     return PlainTextResponse(table, headers=headers, media_type="text/csv")
 
@@ -142,6 +151,7 @@ def told(session: Session, gym: Gym) -> Insights:
     """What hangs, and what to do about it."""
     aims, found = aims_of(session, gym.id), of_routes(session, gym, now())
     strip = what_to_strip(found.routes, found.today, aims.wash_after)
+    odds = odd_routes(session, gym.id)
     return Insights(
         today=found.today,
         enough=ENOUGH,
@@ -150,6 +160,9 @@ def told(session: Session, gym: Gym) -> Insights:
         routes=[RouteInsight.of(row, aims.wash_after) for row in found.routes],
         setters=found.setters,
         strip=strip,
+        odd=[OddFacts.told(row) for row in odds.routes],
+        odd_graded=odds.graded,
+        odd_from=odds.enough,
     )
 
 
