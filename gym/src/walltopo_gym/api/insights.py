@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from datetime import date, datetime
-from typing import Annotated, Literal
+from typing import Annotated, Any, Final, Literal
 from uuid import UUID
 
 from fastapi import APIRouter, Query
@@ -35,6 +35,7 @@ __all__ = ["HoldInsights", "Insights", "holds_told", "router", "told"]
 
 router = APIRouter(tags=["insights"])
 
+_ODD: Final = list(OddFacts.model_fields)
 LearnerMay = Annotated[Access, gym_rule(Role.SETTER, Scope.READ)]
 By = Literal["bands", "categories"]
 Part = Literal["wishes", "routes", "setters", "strip", "odd", "styles", "holds", "stock", "wear"]
@@ -132,17 +133,16 @@ def read_insights_table(
     if part == "styles":
         table = _styles_table(_styles(session, access.gym, by))
     else:
-        kinds: dict[Part, type] = {
+        kinds: dict[Part, Any] = {
             "wishes": Wished, "routes": RouteInsight, "setters": SetterInsight,
-            "strip": Suggestion, "odd": OddFacts, "holds": Hanging, "stock": Stock, "wear": Wear,
+            "strip": Suggestion, "holds": Hanging, "stock": Stock, "wear": Wear,
         }  # fmt: skip
         whole: BaseModel = (
             holds_told(session, services.store, access.gym)
             if part in ("holds", "stock", "wear") else told(session, access.gym)
         )  # fmt: skip
-        kind = kinds[part]
-        columns = kind.model_fields if issubclass(kind, BaseModel) else kind.__dataclass_fields__
-        table = csv_table(list(columns), map(vars, getattr(whole, part)))
+        columns = [field.name for field in fields(kinds[part])] if part != "odd" else _ODD
+        table = csv_table(columns, map(vars, getattr(whole, part)))
     headers = {"content-disposition": f'attachment; filename="{part}.csv"'}
     return PlainTextResponse(table, headers=headers, media_type="text/csv")
 
