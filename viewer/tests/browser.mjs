@@ -1,6 +1,6 @@
-// Starts a browser for the checks, and gathers what a page says and asks for.
+// Starts Chromium for the checks, and gathers what a page says and asks for.
 
-import { chromium, firefox } from "playwright-core";
+import { chromium } from "playwright-core";
 
 const ARGUMENTS = [
   "--no-sandbox",
@@ -17,10 +17,7 @@ const ARGUMENTS = [
 
 const executablePath = process.env.WALLTOPO_CHROMIUM ?? "/usr/bin/chromium";
 
-/** Chromium; with WALLTOPO_FIREFOX that Firefox, as its maker ships it, by WebDriver BiDi. */
 export function start() {
-  const fox = process.env.WALLTOPO_FIREFOX;
-  if (fox) return firefox.launch({ channel: "moz-firefox", executablePath: fox, headless: true });
   return chromium.launch({ executablePath, headless: true, args: ARGUMENTS });
 }
 

@@ -19,9 +19,7 @@ from walltopo_gym.hall.secrets import unsubscribe_token
 
 ROOT = Path(__file__).resolve().parents[3]
 WEB = ROOT / "gym" / "web"
-# `make firefox`: the climber's part in the Firefox that is named there.
-FIREFOX = os.environ.get("WALLTOPO_FIREFOX", "")
-CHECKS = ("publishing", "climbing") if FIREFOX else (
+CHECKS = (
     "forms", "setting", "publishing", "progress", "insights", "climbing", "competitions", "account",
     "hall",
 )  # fmt: skip
@@ -43,8 +41,8 @@ def outcome(
     lacks: Callable[[str], NoReturn],
 ) -> dict[str, str]:  # fmt: skip
     """What each check came to; empty where all is well."""
-    browser = FIREFOX or os.environ.get("WALLTOPO_CHROMIUM", "/usr/bin/chromium")
-    if not Path(browser).exists() or not (ROOT / "viewer/node_modules/playwright-core").is_dir():
+    chromium = os.environ.get("WALLTOPO_CHROMIUM", "/usr/bin/chromium")
+    if not Path(chromium).exists() or not (ROOT / "viewer/node_modules/playwright-core").is_dir():
         lacks("no browser, or viewer/node_modules is missing (make browser)")
     data = tmp_path_factory.mktemp("app")
     (data / "quick.toml").write_text(QUICK)
@@ -77,7 +75,7 @@ def outcome(
     (data / "places.json").write_text(json.dumps(places))
     try:
         done = subprocess.run(
-            ["node", "tests/run.mjs", str(data / "places.json"), ",".join(CHECKS)],
+            ["node", "tests/run.mjs", str(data / "places.json")],
             cwd=WEB, capture_output=True, text=True, timeout=1800, check=False,
         )  # fmt: skip
     finally:

@@ -12,10 +12,8 @@ const PATIENCE_MS = 90_000;
 /** A browser of somebody's own; `log` fills with errors and with what other hosts were asked for. */
 export async function visit(browser, places, { phone = true, dark = false, locale = "en-GB" } = {}) {
   const viewport = phone ? { width: 390, height: 844 } : { width: 1280, height: 800 };
-  // Firefox on a desk can be as small as a phone, and be touched, but is none.
-  const isMobile = phone && browser.browserType().name() !== "firefox";
   const context = await browser.newContext({
-    viewport, isMobile, hasTouch: phone, locale, colorScheme: dark ? "dark" : "light", reducedMotion: "reduce",
+    viewport, isMobile: phone, hasTouch: phone, locale, colorScheme: dark ? "dark" : "light", reducedMotion: "reduce",
   });
   context.setDefaultTimeout(PATIENCE_MS);
   const page = await context.newPage();
