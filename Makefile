@@ -8,7 +8,7 @@ DEMO ?= demo-scan
 # Processes that the tests run in: browsers and servers wait much. 0: in this one.
 WORKERS ?= 2
 
-.PHONY: help demo gym test firefox audit test-ultralytics test-pythons lint docs site wheels sbom npm-package film viewer app pictures system system-venv system-compiler browser database clean
+.PHONY: help demo gym test audit test-ultralytics test-pythons lint docs site wheels sbom npm-package film viewer app pictures system system-venv system-compiler browser database clean
 .DEFAULT_GOAL := help
 
 help:
@@ -18,7 +18,6 @@ help:
 	@echo "make test-ultralytics   the tests that need Ultralytics (AGPL-3.0), in an environment of its own"
 	@echo "make test-pythons       the quick tests on Python 3.12 and 3.13, where they are installed"
 	@echo "make lint     ruff, mypy, import floors"
-	@echo "make firefox  the climber's part of the app in Debian's Firefox"
 	@echo "make wheels   wheels and source archives of all distributions in dist/"
 	@echo "make site     build the documentation as static files in site/"
 	@echo "make sbom     what the packages are made of (CycloneDX) and their licences in dist/"
@@ -57,11 +56,6 @@ demo: $(VENV)/core-ready
 gym: $(VENV)/core-ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ./gym
 	$(BIN)/walltopo gym demo --data demo-gym --photos examples/demo-photos
-
-# The climber's part of the app in Debian's Firefox, by WebDriver BiDi: no part of `make test`.
-firefox: $(VENV)/dev-ready browser
-	@command -v firefox-esr >/dev/null || $(SUDO) apt-get install -y -qq firefox-esr >/dev/null
-	WALLTOPO_FIREFOX=$$(command -v firefox-esr) $(BIN)/python -m pytest gym/tests/web/test_gym_app.py
 
 test: $(VENV)/dev-ready browser database
 	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --cov=walltopo --cov=walltopo_gym --cov-report=term:skip-covered
