@@ -448,6 +448,7 @@ CASES = {
         "upload-offset": "0", "content-type": "application/offset+octet-stream"}, content=b"bytes"),
     "drop_photo": Case("setter", Scope.UPLOAD, a_photo, headers=TUS),
     "read_draft": Case("setter", Scope.PUBLISH, a_draft),
+    "read_grade_ranges": Case("setter", Scope.PUBLISH, a_draft),
     "publish_scan": Case("setter", Scope.PUBLISH, a_draft, lambda w: {
         "revision": 0, "routes": [{"number": 1}]}),
     "put_back_scan": Case("setter", Scope.PUBLISH, wall, lambda w: {

@@ -19,6 +19,7 @@ from walltopo_gym.api import (
     editing,
     floor_plan,
     follows,
+    grade_ranges,
     grades,
     gyms,
     hall_messages,
@@ -68,7 +69,8 @@ __all__ = ["PREFIX", "build_app"]
 
 PREFIX = "/api/v1"
 _ROOMS = (sign_up, sessions, me, passwords, second_factor, tokens, gyms, members, grades, walls,
-          scans, uploads, floor_plan, publishing, plans, editing, routes, pictures, climbing,
+          scans, uploads, floor_plan, publishing, plans, editing, grade_ranges,
+          routes, pictures, climbing,
           comments, logbook, tallies, profiles, passkeys, handovers, own_data, past, webhooks,
           climbing_sessions, progress, boards, follows, insights, insight_aims,
           hall_screen, hall_paper, hall_messages, competitions, competition_entries,

@@ -13,10 +13,12 @@ from sqlalchemy.orm import Session
 from starlette.responses import PlainTextResponse
 
 from walltopo_gym.accounts.actor import Scope
+from walltopo_gym.api.grade_ranges import OddFacts
 from walltopo_gym.api.rules import Access, gym_rule
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.api.walls import wall_of
 from walltopo_gym.clock import now
+from walltopo_gym.grading.ranges import odd_routes
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.insights.holds import hanging_holds, stock, wear
@@ -35,7 +37,7 @@ router = APIRouter(tags=["insights"])
 
 LearnerMay = Annotated[Access, gym_rule(Role.SETTER, Scope.READ)]
 By = Literal["bands", "categories"]
-Part = Literal["wishes", "routes", "setters", "strip", "styles", "holds", "stock", "wear"]
+Part = Literal["wishes", "routes", "setters", "strip", "odd", "styles", "holds", "stock", "wear"]
 
 
 class WishFacts(BaseModel):
@@ -114,7 +116,10 @@ class StripFacts(BaseModel):
 
 
 class Insights(BaseModel):
-    """What hangs; `today` is the gym's day, `enough` how many people a group has at least."""
+    """What hangs; `today` is the gym's day, `enough` how many people a group has at least.
+
+    `odd` stays empty while fewer than `odd_from` routes tell of the gym's scale; `odd_graded` do.
+    """
 
     today: date
     enough: int
@@ -123,6 +128,9 @@ class Insights(BaseModel):
     routes: list[RouteInsight]
     setters: list[SetterInsight]
     strip: list[StripFacts]
+    odd: list[OddFacts]
+    odd_graded: int
+    odd_from: int
 
 
 class GroupFacts(BaseModel):
@@ -260,7 +268,8 @@ def read_insights_table(
     else:
         kinds: dict[Part, type[BaseModel]] = {
             "wishes": WishFacts, "routes": RouteInsight, "setters": SetterInsight,
-            "strip": StripFacts, "holds": HoldFacts, "stock": StockFacts, "wear": WearFacts,
+            "strip": StripFacts, "odd": OddFacts, "holds": HoldFacts, "stock": StockFacts,
+            "wear": WearFacts,
         }  # fmt: skip
         whole: BaseModel = (
             holds_told(session, services.store, access.gym)
@@ -276,6 +285,7 @@ def told(session: Session, gym: Gym) -> Insights:
     """What hangs, and what to do about it."""
     aims, found = aims_of(session, gym.id), of_routes(session, gym, now())
     strip = what_to_strip(found.routes, found.today, aims.wash_after)
+    odds = odd_routes(session, gym.id)
     return Insights(
         today=found.today,
         enough=ENOUGH,
@@ -284,6 +294,9 @@ def told(session: Session, gym: Gym) -> Insights:
         routes=[RouteInsight.of(row, aims.wash_after) for row in found.routes],
         setters=[SetterInsight(**vars(row)) for row in found.setters],
         strip=[StripFacts(**asdict(row)) for row in strip],
+        odd=[OddFacts.told(row) for row in odds.routes],
+        odd_graded=odds.graded,
+        odd_from=odds.enough,
     )
 
 

@@ -1211,6 +1211,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/gyms/{gym}/scans/{scan}/grade-ranges": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Grade Ranges
+         * @description About how hard the routes of a scan in review are: ranges, from their movement.
+         */
+        get: operations["read_grade_ranges"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/gyms/{gym}/routes": {
         parameters: {
             query?: never;
@@ -4181,6 +4201,46 @@ export interface components {
             high?: string | null;
         };
         /**
+         * GradeRange
+         * @description Of the route with this number in the scan.
+         */
+        GradeRange: {
+            /** Low */
+            low: string;
+            /** High */
+            high: string;
+            /** Low V */
+            low_v: string;
+            /** High V */
+            high_v: string;
+            /** Number */
+            number: number;
+        };
+        /**
+         * GradeRanges
+         * @description About how hard the routes of a scan are, as if each were new to the gym.
+         *
+         *     `state`: "waiting" while they are worked out. `graded`: routes of the gym that they lean on, 0:
+         *     on the problems of a board alone; `voted`: those of them that count by climbers' votes.
+         *     `coverage`: share of routes whose grade is in such a range. Routes that the model finds no way
+         *     up have none.
+         */
+        GradeRanges: {
+            /**
+             * State
+             * @enum {string}
+             */
+            state: "waiting" | "ready";
+            /** Graded */
+            graded: number;
+            /** Voted */
+            voted: number;
+            /** Coverage */
+            coverage: number;
+            /** Routes */
+            routes: components["schemas"]["GradeRange"][];
+        };
+        /**
          * GradeSystemFacts
          * @description A gym's grade system.
          */
@@ -4386,6 +4446,8 @@ export interface components {
         /**
          * Insights
          * @description What hangs; `today` is the gym's day, `enough` how many people a group has at least.
+         *
+         *     `odd` stays empty while fewer than `odd_from` routes tell of the gym's scale; `odd_graded` do.
          */
         Insights: {
             /**
@@ -4405,6 +4467,12 @@ export interface components {
             setters: components["schemas"]["SetterInsight"][];
             /** Strip */
             strip: components["schemas"]["StripFacts"][];
+            /** Odd */
+            odd: components["schemas"]["OddFacts"][];
+            /** Odd Graded */
+            odd_graded: number;
+            /** Odd From */
+            odd_from: number;
         };
         /**
          * InvitationFacts
@@ -5028,6 +5096,33 @@ export interface components {
              * @default 8
              */
             quiet_to?: number;
+        };
+        /**
+         * OddFacts
+         * @description A route whose grade lies outside of the range that its movement and the gym's other grades
+         *     say: "soft" where the grade is above, "hard" where it is below, `by` steps of the Font scale.
+         */
+        OddFacts: {
+            /** Low */
+            low: string;
+            /** High */
+            high: string;
+            /** Low V */
+            low_v: string;
+            /** High V */
+            high_v: string;
+            /**
+             * Route Id
+             * Format: uuid
+             */
+            route_id: string;
+            /**
+             * Side
+             * @enum {string}
+             */
+            side: "soft" | "hard";
+            /** By */
+            by: number;
         };
         /**
          * OfGradeFacts
@@ -10309,6 +10404,47 @@ export interface operations {
             };
         };
     };
+    read_grade_ranges: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                scan: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["GradeRanges"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
     list_routes: {
         parameters: {
             query?: never;
@@ -12976,7 +13112,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                part: "wishes" | "routes" | "setters" | "strip" | "styles" | "holds" | "stock" | "wear";
+                part: "wishes" | "routes" | "setters" | "strip" | "odd" | "styles" | "holds" | "stock" | "wear";
                 gym: string;
             };
             cookie?: never;
