@@ -172,7 +172,7 @@ def _to_photo(disparity: Depth, pair: Rectified, view: View) -> Depth:
     depth = np.full(found.shape, np.nan, dtype=np.float32)
     in_ranges(
         _depths, len(depth), found, nearest, (pair.plane @ pair.left).astype(np.float32),
-        pair.left[2].astype(np.float32), np.float32(pair.stretch), np.float32(pair.scale), depth,
+        pair.left[2].astype(np.float32), np.float32(pair.stretch), float(pair.scale), depth,
     )  # fmt: skip
     return depth
 

@@ -20,7 +20,7 @@ __all__ = ["signatures"]
 
 Floats = NDArray[np.float32]
 
-_WORDS = 64
+_WORDS = 256
 _SAMPLE = 60_000  # descriptors that the words are learned from
 _PER_PHOTO = 2000  # descriptors of a photo that count
 

@@ -1,16 +1,18 @@
 """Scans of one generated hall: what grows with the photos, and faster than they.
 
-    walltopo synth HALL --walls 32 --photos 2000 --size 640x480 --plates 4 --set cell=0.06 \\
-        --set detail=0.4 --set lamps=3
+    walltopo synth HALL --walls 6 --photos 360 --size 640x480 --plates 3 --seed 3 \\
+        --set cell=0.06 --set detail=0.4 --set lamps=3
     python -m walltopo_lab.benchmarks.hall stages HALL SCANS --photos 72 150 300
     python -m walltopo_lab.benchmarks.hall pairs HALL SCANS --photos 150 300
     python -m walltopo_lab.benchmarks.hall mapping HALL SCANS --photos 72 150 300
+    python -m walltopo_lab.benchmarks.hall sights HALL SCANS --photos 50 100 200 300
 
 A scan of N photos is one of the hall's first N, which are those of its first walls. `stages` makes
 the scans, each stage in a process of its own, in the folder SCANS, and goes on with what is there;
 CPU-seconds are those of the stage and its children with the start of the process, the peak is that
 of the largest process. `pairs` says how many of the pairs of photos that truly share surface are
-chosen to be matched; `mapping` maps the same matches both ways.
+chosen to be matched; `mapping` maps the same matches both ways; `sights` draws photos from all
+triangles that N photos show, and from those that may lie in each.
 """
 
 from __future__ import annotations
@@ -20,6 +22,7 @@ import os
 import shutil
 import sys
 import tempfile
+import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -27,9 +30,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import InputError, Silent, View
+from walltopo.core import InputError, Mesh, Silent, View
 from walltopo.core.files import read_json, write_json
 from walltopo.pipeline.stages import STAGES
+from walltopo.raycast import faces_before, own_vertices, render_ids, render_part
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.model import read_views
 from walltopo.scans.photo_list import Photo, PhotoList
@@ -46,6 +50,7 @@ Pair = tuple[int, int]
 RETRIEVED = (10, 20, 30, 50)
 SHARES = (0.3, 0.5)  # of what a photo sees, in a pair that should be matched
 LOOK = (48, 36)  # rays of a photo
+DRAWN = 20  # photos that are drawn, evenly among all
 CELL = 0.25  # m, side of the cubes that photos share
 
 
@@ -205,9 +210,47 @@ def show_mapping(scan: ScanFolder, truth: Mapping[str, View]) -> None:
             )
 
 
+def show_sights(hall: Path, views: Mapping[int, Sequence[View]]) -> None:
+    """CPU-seconds of drawing a photo, at each number of photos."""
+    truth = np.load(hall / "truth" / "gt.npz")
+    whole = Mesh(truth["vertices"].astype(np.float64), truth["faces"])
+    rows: list[tuple[int, int, float, float]] = []
+    for count, own in views.items():
+        shown = np.unique(np.concatenate([_before(whole, view) for view in own]))
+        mesh = Mesh(*own_vertices(whole, shown))
+        some = own[:: max(1, count // DRAWN)][:DRAWN]
+        render_part(mesh, some[0].camera, some[0].cam_from_world)  # the index, and compiling
+        start = time.process_time()
+        for view in some:
+            render_ids(mesh.vertices, mesh.faces, view.camera, view.cam_from_world)
+        middle = time.process_time()
+        for view in some:
+            render_part(mesh, view.camera, view.cam_from_world)
+        end = time.process_time()
+        rows.append((count, len(shown), (middle - start) / len(some), (end - middle) / len(some)))
+    print("| photos | triangles | all drawn, CPU-s a photo | those before it | ratio |")
+    print("|---|---|---|---|---|")
+    for count, faces, all_drawn, part in rows:
+        cells = [
+            f"{count}",
+            f"{faces}",
+            f"{all_drawn:.3f}",
+            f"{part:.3f}",
+            f"{all_drawn / part:.1f}",
+        ]
+        print(f"| {' | '.join(cells)} |")
+    counts, _, all_drawn_each, part_each = zip(*rows, strict=True)
+    growth = [f"{exponent(counts, each):.2f}" for each in (all_drawn_each, part_each)]
+    print(f"| exponent of the time a photo | | {growth[0]} | {growth[1]} | |")
+
+
+def _before(mesh: Mesh, view: View) -> NDArray[np.int64]:
+    return faces_before(mesh, view.camera, view.cam_from_world)
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("what", choices=("stages", "pairs", "mapping"))
+    parser.add_argument("what", choices=("stages", "pairs", "mapping", "sights"))
     parser.add_argument("hall", type=Path, metavar="HALL")
     parser.add_argument("scans", type=Path, metavar="SCANS")
     parser.add_argument("--photos", type=int, nargs="+", default=[72, 150, 300], metavar="N")
@@ -217,6 +260,10 @@ def main() -> int:
         show_stages({n: run_stages(args.hall, place, n) for n, place in places.items()})
         return 0
     views = {view.name: view for view in read_views(args.hall / "truth" / "cameras")}
+    if args.what == "sights":
+        own_views = {n: [views[p.name] for p in first_photos(args.hall, n)] for n in places}
+        show_sights(args.hall, own_views)
+        return 0
     if args.what == "pairs":
         shares = " | ".join(f"found of those that share {share:.0%}" for share in SHARES)
         print(
