@@ -1,7 +1,7 @@
 // A competition from the wizard to the board: made by a setter, entered by a climber, judged without reception, seen live.
 
 import assert from "node:assert/strict";
-import { grave, signIn, visit } from "./place.mjs";
+import { grave, signIn, tooWide, visit } from "./place.mjs";
 
 const NAMES = ["Anna Svobodová", "Béla Tóth", "Chloé Roux"];
 const LIST = (category) => ["name;category;gender;bib;club", ...NAMES.map((name, at) => `${name};${category};women;${at + 11};Prague`)].join("\n");
@@ -15,7 +15,7 @@ async function fine(somebody, name) {
   const { page } = somebody;
   assert.deepEqual(await grave(page), [], name);
   await page.evaluate(() => document.documentElement.style.setProperty("font-size", "200%"));
-  const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+  const wide = await tooWide(page);
   await page.evaluate(() => document.documentElement.style.removeProperty("font-size"));
   assert.ok(wide <= 0, `${name} is ${wide} pixels too wide`);
   await somebody.shot(`competition-${name}`);
@@ -68,7 +68,7 @@ async function listed(setter) {
   await page.getByLabel("Or paste it here").fill(LIST("Wimmen"));
   await page.getByRole("button", { name: "Take it in" }).click();
   await page.getByText("Line 2").waitFor();
-  await page.getByText("The categories are Women, Men.").waitFor();
+  await page.getByText("The categories are Women, Men.").first().waitFor();
   await fine(setter, "list-wrong");
   await page.getByLabel("Or paste it here").fill(LIST("Women"));
   await page.getByRole("button", { name: "Take it in" }).click();

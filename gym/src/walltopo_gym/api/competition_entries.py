@@ -279,7 +279,7 @@ def _facts(session: Session, entries: Any) -> list[EntryFacts]:
         .where(WaiverSignature.entry_id.in_([entry.id for entry in entries]))
         .group_by(WaiverSignature.entry_id)
     )
-    at: dict[UUID, datetime] = dict(session.execute(signed).tuples().all())
+    at: dict[UUID, datetime] = dict(session.execute(signed).all())
     columns = [column.key for column in Entry.__table__.columns]
     return [
         EntryFacts.model_validate(

@@ -183,7 +183,7 @@ def _sheet(session: Session, access: Access, row: Competition) -> CompetitionShe
         .where(Entry.competition_id == row.id, Entry.withdrawn.is_(False))
         .group_by(Entry.category_id)
     )
-    entries: dict[UUID, int] = dict(session.execute(in_category).tuples().all())
+    entries: dict[UUID, int] = dict(session.execute(in_category).all())
     me = access.actor.person
     mine = None if me is None else own_entry(session, row, me)
     return CompetitionSheet.model_validate({

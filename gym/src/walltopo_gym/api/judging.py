@@ -183,7 +183,7 @@ def list_appeals(competition: UUID, session: Db, access: JudgeMay) -> list[Appea
 def _told(session: Session, competition: UUID, events: Sequence[ScoreEvent]) -> list[EventFacts]:
     people = {event.person_id for event in events if event.person_id is not None}
     named = session.execute(select(Person.id, Person.name).where(Person.id.in_(people)))
-    names: dict[UUID | None, str] = {**dict(named.tuples().all())}
+    names: dict[UUID | None, str] = dict(named.all())
     ids = [event.id for event in events]
     gone = struck(session, competition, ids) if ids else set()
     return [

@@ -3515,20 +3515,6 @@ export interface components {
             lines: components["schemas"]["Line"][];
         };
         /**
-         * CellFacts
-         * @description Of one style and group; null: not told.
-         */
-        CellFacts: {
-            /** Tried */
-            tried: number | null;
-            /** Topped */
-            topped: number | null;
-            /** Votes */
-            votes: number | null;
-            /** Stars */
-            stars: number | null;
-        };
-        /**
          * CircuitFacts
          * @description A circuit that has a board of its own.
          */
@@ -4395,6 +4381,25 @@ export interface components {
             allowed: boolean;
         };
         /**
+         * Hanging
+         * @description Holds of one colour, type and size on one wall; `holds` of them.
+         */
+        Hanging: {
+            /**
+             * Wall Id
+             * Format: uuid
+             */
+            wall_id: string;
+            /** Colour */
+            colour: string;
+            /** Type */
+            type: string;
+            /** Size */
+            size: string;
+            /** Holds */
+            holds: number;
+        };
+        /**
          * HangingFacts
          * @description Of the routes of one grade that hang now: how many one has topped.
          */
@@ -4411,25 +4416,6 @@ export interface components {
             of: number;
         };
         /**
-         * HoldFacts
-         * @description Holds of one colour, type and size (s, m, l, xl) that hang on a wall.
-         */
-        HoldFacts: {
-            /**
-             * Wall Id
-             * Format: uuid
-             */
-            wall_id: string;
-            /** Colour */
-            colour: string;
-            /** Type */
-            type: string;
-            /** Size */
-            size: string;
-            /** Holds */
-            holds: number;
-        };
-        /**
          * HoldInsights
          * @description Of all walls.
          */
@@ -4437,11 +4423,11 @@ export interface components {
             /** Wash After */
             wash_after: number;
             /** Holds */
-            holds: components["schemas"]["HoldFacts"][];
+            holds: components["schemas"]["Hanging"][];
             /** Stock */
-            stock: components["schemas"]["StockFacts"][];
+            stock: components["schemas"]["Stock"][];
             /** Wear */
-            wear: components["schemas"]["WearFacts"][];
+            wear: components["schemas"]["Wear"][];
         };
         /**
          * Insights
@@ -4460,13 +4446,13 @@ export interface components {
             /** Wash After */
             wash_after: number;
             /** Wishes */
-            wishes: components["schemas"]["WishFacts"][];
+            wishes: components["schemas"]["Wished"][];
             /** Routes */
             routes: components["schemas"]["RouteInsight"][];
             /** Setters */
             setters: components["schemas"]["SetterInsight"][];
             /** Strip */
-            strip: components["schemas"]["StripFacts"][];
+            strip: components["schemas"]["Suggestion"][];
             /** Odd */
             odd: components["schemas"]["OddFacts"][];
             /** Odd Graded */
@@ -5815,10 +5801,11 @@ export interface components {
             created_at: string;
         };
         /**
-         * ResetFacts
-         * @description What a reset changed; ascents are those of `weeks` before and after it.
+         * Reset
+         * @description Routes that stayed, came and went; `weeks` before and as many after it are compared: whole
+         *     ones, four at most, and none beyond the next version or the present.
          */
-        ResetFacts: {
+        Reset: {
             /**
              * Wall Id
              * Format: uuid
@@ -5832,8 +5819,8 @@ export interface components {
             came: number;
             /** Went */
             went: number;
-            before: components["schemas"]["SideFacts"];
-            after: components["schemas"]["SideFacts"];
+            before: components["schemas"]["Side"];
+            after: components["schemas"]["Side"];
         };
         /**
          * Role
@@ -6057,8 +6044,9 @@ export interface components {
         };
         /**
          * RouteInsight
-         * @description A route that hangs. What would tell of fewer than five people is null. Stars, flash rate and
-         *     `off` (how many steps harder than its grade climbers find it) are shrunk.
+         * @description A route that hangs; `due`: its holds are due for washing. What would tell of fewer than five
+         *     people is null. Stars, flash rate and `off` (how many steps harder than its grade climbers find
+         *     it) are shrunk.
          */
         RouteInsight: {
             /**
@@ -6463,7 +6451,12 @@ export interface components {
         };
         /**
          * SetterInsight
-         * @description A setter, over all of their routes; as of a route, else.
+         * @description A setter, over all of their routes, those that hang no more too; as of a route, else.
+         *
+         *     Parameters
+         *     ----------
+         *     hanging, routes : how many hang, how many there are.
+         *     ascents, climbers : None where fewer than `ENOUGH` have topped one.
          */
         SetterInsight: {
             /** Setter */
@@ -6520,10 +6513,16 @@ export interface components {
             route_id: string;
         };
         /**
-         * SideFacts
+         * Side
          * @description A version of a wall, before or after a reset.
+         *
+         *     Parameters
+         *     ----------
+         *     grades : label to routes, as they were graded then.
+         *     ascents : on this wall, of the weeks before or after; None where they are of few people.
+         *     stars : mean of those given to the routes that went or came; None without three; votes.
          */
-        SideFacts: {
+        Side: {
             /**
              * Scan Id
              * Format: uuid
@@ -6666,20 +6665,11 @@ export interface components {
             decides: boolean;
         };
         /**
-         * StockBody
-         * @description All of it; `wash_after`: tries on a route after which its holds are due for washing.
+         * Stock
+         * @description Holds of one colour, and type (empty: of all): what hangs, what the gym has (None: not
+         *     said), what is free; fewer than none where more hang than the gym has said.
          */
-        StockBody: {
-            /** Rows */
-            rows: components["schemas"]["StockRow"][];
-            /** Wash After */
-            wash_after: number;
-        };
-        /**
-         * StockFacts
-         * @description Holds of one colour, and type (empty: of all): hanging, in all, free.
-         */
-        StockFacts: {
+        Stock: {
             /** Colour */
             colour: string;
             /** Type */
@@ -6690,6 +6680,16 @@ export interface components {
             total: number | null;
             /** Free */
             free: number | null;
+        };
+        /**
+         * StockBody
+         * @description All of it; `wash_after`: tries on a route after which its holds are due for washing.
+         */
+        StockBody: {
+            /** Rows */
+            rows: components["schemas"]["StockRow"][];
+            /** Wash After */
+            wash_after: number;
         };
         /**
          * StockRow
@@ -6716,19 +6716,19 @@ export interface components {
             versions: components["schemas"]["Past"][];
         };
         /**
-         * StripFacts
-         * @description A route to strip, and why; the first one first.
+         * StyleCell
+         * @description Of one style and group: routes that somebody tried and topped, each once a person; votes and
+         *     the mean of their stars.
          */
-        StripFacts: {
-            /**
-             * Route Id
-             * Format: uuid
-             */
-            route_id: string;
-            /** Reasons */
-            reasons: string[];
-            /** Against */
-            against: string[];
+        StyleCell: {
+            /** Tried */
+            tried: number | null;
+            /** Topped */
+            topped: number | null;
+            /** Votes */
+            votes: number | null;
+            /** Stars */
+            stars: number | null;
         };
         /**
          * StyleFacts
@@ -6746,9 +6746,17 @@ export interface components {
         };
         /**
          * StyleInsight
-         * @description A style: a steepness, a hold that routes have most of, a colour, a length.
+         * @description A style (a steepness, a hold that routes have most of, a colour, a length): how many of its
+         *     routes were tried and topped, each once a person; votes, and their mean stars, shrunk
+         *     (`shrinking.py`). `cells` by group. None: not told, for it is of few.
          */
         StyleInsight: {
+            /** Kind */
+            kind: string;
+            /** Value */
+            value: string;
+            /** Routes */
+            routes: number;
             /** Tried */
             tried: number | null;
             /** Topped */
@@ -6757,15 +6765,9 @@ export interface components {
             votes: number | null;
             /** Stars */
             stars: number | null;
-            /** Kind */
-            kind: string;
-            /** Value */
-            value: string;
-            /** Routes */
-            routes: number;
             /** Cells */
             cells: {
-                [key: string]: components["schemas"]["CellFacts"];
+                [key: string]: components["schemas"]["StyleCell"];
             };
         };
         /**
@@ -6787,6 +6789,21 @@ export interface components {
             groups: components["schemas"]["GroupFacts"][];
             /** Lines */
             lines: components["schemas"]["StyleInsight"][];
+        };
+        /**
+         * Suggestion
+         * @description A route to strip: reasons for it, and `against` it.
+         */
+        Suggestion: {
+            /**
+             * Route Id
+             * Format: uuid
+             */
+            route_id: string;
+            /** Reasons */
+            reasons: string[];
+            /** Against */
+            against: string[];
         };
         /**
          * TallyFacts
@@ -6960,10 +6977,11 @@ export interface components {
             walls: components["schemas"]["WallPlace"][];
         };
         /**
-         * WearFacts
-         * @description A wall's holds: last washed, tries since then, and how many routes are due.
+         * Wear
+         * @description A wall: since when its holds were not washed (None: never), tries on what hangs since then
+         *     (None: of few people), how many of its routes are due.
          */
-        WearFacts: {
+        Wear: {
             /**
              * Wall Id
              * Format: uuid
@@ -7056,10 +7074,11 @@ export interface components {
             routes: number;
         };
         /**
-         * WishFacts
-         * @description Routes of a grade, on a kind of wall (empty: any): how many hang, how many are wished.
+         * Wished
+         * @description Routes of a grade (empty: of any), on a kind of wall (empty: on any): how many hang, and how
+         *     many are wished; None: nothing was wished.
          */
-        WishFacts: {
+        Wished: {
             /** System */
             system: string | null;
             /** Grade */
@@ -13081,7 +13100,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["ResetFacts"][];
+                    "application/json": components["schemas"]["Reset"][];
                 };
             };
             /** @description Why not, in words */
