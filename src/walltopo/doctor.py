@@ -38,6 +38,13 @@ class Finding:
 _CORE = ("numpy", "scipy", "numba", "pycolmap", "cv2", "PIL", "pillow_heif", "av")
 _CORE_MORE = ("networkit", "trimesh", "embreex", "potpourri3d", "fast_simplification")
 _RUNTIME = ("faster_coco_eval", "jinja2", "msgspec", "onnxruntime", "rich", "segno", "shtab")
+# Extras of this distribution: module, what it is for.
+_EXTRAS = {
+    "web": ("meshoptimizer", "pages that are small"),
+    "ray": ("ray", "many machines: `scan --ray`, `batch --ray`"),
+    "s3": ("obstore", "photos and scans of `batch` in a store of objects"),
+    "profile": ("viztracer", "`scan --profile`"),
+}
 # Other distributions report on themselves by entry points of this group.
 _ENTRY_POINTS = "walltopo.doctor"
 # Distributions beside this one: module, what it adds.
@@ -76,10 +83,12 @@ def _packages() -> Iterator[Finding]:
 
         told = f"all that a scan needs; COLMAP {pycolmap.__version__}"
         yield Finding("packages", "ok", told)
-    if importlib.util.find_spec("meshoptimizer") is None:
-        yield Finding("extra web", "missing", "makes pages small", "pip install 'walltopo[web]'")
-    else:
-        yield Finding("extra web", "ok", "pages are small")
+    for extra, (module, use) in _EXTRAS.items():
+        if importlib.util.find_spec(module):
+            yield Finding(f"extra {extra}", "ok", use)
+        else:
+            mend = f"pip install 'walltopo[{extra}]'"
+            yield Finding(f"extra {extra}", "missing", f"for {use}", mend)
 
 
 def _formats() -> Iterator[Finding]:

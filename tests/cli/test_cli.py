@@ -89,7 +89,7 @@ def test_doctor_names_the_line_that_mends(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     found = importlib.util.find_spec
-    gone = ("networkit", "walltopo_gym")
+    gone = ("networkit", "walltopo_gym", "ray", "obstore")
     monkeypatch.setattr(
         "importlib.util.find_spec", lambda name, *rest: None if name in gone else found(name, *rest)
     )
@@ -102,4 +102,7 @@ def test_doctor_names_the_line_that_mends(
     assert "networkit" in by_topic["packages"]["detail"]
     assert by_topic["packages"]["install"] == "pip install --force-reinstall walltopo"
     assert by_topic["walltopo-gym"]["install"] == "pip install walltopo-gym"
+    for extra in ("ray", "s3"):
+        assert by_topic[f"extra {extra}"]["state"] == "missing"
+        assert by_topic[f"extra {extra}"]["install"] == f"pip install 'walltopo[{extra}]'"
     assert by_topic["Chromium"]["install"] == "sudo apt-get install chromium"

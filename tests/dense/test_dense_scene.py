@@ -16,12 +16,14 @@ from walltopo.dense.agreement import agreeing_depth
 from walltopo.dense.consistency import confirmed
 from walltopo.dense.contract import DenseSettings
 from walltopo.dense.depth import DepthMap
-from walltopo.dense.neighbours import _cover, choose_neighbours
+from walltopo.dense.marching_cubes import extract
+from walltopo.dense.neighbours import _cover, _shared_points, choose_neighbours
 from walltopo.dense.preview import preview_mesh
 from walltopo.dense.rectify import opencv_matrix, rectify
 from walltopo.dense.scene import Scene, ground_sampling
 from walltopo.dense.sgm import sgm_mesh
 from walltopo.dense.stereo import clipped, undistort
+from walltopo.dense.tsdf import find_space, fused
 from walltopo.meshes.check import check_mesh
 from walltopo.raycast import render_ids
 from walltopo.texture.atlas import make_texture
@@ -208,6 +210,39 @@ def test_neighbours_are_near_and_not_oneself() -> None:
     assert all(0 < len(p) == len(set(p)) for p in partners)
     assert all(k not in p for k, p in enumerate(partners))
     assert all(k in partners[j] for k, p in enumerate(partners) for j in p)
+
+
+@given(seed=st.integers(0, 10_000))
+@settings(max_examples=20, deadline=None)
+def test_views_know_how_many_points_they_share(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    view = scene()[0].views[0]
+    seen = tuple(np.flatnonzero(rng.random(80) < rng.uniform(0, 0.7)) for _ in range(6))
+    common = _shared_points(Scene((view,) * 6, np.zeros((80, 3)), seen)).toarray()
+    for i, own in enumerate(seen):
+        for j, other in enumerate(seen):
+            shared = len(np.intersect1d(own, other))
+            assert common[i, j] == (shared if i != j and shared >= 12 else 0)
+
+
+def test_a_surface_made_in_parts_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    world, _, mesh = scene()
+    maps = []
+    for view in world.views:
+        pinhole = View(view.name, view.camera.pinhole(), view.cam_from_world)
+        _, depth = render_ids(mesh.vertices, mesh.faces, pinhole.camera, view.cam_from_world)
+        depth = np.where(np.isfinite(depth), depth, 0).astype(np.float32)
+        maps.append((depth, np.ones_like(depth), pinhole))
+    low, high = mesh.vertices.min(axis=0) - 0.1, mesh.vertices.max(axis=0) + 0.1
+    space = find_space([(depth, view) for depth, _, view in maps], low, high, 0.02, 0.08)
+    whole = extract(fused(space, maps, Silent()), 0.5)
+    monkeypatch.setattr("walltopo.dense.tsdf._AT_ONCE", len(space.blocks) // 4)
+    parts = list(fused(space, maps, Silent()))
+    assert len(parts) == 5
+    assert sum(part.own for part in parts) == len(space.blocks)
+    again = extract(parts, 0.5)
+    np.testing.assert_array_equal(again.vertices, whole.vertices)
+    np.testing.assert_array_equal(again.faces, whole.faces)
 
 
 @settings(max_examples=25, deadline=None)

@@ -37,11 +37,12 @@ def volume_of(distance: Callable[[Floats], Floats], blocks_per_side: int = 3) ->
     corner = np.indices((BLOCK,) * 3).reshape(3, -1).T
     points: Floats = ((blocks[:, None] * BLOCK + corner[None]) * voxel - 1.0).astype(np.float64)
     values = np.clip(distance(points), -1, 1).reshape(-1, BLOCK, BLOCK, BLOCK).astype(np.float32)
-    return Volume(np.full(3, -1.0), voxel, 1.0, blocks, grid, values, np.ones_like(values))
+    own = len(blocks)
+    return Volume(np.full(3, -1.0), voxel, 1.0, blocks, own, grid, values, np.ones_like(values))
 
 
 def ball(radius: float = 0.7) -> Mesh:
-    return extract(volume_of(lambda p: np.linalg.norm(p, axis=-1) - radius), 0.5)
+    return extract([volume_of(lambda p: np.linalg.norm(p, axis=-1) - radius)], 0.5)
 
 
 def enclosed(mesh: Mesh) -> float:
@@ -74,7 +75,7 @@ def test_noise_gives_a_manifold(seed: int, holes: bool) -> None:
     volume = volume_of(lambda p: rng.normal(size=p.shape[:-1]), 2)
     if holes:
         volume.weight[rng.random(volume.weight.shape) < 0.1] = 0.0
-    report = check_mesh(split_fans(extract(volume, 0.5)))
+    report = check_mesh(split_fans(extract([volume], 0.5)))
     assert report.edges_of_many_faces == 0
     assert report.vertices_of_many_fans == 0
     assert report.flipped_edges == 0

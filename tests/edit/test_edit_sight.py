@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from small_wall import SCAN  # type: ignore[import-not-found]
 
 from walltopo.core import Camera, View
-from walltopo.edit.sight import _seen, _window
-from walltopo.edit.triangles import triangles_of_mesh
-from walltopo.raycast import render_ids
+from walltopo.edit.sight import _window
+from walltopo.raycast import render_ids, render_part
+from walltopo.raycast.triangles import triangles_of_mesh
 
 TURN = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])  # x right, y down, z forward
 VIEW = View(
@@ -31,7 +31,7 @@ CAMERAS = [
 def test_a_window_shows_what_the_whole_mesh_does(camera: Camera, corner: tuple[int, int]) -> None:
     window = _window(camera, *corner, 120, 100)
     mesh = SCAN.mesh
-    face, depth = _seen(SCAN, window, VIEW)
+    face, depth = render_part(mesh, window, VIEW.cam_from_world)
     whole = render_ids(mesh.vertices, mesh.faces, window, VIEW.cam_from_world)
     np.testing.assert_array_equal(face, whole[0])
     np.testing.assert_array_equal(depth, whole[1])

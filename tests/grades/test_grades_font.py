@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from walltopo.grades.font import FONT, V_OF, parse_grade
+from walltopo.grades.font import FONT, V_OF, grade_ends, parse_grade
 
 
 @pytest.mark.parametrize(
@@ -34,3 +34,12 @@ def test_grades_are_read_in_any_spelling(text: str, place: float | None) -> None
 def test_grades_have_one_v_grade_each_and_never_fall() -> None:
     assert len(V_OF) == len(FONT)
     assert list(V_OF) == sorted(V_OF)
+
+
+@pytest.mark.parametrize(
+    ("label", "ends"),
+    [("6A", (5, 5)), ("V3", (5, 6)), ("VB", (0, 2)), ("V17", (23, 23)), ("6a", None), ("V18", None),
+     ("Blue", None), ("V", None), ("", None)],
+)  # fmt: skip
+def test_grades_say_which_places_they_mean(label: str, ends: tuple[int, int] | None) -> None:
+    assert grade_ends(label) == ends

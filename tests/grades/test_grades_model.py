@@ -32,11 +32,11 @@ def test_grades_take_holds_of_unknown_quality() -> None:
 
 
 def test_grades_ranges_are_open_where_nothing_was_learnt() -> None:
-    model = shipped_model()
-    for errors in (model.known, model.plain):
-        assert model.bounded(model.easiest, errors).low == 0
-        assert model.bounded(model.hardest, errors).high == len(FONT) - 1
-        inside = model.bounded((model.easiest + model.hardest) / 2, errors)
+    learnt = shipped_model().learnt
+    for known in (False, True):
+        assert learnt.bounded(learnt.easiest, known).low == 0
+        assert learnt.bounded(learnt.hardest, known).high == len(FONT) - 1
+        inside = learnt.bounded((learnt.easiest + learnt.hardest) / 2, known)
         assert 0 < inside.low < inside.high < len(FONT) - 1
 
 

@@ -30,19 +30,19 @@ def test_every_line_is_a_kernel_with_types(line: str) -> None:
 
 
 def test_a_kernel_of_the_table_is_compiled() -> None:
-    line = next(line for line in LINES if "lifting.evidence _count " in line)
+    line = next(line for line in LINES if "lifting.by_face _count " in line)
     compile_line(line)
-    from walltopo.lifting import evidence
+    from walltopo.lifting import by_face
 
-    kinds = [str(kinds) for kinds in evidence._count.signatures]
+    kinds = [str(kinds) for kinds in by_face._count.signatures]
     assert any("int32" in kind for kind in kinds)
 
 
 @pytest.mark.parametrize(
     ("line", "error"),
     [
-        ("walltopo.lifting.evidence nothing ()", AttributeError),
-        ("walltopo.lifting.evidence _count (secret(1),)", ValueError),
+        ("walltopo.lifting.by_face nothing ()", AttributeError),
+        ("walltopo.lifting.by_face _count (secret(1),)", ValueError),
     ],
 )
 def test_a_wrong_line_is_an_error(line: str, error: type[Exception]) -> None:
@@ -53,7 +53,7 @@ def test_a_wrong_line_is_an_error(line: str, error: type[Exception]) -> None:
 def test_every_module_of_a_scan_with_kernels_is_in_the_table() -> None:
     """Those that no scan with the default settings calls are named here."""
     elsewhere = {"climbing.search", "climbing.statics", "lifting.merge", "lifting.distance",
-                 "raycast.lens", "dense.depth"}  # fmt: skip
+                 "lifting.overlap", "raycast.lens", "dense.depth"}  # fmt: skip
     product = Path(walltopo.__file__).parent
     named = {module.removeprefix("walltopo.") for module, _ in _named()}
     for file in product.rglob("*.py"):

@@ -9,11 +9,9 @@ from numpy.typing import NDArray
 
 from walltopo.sparse.job import Pairing
 from walltopo.sparse.pairs import (
-    bags_of_words,
     choose_pairs,
     exhaustive,
     in_tiles,
-    nearest_pairs,
     sequential,
 )
 
@@ -28,27 +26,6 @@ def test_tiles_keep_every_pair_once(pairs: set[tuple[int, int]]) -> None:
     ordered = in_tiles(pairs)
     assert len(ordered) == len(pairs)
     assert set(ordered) == pairs
-
-
-def test_photos_of_one_place_are_each_others_nearest() -> None:
-    rng = np.random.default_rng(0)
-    places = [rng.integers(0, 256, (300, 128)) for _ in range(3)]
-    photos = [
-        np.clip(places[k % 3][rng.permutation(300)[:200]] + rng.integers(-3, 4, (200, 128)), 0, 255)
-        for k in range(9)
-    ]
-    bags = bags_of_words([photo.astype(np.uint8) for photo in photos], seed=0)
-    assert np.allclose(np.linalg.norm(bags, axis=1), 1, atol=1e-5)
-    ids = list(range(1, 10))
-    for a, b in nearest_pairs(ids, bags, ids, bags, 2):
-        assert (a - b) % 3 == 0
-
-
-def test_a_photo_without_features_does_not_break_the_bags() -> None:
-    some = np.random.default_rng(0).integers(0, 256, (100, 128)).astype(np.uint8)
-    bags = bags_of_words([some, np.zeros((0, 128), np.uint8)], seed=0)
-    assert np.isfinite(bags).all()
-    assert not bags[1].any()
 
 
 class _Database:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from walltopo.meshes.neighbours import face_neighbours, patches
+from walltopo.texture.atlas import _faces_by_label
 from walltopo.texture.candidates import Candidates
 from walltopo.texture.colour import level_seams, photo_gains
 from walltopo.texture.labels import choose_labels
@@ -108,3 +111,12 @@ def test_the_last_triangle_has_the_last_word_whatever_the_threads_do() -> None:
     painted = np.zeros((side, side), dtype=np.uint8)
     paint_photo(photo, gain, which, pixels, texels, correction, atlas, painted)
     assert set(np.unique(atlas[:250, :250][painted[:250, :250] == 1])) == {150}
+
+
+@given(label=st.lists(st.integers(-1, 4), max_size=40))
+def test_triangles_by_label(label: list[int]) -> None:
+    labels = np.array(label, dtype=np.int16)
+    by_label = _faces_by_label(labels, 5)
+    assert len(by_label) == 5
+    for k, faces in enumerate(by_label):
+        np.testing.assert_array_equal(faces, np.flatnonzero(labels == k))

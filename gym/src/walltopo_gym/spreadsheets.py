@@ -20,7 +20,7 @@ def csv_table(columns: Sequence[str], rows: Iterable[Mapping[str, object]]) -> s
 
 
 def _cell(value: object) -> object:
-    if isinstance(value, list):
+    if isinstance(value, (list, tuple)):
         value = " ".join(str(word) for word in value)
     return harmless(value) if isinstance(value, str) else value
 

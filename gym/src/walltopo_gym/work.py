@@ -1,5 +1,5 @@
 """A worker with all that it does: scans, planned publications, webhooks, messages, looks at
-photos."""
+photos, places of routes on the grade model."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from contextlib import contextmanager
 from functools import partial
 
 from walltopo_gym.database.engine import Database
+from walltopo_gym.grading import placing
+from walltopo_gym.grading.placing import Placing
 from walltopo_gym.hall import telling
 from walltopo_gym.hall.telling import Telling
 from walltopo_gym.mail import make_mailer
@@ -33,10 +35,12 @@ def work(
         partial(publish_due, database),
         Delivery(settings, database).begin_due,
         Overlaps(database, store).begin_asked,
+        Placing(database, store).begin_missing,
         Telling(settings, database, make_mailer(settings)).begin_due,
     )
     steps = ScanSteps.of(settings, database, store)
-    run_worker(steps, stop, chores, [delivery.QUEUE, overlap.QUEUE, telling.QUEUE])
+    queues = [delivery.QUEUE, overlap.QUEUE, placing.QUEUE, telling.QUEUE]
+    run_worker(steps, stop, chores, queues)
 
 
 @contextmanager

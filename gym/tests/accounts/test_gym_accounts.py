@@ -12,10 +12,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sqlalchemy import delete, select, update
 from starlette.requests import Request
+from zxcvbn.frequency_lists import FREQUENCY_LISTS
 
 from walltopo.core import InputError
+from walltopo_gym.accounts.leaked import is_leaked, marks_of
 from walltopo_gym.accounts.models import MailedLink, Person, SignIn, Try
-from walltopo_gym.accounts.passwords import LONGEST, Passwords, check_password
+from walltopo_gym.accounts.passwords import LONGEST, SHORTEST, Passwords, check_password
 from walltopo_gym.accounts.secrets import hash_of
 from walltopo_gym.api.app import PREFIX
 from walltopo_gym.api.rules import COOKIE
@@ -232,6 +234,31 @@ def test_passwords_are_kept_by_argon2id() -> None:
 def test_a_password_that_is_guessed_soon_is_refused(password: str) -> None:
     with pytest.raises(InputError, match="password"):
         check_password(password, "ada@gym.example", "Ada")
+
+
+@pytest.mark.parametrize("password", ["vjhtctdthf", "Usuckballz1", "uSuCkBaLlZ1", "qwertyuiop"])
+def test_a_password_that_leaked_is_refused(password: str) -> None:
+    with pytest.raises(InputError, match="leaked"):
+        check_password(password, "ada@gym.example", "Ada")
+
+
+def test_the_commonest_passwords_are_among_those_that_leaked() -> None:
+    # An independent list of leaked ones, of which each can be chosen here.
+    common = [word for word in FREQUENCY_LISTS["passwords"] if len(word) >= SHORTEST]
+    assert len(common) > 1000
+    assert [word for word in common if not is_leaked(word)] == []
+    assert not is_leaked(PASSWORD)
+
+
+@given(st.lists(st.text(max_size=12)), st.integers(0, 12))
+def test_of_a_list_of_leaked_passwords_long_ones_are_kept_once(
+    leaked: list[str], shortest: int
+) -> None:
+    marks = marks_of(leaked, shortest)
+    long = {each.casefold() for each in leaked if len(each) >= shortest}
+    each = [marks[at : at + 5] for at in range(0, len(marks), 5)]
+    assert len(each) == len(long)
+    assert each == sorted(each)
 
 
 @given(st.text(min_size=0, max_size=LONGEST + 5))

@@ -112,6 +112,10 @@ def member(world: World) -> dict[str, Any]:
     return {"person": world.people["member"].id}
 
 
+def a_mails_link(world: World) -> dict[str, Any]:
+    return {"token": unsubscribe_token(world.server.database, person_id(world.owner))}
+
+
 def a_scan(world: World) -> dict[str, Any]:
     return {"scan": world.scan(usable=3)}
 
@@ -444,6 +448,7 @@ CASES = {
         "upload-offset": "0", "content-type": "application/offset+octet-stream"}, content=b"bytes"),
     "drop_photo": Case("setter", Scope.UPLOAD, a_photo, headers=TUS),
     "read_draft": Case("setter", Scope.PUBLISH, a_draft),
+    "read_grade_ranges": Case("setter", Scope.PUBLISH, a_draft),
     "publish_scan": Case("setter", Scope.PUBLISH, a_draft, lambda w: {
         "revision": 0, "routes": [{"number": 1}]}),
     "put_back_scan": Case("setter", Scope.PUBLISH, wall, lambda w: {
@@ -543,8 +548,9 @@ CASES = {
     "put_push": Case("signed-in", body=lambda w: a_push_body()),
     "drop_push": Case("signed-in", values=an_own_push),
     "try_push": Case("signed-in", values=an_own_push),
-    "end_mails": Case("anyone", Scope.READ, lambda w: {
-        "token": unsubscribe_token(w.server.database, person_id(w.owner))}),
+    "end_mails": Case("anyone", Scope.READ, a_mails_link),
+    "read_wishes_by_link": Case("anyone", Scope.READ, a_mails_link),
+    "put_wishes_by_link": Case("anyone", Scope.READ, a_mails_link, lambda w: {"digest": True}),
     "read_short_link": Case("anyone", Scope.READ, a_short_link),
     "list_webhooks": Case("owner", Scope.MANAGE),
     "make_webhook": Case("owner", Scope.MANAGE, body=lambda w: {"url": "https://example.com/"}),
@@ -568,6 +574,7 @@ CASES = {
         "setter", Scope.MANAGE, cups.with_row(Round, "one"), lambda w: {"state": "ended"}),
     "list_starters": Case("guest", Scope.READ, cups.with_row(Round, "one")),
     "put_starters": Case("setter", Scope.MANAGE, cups.with_row(Round, "one", 1), cups.an_order),
+    "draw_starters": Case("setter", Scope.MANAGE, cups.with_row(Round, "one")),
     "list_entries": Case("judge", Scope.MANAGE, cups.a_competition),
     "make_entry": Case("setter", Scope.MANAGE, cups.a_competition, cups.a_competitor),
     "change_competitor": Case(

@@ -12,6 +12,7 @@ import pytest
 from gym.tests.worlds import PASSWORD, Somebody, World, hold, make_world
 from sqlalchemy import Uuid, func, select
 
+from walltopo_gym.api.rules import FOR
 from walltopo_gym.climbing.models import Ascent
 from walltopo_gym.clock import now
 from walltopo_gym.migrations.tables import METADATA
@@ -40,6 +41,24 @@ def own(world: World, who: Somebody | None = None, query: str = "") -> list[dict
         "GET", path, who or world.people["member"]
     ).json()["items"]
     return items
+
+
+def test_what_waited_is_nobody_elses(world: World, route: str) -> None:
+    ascent = uuid4()
+    body = {"route_id": route, "kind": "top", "tries": 1, "climbed_at": now().isoformat()}
+    path = f"{world.path}/ascents/{ascent}"
+    member, judge = world.people["member"], world.people["judge"]
+    told = world.server.ask("GET", "/me", member).json()["id"]
+    headers = {FOR: told}
+    answer = world.server.ask("PUT", path, judge, body, headers)
+    assert (answer.status_code, answer.json()["code"]) == (401, "waited-for-another")
+    assert own(world, judge) == []
+    assert world.server.ask("PUT", path, member, body, headers).status_code == 201
+    assert (
+        world.server.ask("DELETE", f"/me/ascents/{ascent}", judge, headers=headers).status_code
+        == 401
+    )
+    assert [each["id"] for each in own(world)] == [str(ascent)]
 
 
 def test_a_tick_that_is_sent_twice_arrives_once(world: World, route: str) -> None:

@@ -17,6 +17,7 @@ from sqlalchemy import select
 from walltopo_gym.clock import now
 from walltopo_gym.competitions.calendar import dates_of
 from walltopo_gym.competitions.models import WaiverSignature
+from walltopo_gym.languages import LANGUAGES
 
 
 @pytest.fixture
@@ -99,6 +100,12 @@ def test_undo_correction_and_disqualification(public: World) -> None:
     contest.say(jana, "out", text="chalk on the start list")
     assert contest.ranks() == [(1, "Ivo"), (None, "Jana")]
     assert contest.board()["categories"][0]["lines"][1]["out"] == "chalk on the start list"
+    outs = contest.ask("GET", "/events?kind=out", who="judge").json()["items"]
+    assert [(out["entry_id"], out["counts"]) for out in outs] == [(jana, True)]
+    contest.say(jana, "void", target_id=outs[0]["id"])
+    assert contest.ranks() == [(1, "Jana"), (2, "Ivo")]
+    outs = contest.ask("GET", "/events?kind=out", who="judge").json()["items"]
+    assert [out["counts"] for out in outs] == [False]
 
 
 def test_who_may_enter_what(public: World) -> None:
@@ -194,6 +201,73 @@ def test_a_final_its_running_order_and_countback(public: World) -> None:
     ]  # fmt: skip
     other = {"category_id": order[0]["category_id"], "entry_ids": [uma, ivo]}
     assert contest.ask("PUT", f"/rounds/{final}/starters", other).json()[0]["name"] == "Uma"
+    refused = contest.ask("POST", f"/rounds/{final}/starters/draw").json()
+    assert refused["code"] == "cup-scored-in-round"
+
+
+def order_of(contest: Contest, number: int, method: str = "GET", draw: str = "") -> list[str]:
+    """Names in running order of a round."""
+    path = f"/rounds/{contest.sheet['rounds'][number]['id']}/starters{draw}"
+    answer = contest.ask(method, path)
+    assert answer.is_success, answer.text
+    return [row["name"] for row in answer.json()]
+
+
+def test_an_order_is_drawn_ahead_moved_and_drawn_anew(public: World) -> None:
+    contest = running(public, **FINAL)
+    names = ["Jana", "Ivo", "Uma"]
+    ids = {name: contest.entry(name) for name in names}
+    final = contest.sheet["rounds"][1]["id"]
+    draw = f"/rounds/{final}/starters/draw"
+    assert contest.ask("POST", draw).json()["code"] == "cup-before-not-ended"
+    for tries, name in enumerate(names, 1):
+        contest.say(ids[name], "top", 0, tries)
+    contest.move_round(0, "ended")
+    assert order_of(contest, 1) == []
+    assert order_of(contest, 1, "POST", "/draw") == ["Ivo", "Jana"]
+    category = contest.sheet["categories"][0]["id"]
+    moved = {"category_id": category, "entry_ids": [ids["Uma"], ids["Ivo"]]}
+    assert contest.ask("PUT", f"/rounds/{final}/starters", moved).is_success
+    # What was drawn and moved before it begins stays; unless the round before goes on.
+    assert contest.move_round(1, "running").is_success
+    assert order_of(contest, 1) == ["Uma", "Ivo"]
+    assert order_of(contest, 1, "POST", "/draw") == ["Ivo", "Jana"]
+    contest.ask("PATCH", f"/entries/{ids['Ivo']}", {"withdrawn": True})
+    assert order_of(contest, 1) == ["Jana"]
+
+
+def test_an_order_drawn_ahead_is_gone_when_the_round_before_goes_on(public: World) -> None:
+    contest = running(public, **FINAL)
+    jana, ivo = contest.entry("Jana"), contest.entry("Ivo")
+    contest.say(jana, "top", 0, 1)
+    contest.say(ivo, "top", 0, 2)
+    contest.move_round(0, "ended")
+    assert order_of(contest, 1, "POST", "/draw") == ["Ivo", "Jana"]
+    contest.move_round(0, "running")
+    assert order_of(contest, 1) == []
+    contest.say(ivo, "top", 1, 1)
+    contest.move_round(0, "ended")
+    contest.move_round(1, "running")
+    assert order_of(contest, 1) == ["Jana", "Ivo"]
+
+
+def test_where_all_climb_the_order_is_by_number_by_lot_or_by_hand(public: World) -> None:
+    contest = running(public, categories=[{"name": "B"}, {"name": "A"}])
+    ids = {name: contest.entry(name, category=at) for name, at in
+           (("Jana", 1), ("Ivo", 0), ("Uma", 0), ("Eva", 0))}  # fmt: skip
+    assert order_of(contest, 0) == ["Ivo", "Uma", "Eva", "Jana"]
+    drawn = order_of(contest, 0, "POST", "/draw")
+    assert sorted(drawn[:3]) == ["Eva", "Ivo", "Uma"]
+    assert drawn[3:] == ["Jana"]
+    one = contest.sheet["rounds"][0]["id"]
+    body = {"category_id": contest.sheet["categories"][0]["id"],
+            "entry_ids": [ids["Eva"], ids["Ivo"]]}  # fmt: skip
+    contest.ask("PUT", f"/rounds/{one}/starters", body)
+    contest.entry("Late")
+    assert order_of(contest, 0) == ["Eva", "Ivo", "Uma", "Late", "Jana"]
+    # It is an order and no more: all of them may climb.
+    assert contest.say(ids["Uma"], "top", 0, 1).status_code == 201
+    assert contest.ask("POST", f"/rounds/{one}/starters/draw").status_code == 409
 
 
 def test_frozen_for_all_but_judges_and_replayed_to_any_moment(public: World) -> None:
@@ -232,9 +306,10 @@ def test_results_as_table_and_on_paper(public: World) -> None:
     rows = list(csv.DictReader(io.StringIO(contest.ask("GET", "/results.csv").text)))
     assert [(row["rank"], row["name"], row["team"]) for row in rows] == [("1", "'=cmd()", "'+team")]
     assert rows[0]["1. Session: tops"] == "1"
-    paper = contest.ask("GET", "/results.pdf?language=de", who="nobody")
-    assert paper.headers["content-type"] == "application/pdf"
-    assert paper.content.startswith(b"%PDF")
+    for language in LANGUAGES:
+        paper = contest.ask("GET", f"/results.pdf?language={language}", who="nobody")
+        assert paper.headers["content-type"] == "application/pdf"
+        assert paper.content.startswith(b"%PDF")
 
 
 def test_what_is_climbed_in_cannot_be_taken_away(public: World) -> None:
@@ -287,6 +362,11 @@ def test_a_start_list_all_or_nothing(public: World) -> None:
     assert {(fault["line"], fault["column"]) for fault in told["errors"]} == {
         (4, "bib"), (4, "gender"), (4, "category"), (5, "name"), (5, "category"), (5, "bib"),
     }  # fmt: skip
+    said = {fault["column"]: fault for fault in told["errors"] if fault["line"] == 5}
+    assert said["category"]["code"] == "cell-no-category"
+    assert said["category"]["values"] == {"name": "'Elsewhere'", "names": "U18, Open"}
+    assert said["category"]["hint"] == "The categories are U18, Open."
+    assert (said["name"]["code"], said["name"]["hint_code"]) == ("cell-no-name", "cell-write-name")
     assert contest.ask("GET", "/entries").json() == []
     assert contest.ask("POST", "/entries/import", {"csv": table}).json()["entries"] == 2
     entries = contest.ask("GET", "/entries").json()
@@ -294,6 +374,31 @@ def test_a_start_list_all_or_nothing(public: World) -> None:
         (7, "Žofie Nová", 2010), (8, "Ivo", None),
     ]  # fmt: skip
     assert contest.ask("POST", "/entries/import", {"csv": "a,b\n"}).status_code == 422
+
+
+def test_each_fault_of_a_start_list_has_a_code_and_what_to_do(public: World) -> None:
+    words = {"categories": [{"name": "Girls", "gender": "women", "born_from": 2010}]}
+    contest = Contest(public, words).make()
+    lines = (
+        ("Eva;;;;w", "category", "cup-needs-year", "cell-year-column"),
+        ("Eva;;;2012;", "category", "cup-gender", "cell-gender-column"),
+        ("Eva;;;2012;m", "category", "cup-gender", "cup-choose-category"),
+        ("Eva;;;1999;w", "category", "cup-year", "cup-choose-category"),
+        ("Eva;;;99;w", "birth_year", "cell-number", "cell-digits"),
+        ("Eva;;x;2012;w", "bib", "cell-number", "cell-digits"),
+        ("Eva;;;2012;q", "gender", "cell-gender", "cell-gender-write"),
+        (f"{'E' * 81};;;2012;w", "name", "cell-too-long", "cell-shorten"),
+        (";;;2012;w", "name", "cell-no-name", "cell-write-name"),
+        ("Eva;Boys;;2012;w", "category", "cell-no-category", "cell-categories"),
+    )
+    table = "name;category;bib;birth_year;gender\n" + "\n".join(line for line, *_ in lines)
+    told = contest.ask("POST", "/entries/import", {"csv": table}).json()
+    assert [(f["line"], f["column"], f["code"], f["hint_code"]) for f in told["errors"]] == [
+        (number, *expected) for number, (_, *expected) in enumerate(lines, 2)
+    ]
+    many = "name\n" + "Eva\n" * 2_001
+    refused = Contest(public).make().ask("POST", "/entries/import", {"csv": many}).json()
+    assert (refused["code"], refused["hint_code"]) == ("table-too-long", "table-in-parts")
 
 
 def test_who_goes_takes_the_name_along_and_leaves_the_ranks(public: World) -> None:

@@ -78,6 +78,14 @@ def test_two_festivals_one_of_them_runs(world: World) -> None:
             lines = [line for of in board_of(session, cup).lines().values() for line in of]
             assert len(lines) == COMPETITORS
             assert {line.rank for line in lines} >= {1, 2}
+        # Another day: the same two, and one that runs.
+        later = now() + timedelta(days=2)
+        hold_cups(session, gym, owner, routes, later)
+        again = session.scalars(select(Competition).where(Competition.gym_id == gym.id)).all()
+        assert [cup.id for cup in again] == [cup.id for cup in cups]
+        assert [cup.ends_at is not None and cup.ends_at > later for cup in again] == [
+            cup.state == "running" for cup in again
+        ]
 
 
 def test_every_route_is_named_and_the_harder_looking_graded_harder() -> None:

@@ -15,6 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from icalendar import Calendar
 
+from walltopo.holds.palette import REFERENCE
 from walltopo_gym.accounts.models import Profile
 from walltopo_gym.api.rules import KIOSK
 from walltopo_gym.climbing.counting import recount
@@ -252,6 +253,10 @@ def test_too_many_cards_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(card_room, "MOST_CARDS", 2)
     with pytest.raises(Exception, match="more than 2 cards"):
         Cards([a_route(n) for n in range(3)], "Gym", "", ORIGIN).pdf(words_in("en"), "a7")
+
+
+def test_paint_is_that_of_the_scans() -> None:
+    assert {name: "#" + bytes(rgb).hex() for name, rgb in REFERENCE.items()} == PAINT
 
 
 def test_every_language_has_all_words() -> None:

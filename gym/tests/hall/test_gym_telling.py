@@ -299,6 +299,29 @@ def test_the_weeks_mail(gym: World, monkeypatch: pytest.MonkeyPatch) -> None:
     assert gym.server.ask("GET", "/me/messages", member).json()["fresh"] is True
 
 
+def test_by_the_mail_s_link_one_is_told_less_and_again(gym: World) -> None:
+    member = gym.people["member"]
+    assert member.id is not None
+    wish(gym, member)
+    before = gym.server.ask("GET", "/me/messages", member).json()
+    kinds = ("digest", "fresh", "soon", "competitions")
+    path = f"/unsubscribe/{unsubscribe_token(gym.server.database, member.id)}"
+    told = gym.server.ask("GET", path).json()
+    assert told == {kind: before[kind] for kind in kinds}
+    none = dict.fromkeys(kinds, False)
+    for wanted in (none, told):
+        assert gym.server.ask("PUT", path, json=wanted).status_code == 204
+        assert gym.server.ask("GET", path).json() == wanted
+    # Nothing else is said by it.
+    assert gym.server.ask("GET", "/me/messages", member).json() == before
+    # Whoever has said nothing yet is told nothing, and can be.
+    judge = gym.people["judge"]
+    assert judge.id is not None
+    path = f"/unsubscribe/{unsubscribe_token(gym.server.database, judge.id)}"
+    assert gym.server.ask("GET", path).json() == none
+    assert gym.server.ask("PUT", path, json=none).status_code == 204
+
+
 def test_a_link_of_another_ends_nothing(gym: World) -> None:
     one, other = gym.people["member"].id, gym.people["judge"].id
     assert one is not None
@@ -306,7 +329,8 @@ def test_a_link_of_another_ends_nothing(gym: World) -> None:
     tokens = [unsubscribe_token(gym.server.database, person) for person in (one, other)]
     mixed = tokens[0][:22] + tokens[1][22:]
     for token in (mixed, "x", "a" * 43, tokens[0][:-2]):
-        assert gym.server.ask("POST", f"/unsubscribe/{token}").status_code == 404
+        for method, body in (("POST", None), ("GET", None), ("PUT", {"digest": True})):
+            assert gym.server.ask(method, f"/unsubscribe/{token}", json=body).status_code == 404
 
 
 def test_a_mail_that_was_not_taken_is_tried_again(

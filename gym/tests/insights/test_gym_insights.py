@@ -285,7 +285,8 @@ def a_route(**facts: Any) -> OfRoute:
     plain: dict[str, Any] = {
         "wall_id": UUID(int=0), "number": 1, "name": "", "colour": "red", "system": None,
         "grade": "", "setter": "", "steepness": "", "set_on": NOW.date(), "strip_on": None,
-        "age": 30, "use": Usage(recent=10), "flash_rate": None, "stars": None, "votes": 0,
+        "age": 30, "use": Usage(recent=10), "ascents": 10, "climbers": 0, "recent": None,
+        "flash_rate": None, "stars": None, "votes": 0,
         "crowd": "", "grade_votes": 0, "off": None, "keep": 0, "renew": 0,
     }  # fmt: skip
     return OfRoute(**({"id": uuid4()} | plain | facts))

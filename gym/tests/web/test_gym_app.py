@@ -15,6 +15,8 @@ import pytest
 from gym.tests.running import QUICK, Process
 from gym.tests.worlds import PASSWORD, Server, make_world
 
+from walltopo_gym.hall.secrets import unsubscribe_token
+
 ROOT = Path(__file__).resolve().parents[3]
 WEB = ROOT / "gym" / "web"
 CHECKS = (
@@ -46,6 +48,9 @@ def outcome(
     (data / "quick.toml").write_text(QUICK)
     world = make_world(Server(data), visibility="public")
     scan, later = world.finished(tiny_scan), world.finished(tiny_scan)
+    member = world.people["member"].id
+    assert member is not None
+    mails_link = unsubscribe_token(world.server.database, member)
     world.server.close()
     # Browsers keep the cookie of a sign-in over HTTPS and on this name only; a passkey is for the
     # server's own address.
@@ -65,6 +70,7 @@ def outcome(
         "wall": str(world.wall.id),
         "scan": str(scan),
         "later": str(later),
+        "mails_link": mails_link,
     } | {role: who.email for role, who in world.people.items()}
     (data / "places.json").write_text(json.dumps(places))
     try:

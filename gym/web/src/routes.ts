@@ -35,6 +35,7 @@ export const { p, navigate, route } = createRouter({
   "/g/:gym/competitions/:competition": () => import("./competitions/CompetitionPage.svelte"),
   "/g/:gym/competitions/:competition/edit": () => import("./competitions/Wizard.svelte"),
   "/g/:gym/competitions/:competition/entries": () => import("./competitions/StartList.svelte"),
+  "/g/:gym/competitions/:competition/order": () => import("./competitions/OrderPage.svelte"),
   "/g/:gym/competitions/:competition/card": () => import("./competitions/Card.svelte"),
   "/g/:gym/competitions/:competition/judge": () => import("./competitions/JudgePage.svelte"),
   "/g/:gym/competitions/:competition/judge/:problem": () => import("./competitions/JudgeProblem.svelte"),

@@ -1,7 +1,7 @@
 /** Who is signed in here. The secret is a cookie that no script can read; this is only whose it is. */
 
 import { answer, api, Problem, type Schemas } from "./api/client";
-import { forgetAnswers, KEPT, keeps } from "./offline/reception.svelte";
+import { forgetAnswers, isCutOff, KEPT, keeps } from "./offline/reception.svelte";
 
 const SIGNED_IN = "walltopo-signed-in";
 
@@ -27,9 +27,9 @@ export function signedOut(): void {
 /** Who was signed in here last; visitors are not asked for. What is kept of them does for the moment. */
 export async function recall(): Promise<void> {
   if (localStorage.getItem(SIGNED_IN) === null) return;
-  const asked = ask();
+  const asked = keeps() && isCutOff() ? null : ask();
   if (keeps()) person = (await answer(api.GET("/api/v1/me", KEPT)).catch(() => null)) ?? null;
-  if (!person) await asked;
+  if (!person) await (asked ?? ask());
 }
 
 async function ask(): Promise<void> {

@@ -114,6 +114,58 @@ export const account = {
     await phone.close();
   },
 
+  async "without reception one's own pages show what is kept or say that they need the network"(browser, places) {
+    const member = await visit(browser, places);
+    const { page, context, go } = member;
+    await signIn(member, places, places.member);
+    await page.evaluate(async () => {
+      const { active } = await navigator.serviceWorker.ready;
+      if (!navigator.serviceWorker.controller) await new Promise((resolve) => navigator.serviceWorker.addEventListener("controllerchange", resolve, { once: true }));
+      return active.state;
+    });
+    const { told } = await ask(page, "GET", "/me");
+    // Seen before: the profile. Never seen: messages, one's own page.
+    await go("/me/profile");
+    const reach = page.getByLabel(/Reach/);
+    await reach.fill("179");
+    await page.getByRole("button", { name: "Save" }).click();
+    await page.getByText("Saved.").waitFor();
+    await page.reload();
+    await page.waitForFunction(() => [...document.querySelectorAll("input")].some(({ value }) => value === "179"));
+    await context.setOffline(true);
+    await go("/me/profile");
+    await page.getByText("nothing can be changed here").waitFor();
+    assert.equal(await reach.inputValue(), "179");
+    assert.equal(await reach.isDisabled(), true);
+    assert.equal(await page.getByRole("button", { name: "Save" }).isDisabled(), true);
+    assert.deepEqual(await grave(page), []);
+    await member.shot("profile-offline");
+    await go("/me");
+    assert.equal(await page.getByRole("button", { name: "Sign out" }).isDisabled(), true);
+    await page.getByRole("link", { name: "Security" }).click();
+    await page.getByText("This page needs the network.").waitFor();
+    await member.shot("security-offline");
+    for (const path of ["/me/data", "/me/messages", `/people/${told.id}`, "/me/waiting", "/sign-up", "/new-password"]) {
+      await go(path);
+      await page.getByText(/needs the network|cannot be reached|Everything has arrived|Offline\./).first().waitFor();
+      assert.notEqual((await page.getByRole("heading", { level: 1 }).textContent()).trim(), "", path);
+    }
+    // What was begun stays when reception goes, and what waited for it comes by itself.
+    await go("/me/security");
+    await page.getByText("This page needs the network.").waitFor();
+    await context.setOffline(false);
+    await page.getByRole("button", { name: "Set it up" }).waitFor();
+    await page.getByText("Make a token").first().click();
+    await page.getByLabel("What for").fill("Door");
+    await context.setOffline(true);
+    await page.getByText("nothing can be changed here").waitFor();
+    assert.equal(await page.getByLabel("What for").inputValue(), "Door");
+    await context.setOffline(false);
+    await page.getByText("nothing can be changed here").waitFor({ state: "detached" });
+    member.log.length = 0; // the icon of the tab, which browsers look for past the service worker
+    await member.close();
+  },
+
   async "others see of one what one says, and no more"(browser, places) {
     const [member, judge] = [await visit(browser, places), await visit(browser, places)];
     await signIn(member, places, places.member);

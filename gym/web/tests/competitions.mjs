@@ -1,7 +1,7 @@
 // A competition from the wizard to the board: made by a setter, entered by a climber, judged without reception, seen live.
 
 import assert from "node:assert/strict";
-import { grave, signIn, visit } from "./place.mjs";
+import { grave, signIn, tooWide, visit } from "./place.mjs";
 
 const NAMES = ["Anna Svobodová", "Béla Tóth", "Chloé Roux"];
 const LIST = (category) => ["name;category;gender;bib;club", ...NAMES.map((name, at) => `${name};${category};women;${at + 11};Prague`)].join("\n");
@@ -15,7 +15,7 @@ async function fine(somebody, name) {
   const { page } = somebody;
   assert.deepEqual(await grave(page), [], name);
   await page.evaluate(() => document.documentElement.style.setProperty("font-size", "200%"));
-  const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+  const wide = await tooWide(page);
   await page.evaluate(() => document.documentElement.style.removeProperty("font-size"));
   assert.ok(wide <= 0, `${name} is ${wide} pixels too wide`);
   await somebody.shot(`competition-${name}`);
@@ -40,6 +40,11 @@ async function made(setter, places) {
   await fine(setter, "wizard-categories");
   await on();
   await page.getByText("A flash is worth 120 points").waitFor();
+  await page.getByText("Single problems: labels and points").click();
+  const first = page.locator("details fieldset").first();
+  await first.getByLabel("Label on the board").fill("A1");
+  await first.getByLabel("Points of its own").check();
+  await first.getByLabel("Flash").fill("300");
   await fine(setter, "wizard-points");
   await on();
   await page.getByLabel("Fee").fill("100 CZK at the desk");
@@ -47,6 +52,7 @@ async function made(setter, places) {
   await fine(setter, "wizard-entry");
   await on();
   await page.getByText("All problems count.").waitFor();
+  await page.getByText("One problem is worth points of its own.").waitFor();
   await page.getByText("Fee: 100 CZK at the desk").waitFor();
   await fine(setter, "wizard-summary");
   await page.getByRole("button", { name: "Make the competition" }).click();
@@ -62,6 +68,7 @@ async function listed(setter) {
   await page.getByLabel("Or paste it here").fill(LIST("Wimmen"));
   await page.getByRole("button", { name: "Take it in" }).click();
   await page.getByText("Line 2").waitFor();
+  await page.getByText("The categories are Women, Men.").first().waitFor();
   await fine(setter, "list-wrong");
   await page.getByLabel("Or paste it here").fill(LIST("Women"));
   await page.getByRole("button", { name: "Take it in" }).click();
@@ -118,6 +125,54 @@ async function judged(judge, places, place) {
   await fine(judge, "judge-history");
 }
 
+/** Out of the ranking, with the reason for everybody; and back. */
+async function disqualified(judge, guest, place) {
+  const { page } = judge;
+  await judge.go(`${place}/entries`);
+  const row = page.locator("[data-bib='12']");
+  await row.locator("summary").click();
+  await row.getByLabel("Reason").fill("Left the mat during the try.");
+  await fine(judge, "disqualify");
+  await row.getByRole("button", { name: "Disqualify" }).click();
+  await row.getByText("not ranked").waitFor();
+  await page.getByText("Everything has arrived.").waitFor();
+  await page.getByRole("button", { name: "Only who is out (1)" }).click();
+  assert.equal(await page.locator("[data-bib]").count(), 1);
+  await fine(judge, "disqualified");
+  await guest.page.getByRole("row", { name: /Béla/ }).getByText("not ranked").waitFor();
+  await row.getByRole("button", { name: "Back in the ranking" }).click();
+  await row.getByText("not ranked").waitFor({ state: "detached" });
+  await guest.page.getByRole("row", { name: /^3 Béla/ }).waitFor();
+}
+
+/** A cup whose qualification is over, past the app: its address. */
+async function qualified(setter, places) {
+  const id = await setter.page.evaluate(async (gym) => {
+    const ask = async (method, path, body) => {
+      const headers = { "content-type": "application/json" };
+      const answer = await fetch(`/api/v1/gyms/${gym}/competitions${path}`, { method, headers, body: JSON.stringify(body) });
+      if (!answer.ok) throw new Error(await answer.text());
+      return answer.json();
+    };
+    const scoring = { rules: "ifsc-2025" };
+    const made = await ask("POST", "", {
+      name: "Winter Cup", format: "rounds", categories: [{ name: "Open" }],
+      rounds: [{ name: "Qualification", scoring, problems: [{ name: "A" }] }, { name: "Final", scoring, quota: 2, problems: [{ name: "B" }] }],
+    });
+    const of = `/${made.id}`;
+    await ask("PUT", `${of}/state`, { state: "running" });
+    for (const [at, name] of ["Dana Malá", "Emil Roth", "Fay Dubois"].entries()) {
+      const { id: entry_id } = await ask("POST", `${of}/entries`, { name, category_id: made.categories[0].id });
+      const now = new Date().toISOString();
+      const said = { entry_id, problem_id: made.rounds[0].problems[0].id, kind: "top", n: at + 1, device: "check", number: at, made_at: now, sent_at: now };
+      await ask("PUT", `${of}/events/${crypto.randomUUID()}`, said);
+    }
+    await ask("PUT", `${of}/rounds/${made.rounds[0].id}/state`, { state: "ended" });
+    return made.id;
+  }, places.gym);
+  return `/g/${places.gym}/competitions/${id}`;
+}
+
 async function scored(climber, place) {
   const { page } = climber;
   await climber.go(`${place}/card`);
@@ -153,6 +208,7 @@ export const competitions = {
     // Without being loaded again.
     await guest.page.getByRole("row", { name: /^1 Chloé/ }).waitFor();
     await guest.page.getByRole("row", { name: /^2 Anna/ }).waitFor();
+    await disqualified(judge, guest, place);
     await scored(climber, place);
     await climber.close();
     await guest.page.getByRole("button", { name: "Men", exact: true }).click();
@@ -184,6 +240,41 @@ export const competitions = {
     await judge.page.getByRole("button", { name: "Uphold" }).click();
     await judge.page.getByText("Upheld").waitFor();
     await judge.close();
+    await guest.close();
+  },
+
+  async "a final's running order is drawn, moved by keyboard, and seen"(browser, places) {
+    const setter = await visit(browser, places);
+    const { page } = setter;
+    await signIn(setter, places, places.setter);
+    const place = await qualified(setter, places);
+    await setter.go(place);
+    await page.getByRole("link", { name: "Running order" }).click();
+    await page.getByRole("button", { name: "Final" }).click();
+    await page.getByRole("button", { name: "Draw the order" }).click();
+    const names = (of) => of.getByRole("main").locator("li .who").allInnerTexts();
+    await page.getByLabel("Place of Emil Roth").waitFor();
+    assert.deepEqual(await names(page), ["2 Emil Roth", "1 Dana Malá"]); // the best last
+    await page.getByLabel("Put somebody in").selectOption({ label: "3 Fay Dubois" });
+    const earlier = page.getByRole("button", { name: "Fay Dubois: earlier" });
+    await earlier.focus();
+    await page.keyboard.press("Enter");
+    await page.keyboard.press("Enter"); // the key keeps the focus
+    assert.deepEqual(await names(page), ["3 Fay Dubois", "2 Emil Roth", "1 Dana Malá"]);
+    await page.getByLabel("Place of Emil Roth").fill("9");
+    await page.keyboard.press("Tab");
+    await fine(setter, "order-moved");
+    await page.getByRole("button", { name: "Save the order" }).click();
+    await page.getByRole("button", { name: "Save the order" }).waitFor({ state: "detached" });
+    await setter.close();
+
+    const guest = await visit(browser, places, { dark: true, locale: "fr" });
+    await guest.go(`${place}/order`);
+    await guest.page.getByRole("button", { name: "Final" }).click();
+    await guest.page.getByText("Fay Dubois").waitFor();
+    assert.deepEqual(await names(guest.page), ["3 Fay Dubois", "1 Dana Malá", "2 Emil Roth"]);
+    assert.equal(await guest.page.getByRole("spinbutton").count(), 0);
+    await fine(guest, "order-seen");
     await guest.close();
   },
 };

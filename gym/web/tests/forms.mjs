@@ -1,7 +1,7 @@
 // The plain pages: readable for everybody, in each language, at twice the text size.
 
 import assert from "node:assert/strict";
-import { grave, signIn, visit } from "./place.mjs";
+import { grave, signIn, tooWide, visit } from "./place.mjs";
 
 export const forms = {
   async "nothing grave on the plain pages, light and dark"(browser, places) {
@@ -41,7 +41,7 @@ export const forms = {
       await owner.go(path);
       await owner.page.evaluate(() => document.documentElement.style.setProperty("font-size", "200%"));
       await owner.page.waitForFunction(() => !document.querySelector("main [role=status].quiet"));
-      const wide = await owner.page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+      const wide = await tooWide(owner.page);
       assert.ok(wide <= 0, `${path} is ${wide} pixels too wide`);
     }
     await owner.shot("twice");

@@ -59,6 +59,37 @@ export const hall = {
     await owner.close();
   },
 
+  async "messages end by a mail's link, signed in nowhere, and come back"(browser, places) {
+    const member = await visit(browser, places);
+    await signIn(member, places, places.member);
+    await member.go("/me/messages");
+    const weekly = "Once a week: what is new in my gyms, and my projects that go soon";
+    await member.page.getByLabel(weekly).check();
+    await member.page.getByLabel("New routes in my gyms").check();
+    await member.page.getByRole("button", { name: "Save" }).click();
+    await member.page.getByText("Saved.").waitFor();
+
+    const reader = await visit(browser, places, { dark: true });
+    const { page } = reader;
+    await reader.go(`/unsubscribe#${places.mails_link}`);
+    await page.getByRole("listitem").filter({ hasText: weekly }).waitFor();
+    await page.getByRole("button", { name: "Stop the weekly mail" }).click();
+    await page.getByText("Done.").waitFor();
+    assert.equal(await page.getByRole("listitem").filter({ hasText: weekly }).count(), 0);
+    assert.deepEqual(await grave(page), []);
+    await reader.shot("unsubscribe");
+    await page.getByRole("button", { name: "Undo" }).click();
+    await page.getByRole("listitem").filter({ hasText: weekly }).waitFor();
+    await page.getByRole("button", { name: "Stop the messages in browsers" }).click();
+    await page.getByRole("button", { name: "Stop the weekly mail" }).click();
+    await page.getByText("You get no messages from here.").waitFor();
+    await reader.close();
+
+    await member.go("/me/messages");
+    assert.equal(await member.page.getByLabel(weekly).isChecked(), false);
+    await member.close();
+  },
+
   async "the screen in the hall, upright and across, and without the server"(browser, places) {
     for (const [name, width, height] of [["across", 1920, 1080], ["upright", 1080, 1920]]) {
       const seen = await screen(browser, places, width, height);

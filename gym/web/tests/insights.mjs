@@ -1,7 +1,7 @@
 // What setters and owners learn: each page by axe, at twice the text size, on a phone and a laptop.
 
 import assert from "node:assert/strict";
-import { grave, signIn, visit, wallDrawn } from "./place.mjs";
+import { grave, signIn, tooWide, visit, wallDrawn } from "./place.mjs";
 
 /** Nothing grave, nothing wider than the screen, at twice the text size too; in light and dark. */
 async function fits(somebody, places, name) {
@@ -12,7 +12,7 @@ async function fits(somebody, places, name) {
     assert.deepEqual(await grave(page), [], `${name}, ${colorScheme}`);
   }
   await page.evaluate(() => document.documentElement.style.setProperty("font-size", "200%"));
-  const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+  const wide = await tooWide(page);
   await page.screenshot({ path: `${places.shots}/${name}-large.png`, fullPage: true });
   assert.ok(wide <= 0, `${name} is ${wide} pixels too wide`);
   await page.evaluate(() => document.documentElement.style.removeProperty("font-size"));

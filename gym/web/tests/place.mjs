@@ -59,6 +59,11 @@ export async function mailed(places, path) {
   throw new Error(`no mail with a link to ${path}`);
 }
 
+/** By how many pixels a page is wider than its window; a phone's browser counts what stands over into `innerWidth`. */
+export async function tooWide(page) {
+  return (await page.evaluate(() => document.documentElement.scrollWidth)) - page.viewportSize().width;
+}
+
 /** What axe finds grave on a page, as lines. */
 export async function grave(page) {
   await page.evaluate(AXE);

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
-import { grave, signIn, visit } from "./place.mjs";
+import { grave, signIn, tooWide, visit } from "./place.mjs";
 
 /** An ascent of a route that hangs, told as the app tells it. */
 async function tick(page, places, number, words) {
@@ -21,7 +21,7 @@ async function fits(somebody, name) {
   await page.waitForFunction(() => !document.querySelector("main [role=status].quiet"));
   assert.deepEqual(await grave(page), [], name);
   await page.evaluate(() => document.documentElement.style.setProperty("font-size", "200%"));
-  const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+  const wide = await tooWide(page);
   assert.ok(wide <= 0, `${name} is ${wide} pixels too wide`);
   await page.evaluate(() => document.documentElement.style.removeProperty("font-size"));
   await page.screenshot({ path: `${somebody.shots}/${name}.png`, fullPage: true });

@@ -32,6 +32,17 @@ export const publishing = {
     await setter.shot("editor");
     await page.getByRole("link", { name: "Done" }).click();
     await wallDrawn(page);
+    // Beside the grade of a new route stands about how hard it is; nothing is filled in by it.
+    const beside = page.locator(".graded small");
+    await beside.filter({ hasText: /^about \d\S* to \d\S*, from a board's problems alone/ }).first().waitFor();
+    assert.deepEqual(await page.locator("[data-field=grade]").evaluateAll((all) => all.map(({ value }) => value).filter(Boolean)), []);
+    await page.getByLabel("Show about how hard new routes are").uncheck();
+    await beside.first().waitFor({ state: "detached" });
+    await page.reload(); // it stays hidden
+    await wallDrawn(page);
+    assert.equal(await beside.count(), 0);
+    await page.getByLabel("Show about how hard new routes are").check();
+    await beside.first().waitFor();
     const rows = await typeTable(page);
     assert.ok(rows > 1);
     // A closed tab loses nothing of it.
@@ -84,6 +95,28 @@ export const publishing = {
     await page.waitForFunction((left) => document.querySelectorAll("main ul.lines .swatch").length === left, rows - 1);
     assert.ok(stripped);
     await setter.close();
+  },
+
+  async "a range leans on the gym's grades"(browser, places) {
+    for (const phone of [false, true]) {
+      const setter = await visit(browser, places, { phone });
+      await signIn(setter, places, places.setter);
+      const { page } = setter;
+      await setter.go(`/g/${places.gym}/s/${places.later}`);
+      await wallDrawn(page);
+      // Of what hangs already nothing is said; the first row is a new route now.
+      const first = page.locator("li", { has: page.locator("[data-field=same]") }).first();
+      const beside = first.locator(".graded small");
+      assert.equal(await beside.count(), 0);
+      await first.locator("[data-field=same]").selectOption("");
+      await beside.filter({ hasText: /^about \d\S* to \d\S*, from one graded route of this gym$/ }).waitFor();
+      assert.equal(await page.locator("[data-field=grade]").first().evaluate((at) => document.getElementById(at.getAttribute("aria-describedby")).textContent.slice(0, 5)), "about");
+      await beside.first().scrollIntoViewIfNeeded();
+      assert.deepEqual(await grave(page), []);
+      await setter.shot("grade-range");
+      await page.evaluate(() => localStorage.clear());
+      await setter.close();
+    }
   },
 
   async "embedded it is shown without the rest of the app"(browser, places) {

@@ -86,10 +86,16 @@ def _scan(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.cli.profiling import ProfiledListener, profiled
     from walltopo.cluster import RayWorkers, on_cluster
+    from walltopo.core import SettingsError
     from walltopo.core.workers import Here, Workers
     from walltopo.pipeline.runner import scan
     from walltopo.pipeline.settings import load_settings
 
+    if args.profile is not None and args.ray is not None:
+        raise SettingsError(
+            "--profile and --ray: a profile tells of this process, but with --ray others work",
+            "Leave out --ray to profile the scan.",
+        )
     found = Path("walltopo.toml")
     config = args.config or (found if found.is_file() else None)
     given = [*_shortcuts(args), *args.set]

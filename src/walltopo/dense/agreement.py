@@ -44,6 +44,11 @@ def _agree(
 ) -> None:
     """Fill rows of depth, weight and support (in place)."""
     pairs, _, width = stack.shape
+    tolerance = np.zeros((pairs, pairs))
+    for one in range(pairs):
+        for k in range(pairs):
+            joint = np.sqrt(1.0 / precision[one] + 1.0 / precision[k])
+            tolerance[one, k] = _TOLERANCE * joint
     for y in range(begin, end):
         for x in range(width):
             best = 0.0
@@ -57,8 +62,7 @@ def _agree(
                     found = stack[k, y, x]
                     if np.isnan(found):
                         continue
-                    joint = np.sqrt(1.0 / precision[candidate] + 1.0 / precision[k])
-                    if abs(found - z) < _TOLERANCE * joint * z * z:
+                    if abs(found - z) < tolerance[candidate, k] * z * z:
                         votes += 1
                         summed += precision[k]
                         total += precision[k] * found

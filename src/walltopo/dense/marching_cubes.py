@@ -7,6 +7,7 @@ agree on their common face and the surface has no holes (the classic table's fla
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import cache
 
 import numpy as np
@@ -196,32 +197,39 @@ def _march(
     return keys[:count], where[:count]
 
 
-def extract(volume: Volume, least_weight: float) -> Mesh:
-    """The zero surface of a volume, counter-clockwise seen from where it was observed.
+def extract(volumes: Iterable[Volume], least_weight: float) -> Mesh:
+    """The zero surface of volumes, counter-clockwise seen from where it was observed.
 
     Parameters
     ----------
-    volume : the fused distances.
+    volumes : the fused distances, one or more parts of a space; a part is needed until the next.
     least_weight : voxels that were observed less than this bound no triangle.
     """
     edges = np.array([(a, c, int(a ^ c).bit_length() - 1) for a, c in _EDGES], dtype=np.int64)
-    counts = np.array(volume.grid.shape, dtype=np.int64) * BLOCK + 1
-    strides = np.array([counts[1] * counts[2], counts[2]], dtype=np.int64)
-    keys, where = _march(
-        volume.distance,
-        volume.weight,
-        volume.grid,
-        volume.blocks.astype(np.int64),
-        np.float32(least_weight),
-        cube_table(),
-        edges,
-        strides,
-    )
-    unique, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
+    keys, where = [], []
+    for volume in volumes:
+        origin, voxel = volume.origin, volume.voxel
+        counts = np.array(volume.grid.shape, dtype=np.int64) * BLOCK + 1
+        strides = np.array([counts[1] * counts[2], counts[2]], dtype=np.int64)
+        found = _march(
+            volume.distance,
+            volume.weight,
+            volume.grid,
+            volume.blocks[: volume.own].astype(np.int64),
+            np.float32(least_weight),
+            cube_table(),
+            edges,
+            strides,
+        )
+        keys.append(found[0])
+        where.append(found[1])
+        del volume
+    # Parts that meet on an edge of the grid name it by the same key: they share its vertex.
+    unique, first, inverse = np.unique(np.concatenate(keys), return_index=True, return_inverse=True)
     corner, axis = unique // 3, unique % 3
     x, rest = np.divmod(corner, strides[0])
     y, z = np.divmod(rest, strides[1])
     position = np.stack([x, y, z], axis=1).astype(np.float64)
-    position[np.arange(len(axis)), axis] += where[first]
-    vertices = volume.origin + volume.voxel * position
+    position[np.arange(len(axis)), axis] += np.concatenate(where)[first]
+    vertices = origin + voxel * position
     return Mesh(vertices, inverse.reshape(-1, 3)[:, ::-1].astype(np.int32))

@@ -8,6 +8,8 @@ must have its own depth, or neither could confirm the other's.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -74,23 +76,43 @@ def choose_neighbours(scene: Scene, count: int) -> list[list[int]]:
     it, if they are useful to it; empty where nothing overlaps.
     """
     n = len(scene.views)
-    visible = np.zeros((n, len(scene.points)), dtype=np.bool_)
-    for k, seen in enumerate(scene.seen):
-        visible[k, seen] = True
+    common = _shared_points(scene)
     centres = np.array([view.centre for view in scene.views])
     useful = np.zeros((n, n), dtype=np.bool_)
     partners: list[list[int]] = []
     for i, own in enumerate(scene.seen):
-        worth = np.zeros((n, len(own)))
-        for j in range(n):
-            shared = np.flatnonzero(visible[j, own])
-            if j != i and len(shared) >= _MIN_SHARED:
-                worth[j, shared] = _point_worth(scene, i, j, own[shared])
+        others = common.indices[common.indptr[i] : common.indptr[i + 1]]
+        worth = np.zeros((len(others), len(own)))
+        for row, j in enumerate(others.tolist()):
+            shared = np.flatnonzero(np.isin(own, scene.seen[j], assume_unique=True))
+            worth[row, shared] = _point_worth(scene, i, j, own[shared])
         total = worth.sum(axis=1)
-        useful[i] = total > _LEAST_WORTH * total.max()
-        worth[~useful[i]] = 0.0
-        partners.append(_cover(worth, _unit(centres - centres[i]), count))
+        is_useful = total > _LEAST_WORTH * total.max(initial=0.0)
+        useful[i, others[is_useful]] = True
+        worth[~is_useful] = 0.0
+        chosen = _cover(worth, _unit(centres[others] - centres[i]), count)
+        partners.append(others[chosen].tolist())
     return _mutual(partners, useful)
+
+
+def _shared_points(scene: Scene) -> Any:
+    """(views, views) sparse: how many points two views share, where that is enough.
+
+    Of many photos each shares points with a few.
+    """
+    from scipy.sparse import csr_array
+
+    counts = [len(seen) for seen in scene.seen]
+    starts = np.concatenate([[0], np.cumsum(counts)])
+    ones = np.ones(starts[-1], np.int32)
+    shape = (len(counts), len(scene.points))
+    seen = csr_array((ones, np.concatenate(scene.seen), starts), shape=shape)
+    common = (seen @ seen.T).tocsr()
+    common.setdiag(0)
+    common.data[common.data < _MIN_SHARED] = 0
+    common.eliminate_zeros()
+    common.sort_indices()
+    return common
 
 
 def _mutual(partners: list[list[int]], useful: NDArray[np.bool_]) -> list[list[int]]:
@@ -116,7 +138,7 @@ def _cover(worth: Floats, directions: Floats, count: int) -> list[int]:
     spread = np.ones(len(worth))
     chosen: list[int] = []
     first = 0.0
-    while len(chosen) < count:
+    while len(chosen) < min(count, len(worth)):
         gain = (worth @ left) * spread
         gain[chosen] = 0.0
         pick = int(gain.argmax())

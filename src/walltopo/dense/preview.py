@@ -14,7 +14,7 @@ from walltopo.dense.contract import DenseSettings
 from walltopo.dense.marching_cubes import extract
 from walltopo.dense.remesh import finish
 from walltopo.dense.scene import Scene, surroundings
-from walltopo.dense.tsdf import allocate, fuse
+from walltopo.dense.tsdf import find_space, fused
 
 __all__ = ["interpolated_depth", "preview_mesh"]
 
@@ -71,9 +71,6 @@ def preview_mesh(
         raise StageError("no photo sees enough sparse points for a preview", "Take more photos.")
     low, high = surroundings(scene)
     voxel = _COARSER * edge
-    volume = allocate(maps, low, high, voxel, _TRUNCATION_VOXELS * voxel)
-    progress.step("fusing depth maps", len(maps))
-    for depth, view in maps:
-        fuse(volume, depth, (depth > 0).astype(np.float32), view)
-        progress.advance()
-    return finish(extract(volume, 0.5), settings, voxel, unit)
+    space = find_space(maps, low, high, voxel, _TRUNCATION_VOXELS * voxel)
+    weighted = [(depth, (depth > 0).astype(np.float32), view) for depth, view in maps]
+    return finish(extract(fused(space, weighted, progress), 0.5), settings, voxel, unit)

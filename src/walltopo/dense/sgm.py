@@ -20,7 +20,7 @@ from walltopo.dense.neighbours import choose_neighbours
 from walltopo.dense.remesh import finish
 from walltopo.dense.scene import Scene, surroundings
 from walltopo.dense.stereo import clipped, match_pair, undistort
-from walltopo.dense.tsdf import allocate, fuse
+from walltopo.dense.tsdf import find_space, fused
 
 __all__ = ["depth_maps", "sgm_mesh"]
 
@@ -188,15 +188,8 @@ def sgm_mesh(
         maps = _consistent(maps, scene, partners, edge, _unless_pairs(settings, few), progress)
     low, high = surroundings(scene)
     voxel = edge / _VOXELS_PER_EDGE
-    progress.step("fusing depth maps", len(maps))
-    volume = allocate(
+    space = find_space(
         ((item.depth, item.view) for item in maps), low, high, voxel, _TRUNCATION_VOXELS * voxel
     )
-    progress.detail(f"{len(volume.blocks)} blocks of voxels of {voxel:.4g}")
-    for item in maps:
-        fuse(volume, item.depth, item.weight, item.view)
-        progress.advance()
-    progress.step("meshing")
-    mesh = extract(volume, _LEAST_WEIGHT)
-    del volume
-    return finish(mesh, settings, edge, unit)
+    volumes = fused(space, [(item.depth, item.weight, item.view) for item in maps], progress)
+    return finish(extract(volumes, _LEAST_WEIGHT), settings, edge, unit)

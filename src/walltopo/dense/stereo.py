@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import View
 from walltopo.dense.rectify import Rectified, rectify
+from walltopo.kernels import in_ranges, kernel
 
 __all__ = ["clipped", "match_pair", "undistort"]
 
@@ -120,30 +123,33 @@ def match_pair(image: Image, view: View, other: Image, partner: View, points: Fl
     left = cv2.warpPerspective(image, pair.left, size, flags=cv2.INTER_CUBIC)
     right = cv2.warpPerspective(other, pair.right, size, flags=cv2.INTER_CUBIC)
     disparity = _disparity(np.asarray(left), np.asarray(right), pair.disparities)
-    for home, shift in ((pair.left, np.zeros(())), (pair.right, disparity)):
-        disparity = _within(disparity, home, shift, image.shape, size)
+    inside = [_inside(home, image.shape, size) for home in (pair.left, pair.right)]
+    in_ranges(_leave_out, len(disparity), *inside, disparity)
     return _to_photo(disparity, pair, view)
 
 
-def _within(
-    disparity: Depth,
-    homography: Floats,
-    shift: NDArray[np.floating],
-    shape: tuple[int, ...],
-    size: tuple[int, int],
-) -> Depth:
-    """Without the disparities whose pixel, moved left by `shift`, lies outside its photo.
-
-    Beyond a photo's border there is only black, and black matches black.
-    """
+def _inside(homography: Floats, shape: tuple[int, ...], size: tuple[int, int]) -> Image:
+    """(h, w) not 0 where a rectified pixel shows the photo and not what is beyond its border."""
     whole = np.full(shape, 255, dtype=np.uint8)
     whole[:_RIM], whole[-_RIM:], whole[:, :_RIM], whole[:, -_RIM:] = 0, 0, 0, 0
-    mask = np.asarray(cv2.warpPerspective(whole, homography, size, flags=cv2.INTER_NEAREST))
-    column = np.arange(size[0], dtype=np.float32) - np.nan_to_num(shift)
-    column = np.broadcast_to(column, disparity.shape)
-    row = np.arange(size[1])[:, None]
-    inside = mask[row, np.clip(np.rint(column), 0, size[0] - 1).astype(np.intp)] > 0
-    return np.where(inside & (column >= 0), disparity, np.nan).astype(np.float32)
+    warped = cv2.warpPerspective(whole, homography, size, flags=cv2.INTER_NEAREST)
+    return np.asarray(warped, dtype=np.uint8)
+
+
+@kernel
+def _leave_out(begin: Any, end: Any, left: Any, right: Any, disparity: Any) -> None:
+    """Set disparities to NaN whose pixel, in either photo, lies beyond the photo's border.
+
+    There is only black, and black matches black. `disparity` is how far left of its column in the
+    left photo a pixel lies in the right one.
+    """
+    last = disparity.shape[1] - 1
+    for row in range(begin, end):
+        for column in range(disparity.shape[1]):
+            there = np.float32(column) - disparity[row, column]
+            inside = there >= 0 and left[row, column] > 0  # not so for NaN
+            if not inside or right[row, min(int(np.rint(there)), last)] == 0:
+                disparity[row, column] = np.nan
 
 
 def _to_photo(disparity: Depth, pair: Rectified, view: View) -> Depth:
@@ -163,15 +169,33 @@ def _to_photo(disparity: Depth, pair: Rectified, view: View) -> Depth:
         flags=cv2.WARP_INVERSE_MAP | cv2.INTER_NEAREST,
         borderValue=np.nan,
     )
-    smooth = np.abs(found - nearest) < 1.0  # across a depth edge keep the nearest
-    found = np.where(smooth, found, nearest)
-    # In homogeneous photo pixels q: the rectified pixel is (left q) / (left q)_z, and a photo's
-    # ray of depth 1 has the rectified depth (left q)_z. Both divisions cancel:
-    # z = scale / (plane . left q + stretch * found * (left q)_z).
-    plane = (pair.plane @ pair.left).astype(np.float32)
-    ahead = pair.left[2].astype(np.float32)
-    u = np.arange(shape[0], dtype=np.float32)
-    v = np.arange(shape[1], dtype=np.float32)[:, None]
-    full = plane[0] * u + plane[1] * v + plane[2]
-    full = full + np.float32(pair.stretch) * found * (ahead[0] * u + ahead[1] * v + ahead[2])
-    return np.where(full > 1e-6, pair.scale / full, np.nan).astype(np.float32)
+    depth = np.full(found.shape, np.nan, dtype=np.float32)
+    in_ranges(
+        _depths, len(depth), found, nearest, (pair.plane @ pair.left).astype(np.float32),
+        pair.left[2].astype(np.float32), np.float32(pair.stretch), float(pair.scale), depth,
+    )  # fmt: skip
+    return depth
+
+
+@kernel
+def _depths(
+    begin: Any, end: Any, found: Any, nearest: Any, plane: Any, ahead: Any, stretch: Any,
+    scale: Any, depth: Any,
+) -> None:  # fmt: skip
+    """Fill rows of `depth` where there is a disparity, interpolated or at least near by.
+
+    In homogeneous photo pixels q the rectified pixel is (left q) / (left q)_z, and a photo's ray of
+    depth 1 has the rectified depth (left q)_z. Both divisions cancel:
+    z = scale / (plane . left q + stretch * found * (left q)_z).
+    """
+    for row in range(begin, end):
+        v = np.float32(row)
+        for column in range(found.shape[1]):
+            u, value = np.float32(column), found[row, column]
+            # Across a depth edge keep the nearest.
+            if not abs(value - nearest[row, column]) < 1.0:
+                value = nearest[row, column]
+            full = plane[0] * u + plane[1] * v + plane[2]
+            full += stretch * value * (ahead[0] * u + ahead[1] * v + ahead[2])
+            if full > np.float32(1e-6):
+                depth[row, column] = scale / full

@@ -6,16 +6,16 @@ After Curless and Levoy, "A volumetric method for building complex models from r
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import StageError, View
+from walltopo.core import Progress, StageError, View
 from walltopo.kernels import in_ranges, kernel
 
-__all__ = ["BLOCK", "Volume", "allocate", "fuse"]
+__all__ = ["BLOCK", "Space", "Volume", "find_space", "fused"]
 
 Floats = NDArray[np.float64]
 Depth = NDArray[np.float32]
@@ -23,9 +23,30 @@ Depth = NDArray[np.float32]
 BLOCK = 8
 # Blocks that fewer depth pixels fall into are noise, not surface.
 _MIN_HITS = 24
-# 2 GB of voxels (8 bytes each): beyond it the machine is asked for too much.
-_MAX_BLOCKS = 500_000
+# 2 GB of voxels (8 bytes each) are in memory at once, and no more than 16 times as many in all.
+_AT_ONCE = 500_000
+_MAX_BLOCKS = 8_000_000
 _MAX_GRID = 200_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class Space:
+    """Where surface may be: blocks of BLOCK^3 voxels, as yet without them.
+
+    Parameters
+    ----------
+    origin : (3,) float64, world.
+    voxel : voxel size, world units.
+    truncation : distance at which the signed distance saturates, world units.
+    blocks : (B, 3) int32 block coordinates, in their order.
+    shape : number of blocks along each axis.
+    """
+
+    origin: Floats
+    voxel: float
+    truncation: float
+    blocks: NDArray[np.int32]
+    shape: tuple[int, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +59,9 @@ class Volume:
     origin : (3,) float64, world.
     voxel : voxel size, world units.
     truncation : distance at which the signed distance saturates, world units.
-    blocks : (B, 3) int32 block coordinates.
+    blocks : (B, 3) int32 block coordinates; the first `own` are the volume's own, the others those
+        after them along each axis, whose voxels bound the surface of the own ones too.
+    own : int.
     grid : (X, Y, Z) int32, block coordinates to index, -1 = none.
     distance : (B, BLOCK, BLOCK, BLOCK) float32 in [-1, 1], in truncations, > 0 outside.
     weight : same shape, float32, summed weights of the surface's observations.
@@ -48,6 +71,7 @@ class Volume:
     voxel: float
     truncation: float
     blocks: NDArray[np.int32]
+    own: int
     grid: NDArray[np.int32]
     distance: Depth
     weight: Depth
@@ -182,14 +206,14 @@ def _inverse(view: View) -> tuple[Floats, Floats]:
     return inverse_k, np.ascontiguousarray(np.column_stack([rotation, view.centre]))
 
 
-def allocate(
+def find_space(
     depths: Iterable[tuple[Depth, View]],
     low: Floats,
     high: Floats,
     voxel: float,
     truncation: float,
-) -> Volume:
-    """An empty volume with the blocks near the depth maps' surfaces.
+) -> Space:
+    """The blocks near the depth maps' surfaces.
 
     Parameters
     ----------
@@ -219,11 +243,25 @@ def allocate(
         )
     if len(blocks) > _MAX_BLOCKS:
         raise _too_fine(voxel)
-    grid = np.full(hits.shape, -1, dtype=np.int32)
-    grid[tuple(blocks.T)] = np.arange(len(blocks), dtype=np.int32)
-    size = (len(blocks), BLOCK, BLOCK, BLOCK)
-    distance, weight = np.ones(size, dtype=np.float32), np.zeros(size, dtype=np.float32)
-    return Volume(origin, voxel, truncation, blocks, grid, distance, weight)
+    return Space(origin, voxel, truncation, blocks, hits.shape)
+
+
+def _slabs(space: Space) -> Iterator[Volume]:
+    """The space in empty volumes of as many blocks as are in memory at once."""
+    blocks = space.blocks
+    for begin in range(0, len(blocks), _AT_ONCE):
+        end = min(begin + _AT_ONCE, len(blocks))
+        # Blocks come layer by layer of x: those after a block are at most in the next layer.
+        after = int(np.searchsorted(blocks[:, 0], blocks[end - 1, 0] + 1, side="right"))
+        some = blocks[begin:after]
+        grid = np.full(space.shape, -1, dtype=np.int32)
+        grid[tuple(some.T)] = np.arange(len(some), dtype=np.int32)
+        size = (len(some), BLOCK, BLOCK, BLOCK)
+        distance, weight = np.ones(size, dtype=np.float32), np.zeros(size, dtype=np.float32)
+        yield Volume(
+            space.origin, space.voxel, space.truncation, some, end - begin, grid, distance, weight
+        )
+        del grid, distance, weight
 
 
 def _too_fine(voxel: float) -> StageError:
@@ -233,15 +271,30 @@ def _too_fine(voxel: float) -> StageError:
     )
 
 
-def fuse(volume: Volume, depth: Depth, confidence: Depth, view: View) -> None:
-    """Average one depth map into the volume.
+def fused(
+    space: Space, maps: Sequence[tuple[Depth, Depth, View]], progress: Progress
+) -> Iterator[Volume]:
+    """The space with the depth maps averaged into it, in as many parts as it needs.
 
     Parameters
     ----------
-    depth : (H, W) float32 z-depth, 0 = unknown.
-    confidence : (H, W) float32 weight of each pixel.
-    view : the map's pinhole view.
+    maps : (H, W) float32 z-depth, 0 = unknown; (H, W) float32 weight of each pixel; the map's
+        pinhole view.
+    progress : told per map and part.
     """
+    parts = (len(space.blocks) + _AT_ONCE - 1) // _AT_ONCE
+    progress.step("fusing depth maps", parts * len(maps))
+    progress.detail(f"{len(space.blocks)} blocks of voxels of {space.voxel:.4g}")
+    for volume in _slabs(space):
+        for depth, confidence, view in maps:
+            _fuse(volume, depth, confidence, view)
+            progress.advance()
+        yield volume
+        del volume
+
+
+def _fuse(volume: Volume, depth: Depth, confidence: Depth, view: View) -> None:
+    """Average one depth map into the volume."""
     camera = view.camera
     k4 = np.array([camera.fx, camera.fy, camera.cx, camera.cy])
     in_ranges(

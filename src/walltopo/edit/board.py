@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from walltopo.core import Mesh, View
 from walltopo.edit.contract import EditSettings, Reads
 from walltopo.edit.notes import MissingError
-from walltopo.edit.triangles import Triangles, triangles_of_mesh
 from walltopo.holds.observations import HoldView
+from walltopo.raycast.triangles import Triangles, triangles_of_mesh
 from walltopo.scans.attributes import Doubtful, Hold, RawAttributes
 from walltopo.scans.edits import Ref, RoleName
 from walltopo.scans.light import SceneLight

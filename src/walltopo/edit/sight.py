@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Camera, View
 from walltopo.edit.board import Scanned
-from walltopo.raycast import render_ids
+from walltopo.raycast import render_part
 
 __all__ = ["Look", "looks_at", "normal_at"]
 
@@ -23,8 +23,6 @@ MARGIN_PX = 8  # a place nearer to the border is not looked at
 # Of the reach: what stands before the place by more hides it. The place of a hold is the middle of
 # its surface, which lies somewhat behind its front.
 ON_IT = 0.4
-WIDEST = 1.2  # radians: a window that needs more than such a cone is drawn from the whole mesh
-MORE = 0.02  # radians that a cone is wider than needed: its mantle is tried at some places alone
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +104,7 @@ def _look(scanned: Scanned, number: int, place: Floats, reach: float) -> Look | 
     left, top = max(int(x - half), 0), max(int(y - half), 0)
     right, bottom = min(int(x + half) + 2, whole.width), min(int(y + half) + 2, whole.height)
     camera = _window(whole, left, top, right - left, bottom - top)
-    face, depth = _seen(scanned, camera, view)
+    face, depth = render_part(scanned.mesh, camera, view.cam_from_world)
     row, column = min(int(y) - top, len(depth) - 1), min(int(x) - left, len(depth[0]) - 1)
     if depth[row, column] < float(local[2]) - ON_IT * reach:
         return None
@@ -116,54 +114,6 @@ def _look(scanned: Scanned, number: int, place: Floats, reach: float) -> Look | 
         photo = np.asarray(cv2.resize(photo, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
     picture = np.ascontiguousarray(photo[top:bottom, left:right])
     return Look(number, view.name, picture, face, depth, x - left, y - top)
-
-
-def _seen(
-    scanned: Scanned, camera: Camera, view: View
-) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
-    """`render_ids` of the window of a view, drawn from the triangles that may lie in it alone."""
-    mesh = scanned.mesh
-    axis, half_angle = _cone(camera)
-    rotation = view.cam_from_world[:, :3]
-    rows = scanned.triangles.towards(view.centre, axis @ rotation, half_angle)
-    corners, faces = np.unique(mesh.faces[rows], return_inverse=True)
-    own = faces.reshape(-1, 3).astype(np.int32)
-    face, depth = render_ids(mesh.vertices[corners], own, camera, view.cam_from_world)
-    seen = face >= 0
-    face[seen] = rows[face[seen]]
-    return face, depth
-
-
-def _cone(camera: Camera) -> tuple[Floats, float]:
-    """A cone that holds all rays of a window: its axis (3,) unit, camera frame, and half its angle.
-
-    It is widened until no ray on its mantle is drawn in the window any more: so it is right for
-    any lens.
-    """
-    size = np.array([camera.width, camera.height])
-    middle = (size / 2 - [camera.cx, camera.cy]) / [camera.fx, camera.fy]
-    axis = np.append(middle, 1.0)
-    axis /= np.linalg.norm(axis)
-    right = np.cross(axis, [0.0, 1.0, 0.0])
-    right /= np.linalg.norm(right)
-    turn = np.arange(0, 2 * np.pi, np.pi / 16)
-    around = np.outer(np.cos(turn), right) + np.outer(np.sin(turn), np.cross(axis, right))
-    half_angle = 0.02
-    while half_angle < WIDEST:
-        pixels = camera.project(axis + np.tan(half_angle) * around)
-        inside = ((pixels >= 0) & (pixels <= size)).all(axis=1)
-        if not inside.any() and _encloses(pixels, size):
-            return axis, half_angle + MORE
-        half_angle *= 1.2
-    return axis, np.pi
-
-
-def _encloses(pixels: Floats, size: NDArray[np.int64]) -> bool:
-    """Whether places of a picture lie on all sides of it."""
-    known = pixels[np.isfinite(pixels).all(axis=1)]
-    if len(known) < len(pixels):
-        return False
-    return bool((known.min(axis=0) < 0).all() and (known.max(axis=0) > size).all())
 
 
 def _window(camera: Camera, left: int, top: int, width: int, height: int) -> Camera:

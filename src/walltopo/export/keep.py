@@ -20,11 +20,13 @@ def keep_faces(wall: Wall, keep: NDArray[np.bool_], shown: Collection[int]) -> W
     if not keep.any():
         raise InputError("nothing of the wall lies in the part that was asked for")
     faces = wall.mesh.faces[keep]
-    used, index = np.unique(faces, return_inverse=True)
+    met = np.zeros(len(wall.mesh.vertices), dtype=np.bool_)
+    met[faces] = True
+    used, number = np.flatnonzero(met), np.cumsum(met, dtype=np.int32) - 1
     colours = wall.mesh.vertex_colours
     mesh = Mesh(
         wall.mesh.vertices[used],
-        index.reshape(-1, 3).astype(np.int32),
+        number[faces].astype(np.int32),
         None if colours is None else colours[used],
         ~wall.mesh.measured[keep],
     )

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh, View
+from walltopo.core.cores import cores
 from walltopo.core.files import atomic_path
 from walltopo.export.keep import keep_faces
 from walltopo.export.meshopt import available
@@ -122,7 +123,7 @@ class Hidden:
             return found
         wall = wall[:: max(1, len(wall) // COUNTED)]
         centres, normals = self._mesh.centroids, self._mesh.normals
-        _, near = cKDTree(centres[wall]).query(centres[rows], k=NEAREST)
+        _, near = cKDTree(centres[wall]).query(centres[rows], k=NEAREST, workers=cores())
         plane = normals[wall][near].mean(axis=1)
         plane /= np.maximum(np.linalg.norm(plane, axis=1, keepdims=True), 1e-9)
         away = centres[rows] - centres[wall][near].mean(axis=1)
@@ -176,7 +177,7 @@ def thin_faces(mesh: Mesh, views: Sequence[View]) -> Bools:
     thin = count_views(coarse, views) < THIN
     if coarse is mesh:
         return thin
-    _, nearest = cKDTree(coarse.centroids).query(mesh.centroids)
+    _, nearest = cKDTree(coarse.centroids).query(mesh.centroids, workers=cores())
     return np.asarray(thin[nearest])
 
 

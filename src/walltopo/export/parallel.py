@@ -64,7 +64,7 @@ def render_parallel(
     origin: Floats,
     scale: float,
     size: tuple[int, int],
-) -> tuple[NDArray[np.int32], Floats]:
+) -> NDArray[np.int32]:
     """The nearest face at each pixel's centre.
 
     Parameters
@@ -75,21 +75,15 @@ def render_parallel(
 
     Returns
     -------
-    face : (H, W) int32, -1 = none.
-    depth : (H, W) float64 along `axes.towards`, world units; inf where none.
+    (H, W) int32, -1 = none.
     """
     from walltopo.raycast import render_ids
 
-    along = positions @ axes.towards
-    middle = float(along.mean())
+    middle = float((positions @ axes.towards).mean())
     distance = FAR * float(np.ptp(positions, axis=0).max() + 1e-6)
-    # A camera far away whose ray through the corner pixel starts at `origin`.
+    # A camera far away whose ray through the corner pixel starts at `origin`. From so far away
+    # depth is too coarse to be of use.
     rotation = np.stack([axes.right, axes.down, axes.towards])
     camera = Camera("SIMPLE_PINHOLE", *size, (scale * distance, 0.0, 0.0))
     pose = np.column_stack([rotation, [-origin[0], -origin[1], distance - middle]])
-    face, _ = render_ids(positions, triangles, camera, pose)
-    # From so far away float32 depth is too coarse: take it from the faces' planes.
-    drawn = face >= 0
-    depth = np.full(face.shape, np.inf)
-    depth[drawn] = along[triangles].mean(axis=1)[face[drawn]]
-    return face, depth
+    return render_ids(positions, triangles, camera, pose)[0]

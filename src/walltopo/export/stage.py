@@ -65,10 +65,12 @@ def export_wall(
         data = builder.glb(name)
         metrics[f"{key}_mb"] = round(len(data) / 1e6, 3)
         metrics[f"{key}_triangles"] = len(builder.surface(name).triangles)
-        progress.advance()
         return data
 
     progress.step("glTF tiers", 3)
+    for name in ("archive", "detail", "first"):
+        builder.surface(name)  # while the picture of the one before is encoded
+        progress.advance()
     glb, assets, page = scratch / "wall.glb", scratch / "page", scratch / "index.html"
     glb.write_bytes(made("archive", "glb"))
     assets.mkdir()

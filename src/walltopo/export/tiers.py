@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -60,7 +61,9 @@ class TierBuilder:
         self._looks: dict[str, Look] = {}
         self._surfaces: dict[str, Surface] = {}
         self._unlabelled: dict[str, Surface] = {}
-        self._pictures: dict[str, tuple[bytes, str] | None] = {}
+        self._pictures: dict[str, Future[tuple[bytes, str] | None]] = {}
+        # Encoding takes one core: the next tier is made meanwhile.
+        self._encoder = ThreadPoolExecutor(1)
         self._hidden = Hidden(wall, None if kept is None else kept / "thin.npz")
         self._shelf = None if kept is None else TierShelf(kept, wall, settings, self._hidden)
 
@@ -91,7 +94,9 @@ class TierBuilder:
                 self._looks[name] = self._made(name)
                 surface = self._unlabelled[name] = self._looks[name].surface
             else:
-                self._pictures[name], self._unlabelled[name] = kept.picture, kept.surface
+                self._pictures[name] = Future()
+                self._pictures[name].set_result(kept.picture)
+                self._unlabelled[name] = kept.surface
                 wall = self.wall
                 surface = relabelled(kept.surface, wall.mesh, kept.labels, wall.face_instance)
             mixed = mixed_triangles(surface)
@@ -113,20 +118,23 @@ class TierBuilder:
         return replace(look, surface=self._unlabelled[name])
 
     def _decoded(self, name: str) -> NDArray[np.uint8] | None:
-        encoded = self._pictures[name]
+        encoded = self._pictures[name].result()
         return None if encoded is None else decode_picture(encoded[0])
 
     def _made(self, name: str) -> Look:
-        """The tier anew; kept for the next time."""
+        """The tier anew; kept for the next time as soon as its picture is encoded."""
         look = self._make(name)
+        self._pictures[name] = self._encoder.submit(self._encoded, name, look)
+        return look
+
+    def _encoded(self, name: str, look: Look) -> tuple[bytes, str] | None:
         picture = None
         if look.picture is not None:
             longest = getattr(self.settings, f"{name}_texture")
             picture = encode_picture(look.picture, longest, TIERS[name].picture)
-        self._pictures[name] = picture
         if self._shelf is not None:
             self._shelf.put(name, KeptTier(look.surface, self.wall.face_instance, picture))
-        return look
+        return picture
 
     def _make(self, name: str) -> Look:
         triangles = getattr(self.settings, f"{name}_triangles")
@@ -154,7 +162,7 @@ class TierBuilder:
             surface,
             self.wall.holds,
             self.wall.routes,
-            picture=self._pictures[name],
+            picture=self._pictures[name].result(),
             packing=replace(tier.packing, compressed=tier.packing.compressed and available()),
             metric=self.wall.metric,
             title=self.wall.title,

@@ -18,7 +18,7 @@ import numpy.typing as npt
 from walltopo.grades.font import FONT
 from walltopo.grades.model import Errors, Range, range_of
 
-__all__ = ["Gym", "Known", "calibrate"]
+__all__ = ["OWN_ERRORS", "Gym", "Known", "calibrate", "left_out"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -27,22 +27,32 @@ Floats = npt.NDArray[np.float64]
 _OFFSET, _SLOPE = 2.0, 0.3
 _SETTER = 0.7  # of a setter's grade around what climbers agree on; of one vote it is
 _VOTE = 1.2  # published: one step, for experienced climbers (Draper et al. 2015)
-_OWN_ERRORS = 20  # graded climbs from which a gym's errors say how wide ranges are
+OWN_ERRORS = 20  # graded climbs from which a gym's errors say how wide ranges are
+_MIDDLE = (FONT.index("6A") + FONT.index("7A")) / 2  # the centre where no climb is
 
 
 @dataclass(frozen=True)
 class Known:
-    """A graded climb: the model's place, the grade as a place in `FONT`, and how many votes made
-    it (0: a setter's grade)."""
+    """A graded climb.
+
+    Parameters
+    ----------
+    place : the model's. grade : as a place in `FONT`.
+    votes : how many made the grade; 0: a setter's.
+    width : steps from the easiest to the hardest grade that it may mean, such as a circuit's.
+    """
 
     place: float
     grade: float
     votes: int = 0
+    width: float = 0.0
 
     @property
     def variance(self) -> float:
         """Of the grade around what a crowd would agree on."""
-        return _SETTER**2 if self.votes == 0 else _VOTE**2 / self.votes
+        said = _SETTER**2 if self.votes == 0 else _VOTE**2 / self.votes
+        # Of grades that are equally likely, `width` + 1 of them.
+        return said + ((self.width + 1) ** 2 - 1) / 12
 
 
 @dataclass(frozen=True)
@@ -84,45 +94,64 @@ def calibrate(known: Sequence[Known], errors: Errors) -> Gym:
     ----------
     errors : of the model elsewhere.
     """
-    middle = (FONT.index("6A") + FONT.index("7A")) / 2
-    places = np.array([one.place for one in known])
-    centre = float(places.mean()) if len(known) else middle
+    told = _Told.of(known, errors)
+    line, covariance = told.line()
     widths = errors.bound / errors.spread
-    line, covariance = _line(known, centre, errors)
-    gym = Gym(centre, line, covariance, errors, widths, len(known))
-    if len(known) < _OWN_ERRORS:
-        return gym
-    off = _left_out(known, centre, errors)
-    # The conformal quantile of the gym's own errors, each from a line without that climb.
-    rank = math.ceil(errors.coverage * (len(off) + 1))
-    own = float(np.sort(off)[min(rank, len(off)) - 1])
-    return Gym(centre, line, covariance, errors, own, len(known))
+    if len(known) >= OWN_ERRORS:
+        # The conformal quantile of the gym's own errors, each from a line without that climb.
+        middle, deviation = told.left_out()
+        off = np.sort(np.abs(told.grade - middle) / deviation)
+        rank = math.ceil(errors.coverage * (len(off) + 1))
+        widths = float(off[min(rank, len(off)) - 1])
+    return Gym(told.centre, line, covariance, errors, widths, len(known))
 
 
-def _line(known: Sequence[Known], centre: float, errors: Errors) -> tuple[Floats, Floats]:
-    """Posterior mean and covariance of grade at the centre and slope."""
-    precision = np.diag([_OFFSET**-2, _SLOPE**-2])
-    pull = precision @ np.array([centre, 1.0])
-    for one in known:
-        at = np.array([1.0, one.place - centre])
-        weight = 1 / (errors.spread**2 + one.variance)
-        precision = precision + weight * np.outer(at, at)
-        pull = pull + weight * one.grade * at
-    covariance = np.linalg.inv(precision)
-    return covariance @ pull, covariance
+def left_out(known: Sequence[Known], errors: Errors) -> tuple[Range, ...]:
+    """The range of each of these climbs, as the others tell the gym's scale."""
+    widths = calibrate(known, errors).widths
+    middle, deviation = _Told.of(known, errors).left_out()
+    spans = (range_of(float(m), widths * float(d)) for m, d in zip(middle, deviation, strict=True))
+    return tuple(Range(*span, errors.coverage, len(known) - 1) for span in spans)
 
 
-def _left_out(known: Sequence[Known], centre: float, errors: Errors) -> Floats:
-    """(N,) error of each climb over its predicted deviation, from the line without it."""
-    line, covariance = _line(known, centre, errors)
-    precision = np.linalg.inv(covariance)
-    pull = precision @ line
-    off = np.zeros(len(known))
-    for k, one in enumerate(known):
-        at = np.array([1.0, one.place - centre])
-        weight = 1 / (errors.spread**2 + one.variance)
-        without = np.linalg.inv(precision - weight * np.outer(at, at))
-        rest = without @ (pull - weight * one.grade * at)
-        deviation = math.sqrt(errors.spread**2 + float(at @ without @ at))
-        off[k] = abs(one.grade - float(at @ rest)) / deviation
-    return off
+@dataclass(frozen=True)
+class _Told:
+    """(N,) graded climbs: places from their centre, grades, weights; and the model's spread."""
+
+    centre: float
+    place: Floats
+    grade: Floats
+    weight: Floats
+    spread: float
+
+    @classmethod
+    def of(cls, known: Sequence[Known], errors: Errors) -> _Told:
+        place = np.array([one.place for one in known], float)
+        centre = float(place.mean()) if len(known) else _MIDDLE
+        noise = errors.spread**2 + np.array([one.variance for one in known], float)
+        grade = np.array([one.grade for one in known], float)
+        return cls(centre, place - centre, grade, 1 / noise, errors.spread)
+
+    def line(self) -> tuple[Floats, Floats]:
+        """Posterior mean and covariance of grade at the centre and slope."""
+        precision, pull = self._sums()
+        covariance = np.asarray(np.linalg.inv(precision), float)
+        return covariance @ pull, covariance
+
+    def left_out(self) -> tuple[Floats, Floats]:
+        """(N,) grade of each climb from the line without it, and the deviation to expect."""
+        at = np.stack([np.ones_like(self.place), self.place], axis=1)
+        precision, pull = self._sums()
+        own = self.weight[:, None] * at
+        covariance = np.linalg.inv(precision - own[:, :, None] * at[:, None, :])
+        rest = np.einsum("nij,nj->ni", covariance, pull - own * self.grade[:, None])
+        variance = self.spread**2 + np.einsum("ni,nij,nj->n", at, covariance, at)
+        return (at * rest).sum(axis=1), np.asarray(np.sqrt(variance), float)
+
+    def _sums(self) -> tuple[Floats, Floats]:
+        """Precision and precision times mean, of the prior and of all that is told."""
+        at = np.stack([np.ones_like(self.place), self.place], axis=1)
+        prior = np.diag([_OFFSET**-2, _SLOPE**-2])
+        precision = prior + (self.weight[:, None] * at).T @ at
+        pull = prior @ np.array([self.centre, 1.0]) + at.T @ (self.weight * self.grade)
+        return precision, pull

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-__all__ = ["FONT", "V_OF", "parse_grade", "span_words"]
+__all__ = ["FONT", "V_OF", "grade_ends", "parse_grade", "span_words"]
 
 FONT = (
     *("3", "4", "4+", "5", "5+", "6A", "6A+", "6B", "6B+", "6C", "6C+"),
@@ -29,12 +29,23 @@ def parse_grade(text: str) -> float | None:
     return sum(known) / len(known)
 
 
+def grade_ends(label: str) -> tuple[int, int] | None:
+    """First and last place in `FONT` that a grade of the Font or of the V scale means; None where
+    it is of neither. Written as the scales write it."""
+    if label in FONT:
+        return FONT.index(label), FONT.index(label)
+    number = "0" if label.upper() == "VB" else label[1:]
+    if label[:1].upper() != "V" or not number.isdecimal():
+        return None
+    places = [k for k, value in enumerate(V_OF) if value == int(number)]
+    return (places[0], places[-1]) if places else None
+
+
 def _one(text: str) -> float | None:
     v = _V.fullmatch(text)
     if v:
-        number = 0 if v[1].upper() == "B" else int(v[1])
-        places = [k for k, value in enumerate(V_OF) if value == number]
-        return sum(places) / len(places) if places else None
+        ends = grade_ends(f"V{v[1]}")
+        return None if ends is None else sum(ends) / 2
     font = _FONT.fullmatch(text)
     if not font:
         return None

@@ -18,11 +18,20 @@ import numpy as np
 import numpy.typing as npt
 
 from walltopo.core import InputError
+from walltopo.core.files import hash_path
 from walltopo.grades.features import FEATURES
 from walltopo.grades.font import FONT
 from walltopo.inference.session import Network, open_network
 
-__all__ = ["Errors", "GradeModel", "Range", "range_of", "shipped_model"]
+__all__ = [
+    "Errors",
+    "GradeModel",
+    "Learnt",
+    "Range",
+    "range_of",
+    "shipped_identity",
+    "shipped_model",
+]
 
 Floats = npt.NDArray[np.float64]
 
@@ -54,9 +63,8 @@ class Errors(msgspec.Struct, frozen=True):
     coverage: float
 
 
-@dataclass(frozen=True, eq=False)
-class GradeModel:
-    """A loaded model.
+class Learnt(msgspec.Struct, frozen=True):
+    """What a model was learnt from, and how far off it is: enough for a range around a place.
 
     Parameters
     ----------
@@ -64,11 +72,35 @@ class GradeModel:
     easiest, hardest : places in `FONT` of the easiest and hardest grade that it was learnt from.
     """
 
-    network: Network
     known: Errors
     plain: Errors
     easiest: int
     hardest: int
+
+    def errors(self, known: bool) -> Errors:
+        """Which errors to expect; `known`: whether the holds' quality was."""
+        return self.known if known else self.plain
+
+    def bounded(self, place: float, known: bool) -> Range:
+        """The range of a climb of which the gym knows nothing.
+
+        Open where it reaches the end of what was learnt: a board has no easy problem.
+        """
+        errors = self.errors(known)
+        low, high = range_of(place, errors.bound)
+        if place - errors.bound <= self.easiest:
+            low = 0
+        if place + errors.bound >= self.hardest:
+            high = len(FONT) - 1
+        return Range(low, high, errors.coverage)
+
+
+@dataclass(frozen=True, eq=False)
+class GradeModel:
+    """A loaded model."""
+
+    network: Network
+    learnt: Learnt
 
     @classmethod
     def load(cls, path: Path) -> GradeModel:
@@ -87,7 +119,7 @@ class GradeModel:
             easiest, hardest = FONT.index(about["easiest"]), FONT.index(about["hardest"])
         except (KeyError, ValueError, msgspec.ValidationError) as error:
             raise InputError(f"{path}: no grade model ({error})") from error
-        return cls(network, known, plain, easiest, hardest)
+        return cls(network, Learnt(known, plain, easiest, hardest))
 
     def places(self, features: npt.NDArray[np.float32]) -> Floats:
         """(N,) place in `FONT`, a fraction, of (N, F) features."""
@@ -96,22 +128,6 @@ class GradeModel:
         name = self.network.session.get_inputs()[0].name
         (found,) = self.network.session.run(None, {name: np.asarray(features, np.float32)})
         return np.asarray(found, float).ravel()
-
-    def errors(self, known: bool) -> Errors:
-        """Which errors to expect; `known`: whether the holds' quality was."""
-        return self.known if known else self.plain
-
-    def bounded(self, place: float, errors: Errors) -> Range:
-        """The range of a climb of which the gym knows nothing.
-
-        Open where it reaches the end of what was learnt: a board has no easy problem.
-        """
-        low, high = range_of(place, errors.bound)
-        if place - errors.bound <= self.easiest:
-            low = 0
-        if place + errors.bound >= self.hardest:
-            high = len(FONT) - 1
-        return Range(low, high, errors.coverage)
 
 
 def range_of(place: float, bound: float) -> tuple[int, int]:
@@ -126,4 +142,14 @@ def range_of(place: float, bound: float) -> tuple[int, int]:
 @cache
 def shipped_model() -> GradeModel:
     """The model that comes with the package."""
-    return GradeModel.load(Path(str(resources.files("walltopo") / "models" / "grades.onnx")))
+    return GradeModel.load(_shipped())
+
+
+@cache
+def shipped_identity() -> str:
+    """Of its file: places of two models are not on one scale."""
+    return hash_path(_shipped())[:16]
+
+
+def _shipped() -> Path:
+    return Path(str(resources.files("walltopo") / "models" / "grades.onnx"))

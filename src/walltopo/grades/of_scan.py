@@ -13,10 +13,11 @@ from walltopo.climbing.body import ADULT
 from walltopo.climbing.on_wall import climb_of, on_route
 from walltopo.climbing.sequence import Climb, find_sequence
 from walltopo.climbing.sequence import Sequence as Moves
-from walltopo.grades.calibrate import Gym, Known, calibrate
+from walltopo.grades.calibrate import Known
 from walltopo.grades.features import FEATURES, features
 from walltopo.grades.font import parse_grade
 from walltopo.grades.model import GradeModel, Range
+from walltopo.grades.scale import GymScale
 from walltopo.scans.attributes import UNKNOWN
 from walltopo.scans.holds import HoldRow
 from walltopo.scans.routes import Route
@@ -109,7 +110,7 @@ def grade_routes(graded: Sequence[Graded], model: GradeModel) -> dict[int, Range
 
 @dataclass(frozen=True)
 class Scale:
-    """The scale of a wall: the gym's as its graded routes tell it, the board's without any."""
+    """The scale of a wall as its graded routes tell it, and the model that it is of."""
 
     model: GradeModel
     told: tuple[Known, ...]
@@ -125,15 +126,13 @@ class Scale:
         return cls(model, tuple(told))
 
     @cached_property
-    def _gyms(self) -> dict[bool, Gym]:
-        return {known: calibrate(self.told, self.model.errors(known)) for known in (False, True)}
+    def _scale(self) -> GymScale:
+        return GymScale(self.model.learnt, self.told)
 
     def grade(self, place: float, known: bool) -> float:
         """A place in `FONT` of the model's place, and a fraction."""
-        return self._gyms[known].place(place)[0] if self.told else place
+        return self._scale.grade(place, known)
 
     def range(self, place: float, known: bool) -> Range:
         """The range of grades around it."""
-        if self.told:
-            return self._gyms[known].range(place)
-        return self.model.bounded(place, self.model.errors(known))
+        return self._scale.range(place, known)

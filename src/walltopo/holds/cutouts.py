@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from walltopo.core.ahead import ahead
 from walltopo.holds.observations import HoldView
 from walltopo.scans.cutouts import INDEX, Cutout, CutoutIndex, Cutouts
 
@@ -33,17 +34,24 @@ def write_cutouts(
     views : hold id to the views to keep, best first.
     photos : names of the photos, by number.
     """
-    from PIL import Image
-
-    index: list[Cutout] = []
     folder.mkdir()
-    for hold in sorted(views):
-        for rank, view in enumerate(views[hold]):
-            name = f"{hold:05d}_{rank}.webp"
-            alpha = np.where(view.mask, 255, 0).astype(np.uint8)
-            picture = Image.fromarray(np.dstack([view.crop, alpha]))
-            picture.save(folder / name, quality=80, method=2, exact=True)
-            photo, sharpness = photos[view.photo], round(view.sharpness, 1)
-            index.append(Cutout(hold, name, photo, view.pixels, sharpness, view.cut))
+    ranked = [(hold, rank, v) for hold in sorted(views) for rank, v in enumerate(views[hold])]
+
+    def written(item: tuple[int, int, HoldView]) -> Cutout:
+        hold, rank, view = item
+        name = f"{hold:05d}_{rank}.webp"
+        _write(folder / name, view)
+        photo, sharpness = photos[view.photo], round(view.sharpness, 1)
+        return Cutout(hold, name, photo, view.pixels, sharpness, view.cut)
+
+    index = list(ahead(written, ranked))
     CutoutIndex(cutouts=tuple(index)).save(folder / INDEX)
     return Cutouts(folder, tuple(index))
+
+
+def _write(path: Path, view: HoldView) -> None:
+    from PIL import Image
+
+    alpha = np.where(view.mask, 255, 0).astype(np.uint8)
+    picture = Image.fromarray(np.dstack([view.crop, alpha]))
+    picture.save(path, quality=80, method=2, exact=True)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, View
+from walltopo.core.ahead import ahead
 from walltopo.imaging.oklab import DARK, oklab_from_linear
 from walltopo.imaging.photo_file import read_rgb
 from walltopo.imaging.srgb import linear_from_srgb8
@@ -261,16 +262,20 @@ def look(
     erode : pixels taken off the rim, at that size.
     crop_px : crops are kept at most this long, pixels.
     """
-    from walltopo.raycast import render_ids
+    from walltopo.raycast import render_part
 
     patch_of = wall_patches(mesh, face_instance)
-    for number, view in enumerate(views):
+
+    def looked(number: int) -> tuple[list[HoldView], WallLight]:
+        view = views[number]
         factor = min(1.0, long_side / max(view.camera.width, view.camera.height))
         camera = view.camera.scaled(factor)
-        face_id, depth = render_ids(mesh.vertices, mesh.faces, camera, view.cam_from_world)
+        face_id, depth = render_part(mesh, camera, view.cam_from_world)
         ids = np.where(face_id >= 0, face_instance[np.maximum(face_id, 0)], 0).astype(np.int32)
         picture = load(view, camera.width, camera.height)
-        yield (
+        return (
             list(hold_views(number, picture, ids, depth, erode, crop_px)),
             _wall_light(number, picture, face_id, patch_of),
         )
+
+    yield from ahead(looked, range(len(views)))

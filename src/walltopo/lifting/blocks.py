@@ -48,9 +48,29 @@ class Blocks:
 def blocks_of(mesh: Mesh) -> Blocks:
     """Group the triangles of a mesh; triangles without area are left out (nothing sees them)."""
     count = len(mesh.faces)
-    centroids, areas, longest = np.zeros((count, 3)), np.zeros(count), np.zeros(count)
-    in_ranges(_measure, count, mesh.vertices, mesh.faces, centroids, areas, longest)
-    low, high = centroids.min(axis=0), centroids.max(axis=0)
+    middles, areas = np.zeros((count, 3)), np.zeros(count)
+    in_ranges(_middles, count, mesh.vertices, mesh.faces, middles, areas)
+    cells, grid = _in_grid(middles, areas)
+    order, starts = _counting_sort(cells, grid)
+    blocks = len(starts) - 1
+    vertex_starts = np.zeros(len(starts), dtype=np.int64)
+    used = len(mesh.vertices)
+    in_ranges(_count_vertices, blocks, mesh.faces, order, starts, used, vertex_starts[1:])
+    np.cumsum(vertex_starts, out=vertex_starts)
+    vertices, spheres = np.zeros((vertex_starts[-1], 3)), np.zeros((blocks, 4))
+    faces, centroids = np.zeros((len(order), 3), dtype=np.int32), np.zeros((len(order), 3))
+    areas, longest = np.zeros(len(order)), np.zeros(len(order))
+    in_ranges(
+        _gather, blocks, mesh.vertices, mesh.faces, order, starts, vertex_starts, vertices, faces,
+        spheres,
+    )  # fmt: skip
+    in_ranges(_measure, len(order), vertices, faces, centroids, areas, longest)
+    return Blocks(vertices, faces, order, centroids, areas, longest, starts, vertex_starts, spheres)
+
+
+def _in_grid(middles: Floats, areas: Floats) -> tuple[NDArray[np.int32], int]:
+    """(F,) number of the cube that each triangle is in, -1 without area; how many cubes."""
+    low, high = middles.min(axis=0), middles.max(axis=0)
     # Surfaces fill few cells of a grid: its cell is sized by area, not by volume.
     side = np.sqrt(areas.sum() * FACES_PER_BLOCK / len(areas))
     extent = np.maximum(high - low, 1e-300)
@@ -59,37 +79,47 @@ def blocks_of(mesh: Mesh) -> Blocks:
     if np.prod(shape.astype(np.float64)) > 2 * MOST_CELLS:  # a few far outliers
         side = float(extent.max()) / np.cbrt(MOST_CELLS)
         shape = np.floor(extent / side).astype(np.int64) + 1
-    cells = np.full(count, -1, dtype=np.int32)
-    in_ranges(_cells, count, centroids, areas, low, side, shape, cells)
-    order, starts = _counting_sort(cells, int(np.prod(shape)))
-    faces = mesh.faces[order]
-    centroids, areas, longest = centroids[order], areas[order], longest[order]
-    blocks = len(starts) - 1
-    vertex_starts = np.zeros(len(starts), dtype=np.int64)
-    in_ranges(_count_vertices, blocks, faces, starts, len(mesh.vertices), vertex_starts[1:])
-    np.cumsum(vertex_starts, out=vertex_starts)
-    vertices = np.zeros((vertex_starts[-1], 3))
-    in_ranges(_gather_vertices, blocks, mesh.vertices, faces, starts, vertex_starts, vertices)
-    spheres = _spheres(vertices, vertex_starts)
-    return Blocks(vertices, faces, order, centroids, areas, longest, starts, vertex_starts, spheres)
+    cells = np.full(len(areas), -1, dtype=np.int32)
+    in_ranges(_cells, len(areas), middles, areas, low, side, shape, cells)
+    return cells, int(np.prod(shape))
+
+
+@kernel
+def _corners(vertices: Any, faces: Any, f: Any) -> Any:
+    a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+    ax, ay, az = vertices[a, 0], vertices[a, 1], vertices[a, 2]
+    bx, by, bz = vertices[b, 0], vertices[b, 1], vertices[b, 2]
+    cx, cy, cz = vertices[c, 0], vertices[c, 1], vertices[c, 2]
+    return ax, ay, az, bx, by, bz, cx, cy, cz
+
+
+@kernel
+def _area(ax: Any, ay: Any, az: Any, bx: Any, by: Any, bz: Any, cx: Any, cy: Any, cz: Any) -> Any:
+    ux, uy, uz = bx - ax, by - ay, bz - az
+    vx, vy, vz = cx - ax, cy - ay, cz - az
+    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    return 0.5 * np.sqrt(nx * nx + ny * ny + nz * nz)
+
+
+@kernel
+def _middles(begin: Any, end: Any, vertices: Any, faces: Any, middles: Any, areas: Any) -> None:
+    for f in range(begin, end):
+        ax, ay, az, bx, by, bz, cx, cy, cz = _corners(vertices, faces, f)
+        middles[f, 0] = (ax + bx + cx) / 3.0
+        middles[f, 1] = (ay + by + cy) / 3.0
+        middles[f, 2] = (az + bz + cz) / 3.0
+        areas[f] = _area(ax, ay, az, bx, by, bz, cx, cy, cz)
 
 
 @kernel
 def _measure(
     begin: Any, end: Any, vertices: Any, faces: Any, centroids: Any, areas: Any, longest: Any
 ) -> None:
+    _middles(begin, end, vertices, faces, centroids, areas)
     for f in range(begin, end):
-        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-        ax, ay, az = vertices[a, 0], vertices[a, 1], vertices[a, 2]
-        bx, by, bz = vertices[b, 0], vertices[b, 1], vertices[b, 2]
-        cx, cy, cz = vertices[c, 0], vertices[c, 1], vertices[c, 2]
-        centroids[f, 0] = (ax + bx + cx) / 3.0
-        centroids[f, 1] = (ay + by + cy) / 3.0
-        centroids[f, 2] = (az + bz + cz) / 3.0
+        ax, ay, az, bx, by, bz, cx, cy, cz = _corners(vertices, faces, f)
         ux, uy, uz = bx - ax, by - ay, bz - az
         vx, vy, vz = cx - ax, cy - ay, cz - az
-        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-        areas[f] = 0.5 * np.sqrt(nx * nx + ny * ny + nz * nz)
         wx, wy, wz = cx - bx, cy - by, cz - bz
         square = max(ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz)
         longest[f] = np.sqrt(max(square, wx * wx + wy * wy + wz * wz))
@@ -134,41 +164,44 @@ def _counting_sort(cells: Any, count: Any) -> Any:
 
 
 @kernel
-def _count_vertices(begin: Any, end: Any, faces: Any, starts: Any, total: Any, counts: Any) -> None:
+def _count_vertices(
+    begin: Any, end: Any, faces: Any, order: Any, starts: Any, total: Any, counts: Any
+) -> None:
     """How many different vertices each block has."""
     met = np.full(total, -1, dtype=np.int32)
     for b in range(begin, end):
         for f in range(starts[b], starts[b + 1]):
             for corner in range(3):
-                if met[faces[f, corner]] != b:
-                    met[faces[f, corner]] = b
+                vertex = faces[order[f], corner]
+                if met[vertex] != b:
+                    met[vertex] = b
                     counts[b] += 1
 
 
 @kernel
-def _gather_vertices(
-    begin_block: Any, end_block: Any, vertices: Any, faces: Any, starts: Any, vertex_starts: Any,
-    gathered: Any,
+def _gather(
+    begin_block: Any, end_block: Any, vertices: Any, faces: Any, order: Any, starts: Any,
+    vertex_starts: Any, gathered: Any, own: Any, spheres: Any,
 ) -> None:  # fmt: skip
-    """Vertices block by block; `faces` is changed to point at them."""
+    """Vertices block by block, the faces that point at them, and a ball around each block."""
     place = np.full(len(vertices), -1, dtype=np.int32)
     for b in range(begin_block, end_block):
         begin, end = vertex_starts[b], vertex_starts[b]
         for f in range(starts[b], starts[b + 1]):
             for corner in range(3):
-                vertex = faces[f, corner]
+                vertex = faces[order[f], corner]
                 # Blocks are filled in order: a place before this block's is an older one's.
                 if place[vertex] < begin:
                     place[vertex] = end
                     for axis in range(3):
                         gathered[end, axis] = vertices[vertex, axis]
                     end += 1
-                faces[f, corner] = place[vertex]
-
-
-def _spheres(vertices: Floats, starts: NDArray[np.int64]) -> Floats:
-    """(B, 4) centre and radius of a ball around each block's vertices."""
-    low = np.minimum.reduceat(vertices, starts[:-1], axis=0)
-    high = np.maximum.reduceat(vertices, starts[:-1], axis=0)
-    radius = np.sqrt(((high - low) ** 2).sum(axis=1)) / 2
-    return np.column_stack([(low + high) / 2, radius])
+                own[f, corner] = place[vertex]
+        square = 0.0
+        for axis in range(3):
+            low, high = gathered[begin, axis], gathered[begin, axis]
+            for k in range(begin + 1, end):
+                low, high = min(low, gathered[k, axis]), max(high, gathered[k, axis])
+            spheres[b, axis] = (low + high) / 2
+            square += (high - low) ** 2
+        spheres[b, 3] = np.sqrt(square) / 2

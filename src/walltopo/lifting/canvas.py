@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import View
+from walltopo.kernels import kernel
 from walltopo.lifting.border import STEPS, reach_of, stamp_borders
 from walltopo.lifting.labels import label_size, resized_mask
 
@@ -29,7 +32,7 @@ class Canvas:
         self._labels = np.zeros((0, 0), dtype=np.int32)
         self.code = self._labels
         self.distance = np.zeros((0, 0), dtype=np.uint8)
-        self._dirty: list[tuple[slice, slice]] = []
+        self._dirty = np.zeros((0, 4), dtype=np.int32)
         self._full = 0
 
     def draw(self, view: View, order: list[int], mask_resolution: int, band: float) -> None:
@@ -40,16 +43,12 @@ class Canvas:
         boxes = np.zeros((len(order), 5), dtype=np.int32)
         for row, index in enumerate(order):
             x, y, bitmap = resized_mask(view.masks[index], width, height)
-            h, w = bitmap.shape
-            self._labels[y : y + h, x : x + w][bitmap] = index
-            boxes[row] = index, y, y + h, x, x + w
-            self._dirty.append(
-                (slice(max(0, y - reach), y + h + reach), slice(max(0, x - reach), x + w + reach))
-            )
-        for _, y0, y1, x0, x1 in boxes.tolist():
-            self.code[y0:y1, x0:x1] = self._labels[y0:y1, x0:x1]
+            # A copy: kernels are compiled anew for arrays in other orders, or of others' memory.
+            _paint(self._labels, self.code, np.array(bitmap, order="C"), x, y, index)
+            boxes[row] = index, y, y + bitmap.shape[0], x, x + bitmap.shape[1]
         if band > 0:
             stamp_borders(self._labels, boxes, reach, self.code, self.distance)
+        self._dirty = boxes[:, 1:] + np.array([-reach, reach, -reach, reach], dtype=np.int32)
 
     def _clean(self, shape: tuple[int, int], full: int) -> None:
         if self._labels.shape != shape or self._full != full:
@@ -58,11 +57,25 @@ class Canvas:
             self.distance = np.full(shape, full, dtype=np.uint8)
             self._full = full
         else:
-            for window in self._dirty:
-                self._labels[window] = -1
-                self.code[window] = -1
-                self.distance[window] = full
-        self._dirty = []
+            _wipe(self._labels, self.code, self.distance, self._dirty, full)
+
+
+@kernel
+def _paint(labels: Any, code: Any, bitmap: Any, x: Any, y: Any, index: Any) -> None:
+    for row in range(bitmap.shape[0]):
+        for col in range(bitmap.shape[1]):
+            if bitmap[row, col]:
+                labels[y + row, x + col] = code[y + row, x + col] = index
+
+
+@kernel
+def _wipe(labels: Any, code: Any, distance: Any, boxes: Any, full: Any) -> None:
+    """Take off what lies in boxes of first and end row, first and end column."""
+    for box in boxes:
+        for row in range(max(box[0], 0), min(box[1], labels.shape[0])):
+            for col in range(max(box[2], 0), min(box[3], labels.shape[1])):
+                labels[row, col] = code[row, col] = -1
+                distance[row, col] = full
 
 
 def mask_windows(view: View, order: list[int], cell: int) -> NDArray[np.int64]:

@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.kernels import in_ranges, kernel
+from walltopo.kernels import kernel
+from walltopo.lifting.alike import Rows, kinds_of, rows_of
 from walltopo.lifting.evidence import Evidence
-from walltopo.lifting.overlap import rows_of, sort_part
+from walltopo.lifting.overlap import in_chunks, longer, sort_part
 
 __all__ = ["Covisible", "compare_projections"]
 
@@ -29,15 +30,14 @@ class Covisible:
 
     Parameters
     ----------
-    starts, rows : (P + 1,) and (n,), faces of each projection as of `rows_of`.
+    rows : the entries of each projection.
     area : (P,) float64, area of each projection.
     p, q : (E,) int32, sorted by p, then q.
     shared : (E,) float64, area of the triangles of both.
     p_seen : (E,) area of p that q's view saw; q_seen : (E,) area of q that p's view saw.
     """
 
-    starts: NDArray[np.int64]
-    rows: Ints
+    rows: Rows
     area: Floats
     p: Ints
     q: Ints
@@ -58,90 +58,68 @@ class Covisible:
 
 def compare_projections(evidence: Evidence) -> Covisible:
     """Compare all projections of different views that share a triangle."""
-    starts, rows = rows_of(evidence)
-    view_of = evidence.view_of
-    count, views = len(view_of), len(evidence.first_mask) - 1
-    chunks = _chunks(starts)
-    sizes, area = np.zeros(count, dtype=np.int64), np.zeros(count)
-    in_ranges(
-        _compare_count, len(chunks) - 1, chunks, starts, rows, evidence.starts,
-        evidence.projection, evidence.areas, evidence.share, view_of, evidence.first_mask,
-        sizes, area,
-    )  # fmt: skip
-    places = np.zeros(count + 1, dtype=np.int64)
-    np.cumsum(sizes, out=places[1:])
-    q = np.zeros(places[-1], dtype=np.int32)
-    shared, p_seen = np.zeros(places[-1]), np.zeros(places[-1])
-    in_ranges(
-        _compare, len(chunks) - 1, chunks, starts, rows, evidence.starts, evidence.projection,
-        evidence.view, evidence.areas, evidence.share, view_of, views, places, q, shared, p_seen,
-    )  # fmt: skip
+    rows, kinds = rows_of(evidence), kinds_of(evidence)
+    few = rows_of(evidence, kinds.faces)
+    count, views = len(evidence.label), len(evidence.first_mask) - 1
+
+    def compared(begin: int, stop: int) -> Any:
+        return _compare(
+            begin, stop, few.starts, few.number, few.entry, kinds.faces, kinds.areas,
+            evidence.starts, evidence.projection, evidence.view, evidence.share, count, views,
+        )  # fmt: skip
+
+    area, sizes, q, shared, p_seen = in_chunks(few.starts, compared)
+    starts = np.zeros(count + 1, dtype=np.int64)
+    np.cumsum(sizes, out=starts[1:])
     p = np.repeat(np.arange(count, dtype=np.int32), sizes)
-    # Sorted by q and then p, the pairs stand as their mirrors (q, p) do by p and then q.
-    q_seen = np.zeros_like(p_seen)
-    q_seen[np.argsort(q, kind="stable")] = p_seen
-    return Covisible(starts, rows, area, p, q, shared, p_seen, q_seen)
-
-
-def _chunks(starts: NDArray[np.int64], parts: int = 64) -> NDArray[np.int64]:
-    """Borders of runs of projections with about the same number of triangles."""
-    goals = np.linspace(0, starts[-1], parts + 1)
-    borders = np.searchsorted(starts, goals)
-    borders[0], borders[-1] = 0, len(starts) - 1
-    return np.unique(np.minimum(borders, len(starts) - 1)).astype(np.int64)
-
-
-@kernel
-def _own_share(face_starts: Any, projection: Any, share: Any, face: Any, p: Any) -> Any:
-    for k in range(face_starts[face], face_starts[face + 1]):
-        if projection[k] == p:
-            return share[k]
-    return np.float32(0.0)
-
-
-@kernel
-def _compare_count(
-    begin: Any, stop: Any, chunks: Any, starts: Any, rows: Any, face_starts: Any,
-    projection: Any, areas: Any, share: Any, view_of: Any, first_mask: Any, sizes: Any, area: Any,
-) -> None:  # fmt: skip
-    met = np.full(len(view_of), -1, dtype=np.int32)
-    for chunk in range(begin, stop):
-        for p in range(chunks[chunk], chunks[chunk + 1]):
-            low, high = first_mask[view_of[p]], first_mask[view_of[p] + 1]
-            for r in range(starts[p], starts[p + 1]):
-                for k in range(face_starts[rows[r]], face_starts[rows[r] + 1]):
-                    q = projection[k]
-                    if q == p:
-                        area[p] += areas[rows[r]] * share[k]
-                    elif q >= 0 and (q < low or q >= high) and met[q] != p:
-                        met[q] = p
-                        sizes[p] += 1
+    return Covisible(rows, area, p, q, shared, p_seen, _mirrored(starts, q, p_seen))
 
 
 @kernel
 def _compare(
-    begin: Any, stop: Any, chunks: Any, starts: Any, rows: Any, face_starts: Any,
-    projection: Any, view: Any, areas: Any, share: Any, view_of: Any, views: Any, places: Any,
-    second: Any, shared: Any, p_seen: Any,
-) -> None:  # fmt: skip
-    total, seen = np.zeros(len(view_of)), np.zeros(views)
-    for chunk in range(begin, stop):
-        for p in range(chunks[chunk], chunks[chunk + 1]):
-            seen[:] = 0.0
-            end = places[p]
-            for r in range(starts[p], starts[p + 1]):
-                face = rows[r]
-                mine = _own_share(face_starts, projection, share, face, p)
-                for k in range(face_starts[face], face_starts[face + 1]):
-                    q = projection[k]
-                    seen[view[k]] += areas[face] * mine * share[k]
-                    if q >= 0 and view_of[q] != view_of[p]:
-                        if total[q] == 0.0:
-                            second[end] = q
-                            end += 1
-                        total[q] += areas[face] * min(mine, share[k])
-            sort_part(second, places[p], end)
-            for e in range(places[p], end):
-                shared[e] = total[second[e]]
-                total[second[e]] = 0.0
-                p_seen[e] = max(seen[view_of[second[e]]], shared[e])
+    first: Any, stop: Any, starts: Any, number: Any, entry: Any, faces: Any, areas: Any,
+    face_starts: Any, projection: Any, view: Any, share: Any, count: Any, views: Any,
+) -> Any:  # fmt: skip
+    """Of some projections the area, how many others each meets, and those with what they share."""
+    total, seen = np.zeros(count), np.zeros(views)
+    area, sizes = np.zeros(stop - first), np.zeros(stop - first, dtype=np.int64)
+    met, shared, p_seen = np.zeros(1024, dtype=np.int32), np.zeros(1024), np.zeros(1024)
+    view_of = np.zeros(count, dtype=np.int32)
+    end = 0
+    for p in range(first, stop):
+        begin = end
+        seen[:] = 0.0
+        for r in range(starts[p], starts[p + 1]):
+            face, whole, mine = faces[number[r]], areas[number[r]], share[entry[r]]
+            own = view[entry[r]]
+            area[p - first] += whole * mine
+            for k in range(face_starts[face], face_starts[face + 1]):
+                seen[view[k]] += whole * mine * share[k]
+                q = projection[k]
+                if q >= 0 and view[k] != own:
+                    if total[q] == 0.0:
+                        if end == len(met):
+                            met, shared, p_seen = longer(met), longer(shared), longer(p_seen)
+                        met[end] = q
+                        view_of[q] = view[k]
+                        end += 1
+                    total[q] += whole * min(mine, share[k])
+        sort_part(met, begin, end)
+        for e in range(begin, end):
+            shared[e] = total[met[e]]
+            total[met[e]] = 0.0
+            p_seen[e] = max(seen[view_of[met[e]]], shared[e])
+        sizes[p - first] = end - begin
+    return area, sizes, met[:end].copy(), shared[:end].copy(), p_seen[:end].copy()
+
+
+@kernel
+def _mirrored(starts: Any, q: Any, values: Any) -> Any:
+    """(E,) of each pair (p, q) the value of (q, p)."""
+    place = starts.copy()
+    found = np.zeros(len(values))
+    # The pairs with q come in the order of their p: the order of the mirrors that begin with q.
+    for e in range(len(q)):
+        found[place[q[e]]] = values[e]
+        place[q[e]] += 1
+    return found

@@ -7,20 +7,21 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import pairwise
 from threading import local
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Camera, Progress, View
 from walltopo.core.cores import cores
-from walltopo.kernels import kernel
 from walltopo.lifting.blocks import Blocks
 from walltopo.lifting.border import STEPS
+from walltopo.lifting.by_face import Seen, by_face
 from walltopo.lifting.canvas import Canvas, mask_windows
 from walltopo.lifting.easing import ease
 from walltopo.lifting.visibility import (
     cull_blocks,
+    distances,
     mark_candidates,
     place_samples,
     strike_hidden,
@@ -135,7 +136,7 @@ def gather_evidence(
             tables.append(table)
             progress.advance()
     first_mask = np.cumsum([0, *(len(view.masks) for view in views)]).astype(np.int64)
-    kept, starts, columns = _by_face(tables, first_mask, len(candidates))
+    kept, starts, columns = by_face(tables, first_mask, len(candidates))
     masks = [mask for item in views for mask in item.masks]
     return Evidence(
         faces=blocks.original[candidates[kept]],
@@ -151,28 +152,6 @@ def gather_evidence(
         label=np.array([mask.label for mask in masks], dtype=np.int32),
         score=np.array([mask.score for mask in masks], dtype=np.float64),
     )
-
-
-class _Seen(NamedTuple):
-    """What one view saw: the candidates' numbers, and see `Evidence` for the other columns."""
-
-    face: Ints
-    label: Ints
-    share: NDArray[np.float32]
-    ease: NDArray[np.float32]
-    border: NDArray[np.float32]
-    detail: NDArray[np.float32]
-
-
-class _Columns(NamedTuple):
-    """The columns of `Evidence`."""
-
-    projection: Ints
-    view: Ints
-    share: NDArray[np.float32]
-    ease: NDArray[np.float32]
-    border: NDArray[np.float32]
-    detail: NDArray[np.float32]
 
 
 class _Canvases(local):
@@ -247,7 +226,7 @@ class _Looker:
             sampling.most_splits, windows, WINDOW_PX, mark,
         )  # fmt: skip
 
-    def see(self, targets: _Targets) -> _Seen:
+    def see(self, targets: _Targets) -> Seen:
         """The candidates that this view sees."""
         blocks, sampling, pose = self.blocks, self.sampling, self.pose
         in_photo = self._in_photo()
@@ -277,11 +256,11 @@ class _Looker:
         face, label, share, border = tell_evidence(
             owner, own.label[:count], own.border[:count], hidden
         )
-        away = blocks.centroids[targets.candidates[face]] - self.view.centre
-        range_ = np.sqrt(np.einsum("ij,ij->i", away, away))
+        centre = tuple(self.view.centre.tolist())
+        range_ = distances(blocks.centroids, targets.candidates, face, centre)
         eased = ease(range_, sampling.visibility_distance, sampling.easing_power)
         focal = self.view.camera.fx * labels.shape[1] / self.view.camera.width
-        return _Seen(
+        return Seen(
             face, label, share, eased.astype(np.float32), border / np.float32(STEPS),
             (focal / np.maximum(range_, 1e-300)).astype(np.float32),
         )  # fmt: skip
@@ -308,57 +287,3 @@ def slope_bounds(camera: Camera) -> Floats:
     margin = 0.02 * np.ptp(slopes, axis=0)
     low, high = slopes.min(axis=0) - margin, slopes.max(axis=0) + margin
     return np.array([low[0], high[0], low[1], high[1]])
-
-
-def _by_face(
-    tables: list[_Seen], first_mask: NDArray[np.int64], count: int
-) -> tuple[Ints, NDArray[np.int64], _Columns]:
-    """Regroup the views' tables by face, keeping the order of views.
-
-    Faces that no mask was seen on (it lay on something before them) are dropped.
-
-    Returns
-    -------
-    kept : (C,) int32, candidate numbers; starts : (C + 1,) int64; the columns, each (N,).
-    """
-    entries = np.zeros(count, dtype=np.int32)
-    positive = np.zeros(count, dtype=np.bool_)
-    for table in tables:
-        _count(table.face, table.label, entries, positive)
-    kept = np.flatnonzero(positive).astype(np.int32)
-    starts = np.zeros(len(kept) + 1, dtype=np.int64)
-    np.cumsum(entries[kept], out=starts[1:])
-    place = np.full(count, -1, dtype=np.int64)
-    place[kept] = starts[:-1]
-    size = int(starts[-1])
-    ints = np.zeros((2, size), dtype=np.int32)
-    floats = np.zeros((4, size), dtype=np.float32)
-    columns = _Columns(*ints, *floats)
-    for view, table in enumerate(tables):
-        _fill(*table, view, int(first_mask[view]), place, *columns)
-    return kept, starts, columns
-
-
-@kernel
-def _count(face: Any, label: Any, entries: Any, positive: Any) -> None:
-    for k in range(len(face)):
-        entries[face[k]] += 1
-        if label[k] >= 0:
-            positive[face[k]] = True
-
-
-@kernel
-def _fill(
-    face: Any, label: Any, in_share: Any, in_ease: Any, in_border: Any, in_detail: Any,
-    number: Any, first: Any, place: Any,
-    projection: Any, view: Any, share: Any, eased: Any, border: Any, detail: Any,
-) -> None:  # fmt: skip
-    for k in range(len(face)):
-        at = place[face[k]]
-        if at < 0:
-            continue
-        place[face[k]] = at + 1
-        mask = label[k]
-        projection[at] = first + mask if mask >= 0 else (mask - first if mask < -1 else -1)
-        view[at], share[at], eased[at] = number, in_share[k], in_ease[k]
-        border[at], detail[at] = in_border[k], in_detail[k]

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.kernels import in_ranges, kernel
+from walltopo.core.cores import cores
+from walltopo.kernels import kernel
+from walltopo.lifting.alike import kinds_of, rows_of
 from walltopo.lifting.evidence import Evidence
 
-__all__ = ["Overlaps", "overlaps_of", "rows_of", "sort_part"]
+__all__ = ["Overlaps", "in_chunks", "longer", "overlaps_of", "sort_part"]
 
 Floats = NDArray[np.float64]
 
@@ -33,62 +37,52 @@ class Overlaps:
     shared: Floats
 
 
-def rows_of(evidence: Evidence) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
-    """The entries regrouped by projection: (P + 1,) starts and (n,) face numbers, ascending."""
-    return _rows(evidence.starts, evidence.projection, len(evidence.label))
-
-
 def overlaps_of(evidence: Evidence) -> Overlaps:
     """Shared areas of all pairs of projections that share a triangle: P · diag(area) · Pᵀ."""
-    starts, rows = rows_of(evidence)
+    kinds = kinds_of(evidence)
+    rows = rows_of(evidence, kinds.faces)
     count = len(evidence.label)
-    area = np.zeros(count)
-    np.add.at(area, np.repeat(np.arange(count), np.diff(starts)), evidence.areas[rows])
-    sizes = np.zeros(count, dtype=np.int64)
-    in_ranges(_pair_counts, count, starts, rows, evidence.starts, evidence.projection, sizes)
-    places = np.zeros(count + 1, dtype=np.int64)
-    np.cumsum(sizes, out=places[1:])
-    second = np.zeros(places[-1], dtype=np.int32)
-    shared = np.zeros(places[-1])
-    in_ranges(
-        _pairs, count, starts, rows, evidence.starts, evidence.projection, evidence.areas, places,
-        second, shared,
-    )  # fmt: skip
+    owner = np.repeat(np.arange(count), np.diff(rows.starts))
+    area = np.bincount(owner, kinds.areas[rows.number], minlength=count).astype(np.float64)
+
+    def compared(begin: int, stop: int) -> Any:
+        return _pairs(
+            begin, stop, rows.starts, rows.number, kinds.faces, kinds.areas, evidence.starts,
+            evidence.projection,
+        )  # fmt: skip
+
+    sizes, second, shared = in_chunks(rows.starts, compared)
     first = np.repeat(np.arange(count, dtype=np.int32), sizes)
     return Overlaps(area, first, second, shared)
 
 
-@kernel
-def _rows(face_starts: Any, projection: Any, count: Any) -> Any:
-    starts = np.zeros(count + 1, dtype=np.int64)
-    for p in projection:
-        if p >= 0:
-            starts[p + 1] += 1
-    for p in range(count):
-        starts[p + 1] += starts[p]
-    rows = np.zeros(starts[count], dtype=np.int32)
-    place = starts[:-1].copy()
-    for face in range(len(face_starts) - 1):
-        for k in range(face_starts[face], face_starts[face + 1]):
-            p = projection[k]
-            if p >= 0:
-                rows[place[p]] = face
-                place[p] += 1
-    return starts, rows
+def in_chunks(
+    starts: NDArray[np.int64], work: Callable[[int, int], tuple[NDArray[Any], ...]], parts: int = 64
+) -> list[NDArray[Any]]:
+    """Call `work(begin, stop)` for runs of projections with about as many entries, on all cores.
+
+    Parameters
+    ----------
+    starts : of `Rows`.
+
+    Returns
+    -------
+    What the calls gave, each array joined in their order.
+    """
+    count = len(starts) - 1
+    goals = np.linspace(0, starts[-1], parts + 1)[1:-1]
+    inner = np.minimum(np.searchsorted(starts, goals), count)
+    with ThreadPoolExecutor(cores()) as pool:
+        found = list(pool.map(work, [0, *inner.tolist()], [*inner.tolist(), count]))
+    return [np.concatenate(part) for part in zip(*found, strict=True)]
 
 
 @kernel
-def _pair_counts(
-    begin: Any, stop: Any, starts: Any, rows: Any, face_starts: Any, projection: Any, sizes: Any
-) -> None:
-    met = np.full(len(starts) - 1, -1, dtype=np.int32)
-    for p in range(begin, stop):
-        for r in range(starts[p], starts[p + 1]):
-            for k in range(face_starts[rows[r]], face_starts[rows[r] + 1]):
-                q = projection[k]
-                if q > p and met[q] != p:
-                    met[q] = p
-                    sizes[p] += 1
+def longer(values: Any) -> Any:
+    """The values with room for as many again."""
+    grown = np.zeros(2 * len(values), dtype=values.dtype)
+    grown[: len(values)] = values
+    return grown
 
 
 @kernel
@@ -111,22 +105,29 @@ def sort_part(values: Any, begin: Any, end: Any) -> None:
 
 @kernel
 def _pairs(
-    begin: Any, stop: Any, starts: Any, rows: Any, face_starts: Any, projection: Any, areas: Any,
-    places: Any, second: Any, shared: Any,
-) -> None:  # fmt: skip
-    total = np.zeros(len(starts) - 1)
-    for p in range(begin, stop):
-        end = places[p]
+    first: Any, stop: Any, starts: Any, number: Any, faces: Any, areas: Any, face_starts: Any,
+    projection: Any,
+) -> Any:  # fmt: skip
+    """How many later projections each of some meets, and those with the area that they share."""
+    total, sizes = np.zeros(len(starts) - 1), np.zeros(stop - first, dtype=np.int64)
+    second, shared = np.zeros(1024, dtype=np.int32), np.zeros(1024)
+    end = 0
+    for p in range(first, stop):
+        begin = end
         for r in range(starts[p], starts[p + 1]):
-            face = rows[r]
+            face, whole = faces[number[r]], areas[number[r]]
             for k in range(face_starts[face], face_starts[face + 1]):
                 q = projection[k]
                 if q > p:
                     if total[q] == 0.0:
+                        if end == len(second):
+                            second, shared = longer(second), longer(shared)
                         second[end] = q
                         end += 1
-                    total[q] += areas[face]
-        sort_part(second, places[p], end)
-        for e in range(places[p], end):
+                    total[q] += whole
+        sort_part(second, begin, end)
+        for e in range(begin, end):
             shared[e] = total[second[e]]
             total[second[e]] = 0.0
+        sizes[p - first] = end - begin
+    return sizes, second[:end].copy(), shared[:end].copy()

@@ -58,15 +58,23 @@ def potts_clusters(count: int, first: Ints, second: Ints, weight: Floats, cohesi
         p, q = pairs // groups, pairs % groups
 
 
-def _adjacency(
-    count: int, p: NDArray[np.int64], q: NDArray[np.int64], w: Floats
-) -> tuple[NDArray[np.int64], NDArray[np.int64], Floats]:
-    """Neighbours of each vertex: starts, ends of edges, weights."""
-    source, target = np.concatenate([p, q]), np.concatenate([q, p])
-    order = np.argsort(source, kind="stable")
+@kernel
+def _adjacency(count: Any, p: Any, q: Any, w: Any) -> Any:
+    """Neighbours of each vertex, those after it first: starts, ends, weights."""
     starts = np.zeros(count + 1, dtype=np.int64)
-    np.cumsum(np.bincount(source, minlength=count), out=starts[1:])
-    return starts, target[order], np.concatenate([w, w])[order]
+    for e in range(len(p)):
+        starts[p[e] + 1] += 1
+        starts[q[e] + 1] += 1
+    for v in range(count):
+        starts[v + 1] += starts[v]
+    place = starts[:-1].copy()
+    ends, weights = np.zeros(2 * len(p), dtype=np.int64), np.zeros(2 * len(p))
+    for source, target in ((p, q), (q, p)):
+        for e in range(len(p)):
+            at = place[source[e]]
+            ends[at], weights[at] = target[e], w[e]
+            place[source[e]] += 1
+    return starts, ends, weights
 
 
 @kernel

@@ -16,7 +16,14 @@ import numpy as np
 from walltopo.kernels import kernel
 from walltopo.raycast.lens import distort
 
-__all__ = ["cull_blocks", "mark_candidates", "place_samples", "strike_hidden", "tell_evidence"]
+__all__ = [
+    "cull_blocks",
+    "distances",
+    "mark_candidates",
+    "place_samples",
+    "strike_hidden",
+    "tell_evidence",
+]
 
 # A surface hides a sample if it is nearer by this share of the distance: covers the rounding of
 # duplicate triangles and of the float32 rays of the reference.
@@ -299,7 +306,7 @@ def strike_hidden(
         limits[k] = where[order[k], 2] * (1.0 + NEARER)
     for b in blocks:
         most = max(most, vertex_starts[b + 1] - vertex_starts[b])
-    screen = np.zeros((most, 3))
+    screen, cells = np.zeros((most, 3)), np.zeros((most, 2), dtype=np.int32)
     for b in blocks:
         x, y, z = _to_camera(spheres[b, 0], spheres[b, 1], spheres[b, 2], pose)
         r = spheres[b, 3]
@@ -316,35 +323,38 @@ def strike_hidden(
             )
             inverse = 1.0 / z if z > 0 else 0.0
             screen[k, 0], screen[k, 1], screen[k, 2] = x * inverse, y * inverse, inverse
+            # One beyond the grid on each side stands for all that lies there.
+            cells[k, 0] = int(np.floor(min(max((x * inverse - u0) * per_cell, -1.0), cols)))
+            cells[k, 1] = int(np.floor(min(max((y * inverse - v0) * per_cell, -1.0), rows)))
         for f in range(starts[b], starts[b + 1]):
             first, second, third = faces[f, 0] - base, faces[f, 1] - base, faces[f, 2] - base
             az, bz, cz = screen[first, 2], screen[second, 2], screen[third, 2]
             if az > 0 and bz > 0 and cz > 0:
-                ax, ay, bx, by = (
-                    screen[first, 0],
-                    screen[first, 1],
-                    screen[second, 0],
-                    screen[second, 1],
-                )
-                cx, cy = screen[third, 0], screen[third, 1]
-                c0, c1 = _cell_range(min(ax, bx, cx), max(ax, bx, cx), u0, per_cell, cols)
-                r0, r1 = _cell_range(min(ay, by, cy), max(ay, by, cy), v0, per_cell, rows)
-                twice = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
-                if c1 < c0 or r1 < r0 or twice == 0.0:
+                c0 = max(min(cells[first, 0], cells[second, 0], cells[third, 0]), 0)
+                c1 = min(max(cells[first, 0], cells[second, 0], cells[third, 0]), cols - 1)
+                r0 = max(min(cells[first, 1], cells[second, 1], cells[third, 1]), 0)
+                r1 = min(max(cells[first, 1], cells[second, 1], cells[third, 1]), rows - 1)
+                if c1 < c0:
                     continue
-                mine = candidate_of[f]
-                nearest = max(az, bz, cz)
-                # Weights of b and c, and what they add to 1/z, are linear in the offset from a.
-                ub, vb = (cy - ay) / twice, (ax - cx) / twice
-                uc, vc = (ay - by) / twice, (bx - ax) / twice
-                zb, zc = bz - az, cz - az
+                mine, nearest = candidate_of[f], max(az, bz, cz)
+                ready = False
                 for row in range(r0, r1 + 1):
                     for k in range(cell_starts[row * cols + c0], cell_starts[row * cols + c1 + 1]):
-                        if limits[k] >= nearest:
+                        if limits[k] >= nearest or owners[k] == mine:
                             continue
+                        if not ready:
+                            ready = True
+                            ax, ay = screen[first, 0], screen[first, 1]
+                            bx, by = screen[second, 0] - ax, screen[second, 1] - ay
+                            cx, cy = screen[third, 0] - ax, screen[third, 1] - ay
+                            # Weights of b and c, and what they add to 1/z, are linear in the
+                            # offset from a; on a triangle seen edge-on they are no numbers.
+                            twice = bx * cy - by * cx
+                            ub, vb, uc, vc = cy / twice, -cx / twice, -by / twice, bx / twice
+                            zb, zc = bz - az, cz - az
                         dx, dy = us[k] - ax, vs[k] - ay
                         wb, wc = ub * dx + vb * dy, uc * dx + vc * dy
-                        if wb < 0 or wc < 0 or wb + wc > 1 or owners[k] == mine:
+                        if wb < 0 or wc < 0 or wb + wc > 1:
                             continue
                         if az + wb * zb + wc * zc > limits[k]:
                             limits[k] = np.inf
@@ -415,3 +425,18 @@ def tell_evidence(owner: Any, label: Any, border: Any, hidden: Any) -> Any:
     for slot in range(count):
         margin[slot] /= share[slot]
     return face[:count].copy(), kind[:count].copy(), share[:count].copy(), margin[:count].copy()
+
+
+@kernel
+def distances(centroids: Any, candidates: Any, face: Any, centre: Any) -> Any:
+    """(n,) float64, how far the centroids of candidates number `face` are from a point."""
+    found = np.zeros(len(face))
+    for k in range(len(face)):
+        f = candidates[face[k]]
+        x, y, z = (
+            centroids[f, 0] - centre[0],
+            centroids[f, 1] - centre[1],
+            centroids[f, 2] - centre[2],
+        )
+        found[k] = np.sqrt(x * x + y * y + z * z)
+    return found

@@ -83,11 +83,13 @@ def _vote(
 ) -> None:  # fmt: skip
     for face in range(begin_face, end_face):
         begin, end = starts[face], starts[face + 1]
-        best = 0.0
+        best, last = 0.0, -1
         for k in range(begin, end):
             p = projection[k]
-            if p < 0 or cluster[p] < 0 or cluster[p] == winner[face]:
+            # Most entries name the cluster of the one before, which was asked already.
+            if p < 0 or cluster[p] < 0 or cluster[p] == winner[face] or cluster[p] == last:
                 continue
+            last = cluster[p]
             mine, total = _tally(
                 begin, end, cluster[p], projection, view, cluster, weight, depth, present
             )
@@ -130,14 +132,15 @@ def claims_of(evidence: Evidence, pairs: Covisible, winner: Ints, count: int) ->
     own = winner >= 0
     area = np.bincount(winner[own], evidence.areas[own], minlength=count).astype(np.float64)
     # A projection meets at most as many clusters as it has faces.
-    most = np.minimum(np.diff(pairs.starts), count)
+    rows = pairs.rows
+    most = np.minimum(np.diff(rows.starts), count)
     places = np.zeros(len(most) + 1, dtype=np.int64)
     np.cumsum(most, out=places[1:])
     met = np.full(places[-1], -1, dtype=np.int32)
     shared = np.zeros(places[-1])
     in_ranges(
-        _meet, len(most), pairs.starts, pairs.rows, evidence.starts, evidence.projection,
-        evidence.share, evidence.areas, winner, count, places, met, shared,
+        _meet, len(most), rows.starts, rows.number, rows.entry, evidence.share, evidence.areas,
+        winner, count, places, met, shared,
     )  # fmt: skip
     used = met >= 0
     projection = np.repeat(np.arange(len(most), dtype=np.int32), most)[used]
@@ -159,21 +162,18 @@ def _visible(
 
 @kernel
 def _meet(
-    begin: Any, stop: Any, row_starts: Any, rows: Any, starts: Any, projection: Any,
-    share: Any, areas: Any, winner: Any, count: Any, places: Any, met: Any, shared: Any,
+    begin: Any, stop: Any, starts: Any, number: Any, entry: Any, share: Any, areas: Any,
+    winner: Any, count: Any, places: Any, met: Any, shared: Any,
 ) -> None:  # fmt: skip
     slot = np.full(count, -1, dtype=np.int64)
     for p in range(begin, stop):
         end = places[p]
-        for r in range(row_starts[p], row_starts[p + 1]):
-            face = rows[r]
-            c = winner[face]
+        for r in range(starts[p], starts[p + 1]):
+            c = winner[number[r]]
             if c < 0:
                 continue
             if slot[c] < places[p]:
                 slot[c] = end
                 met[end] = c
                 end += 1
-            for k in range(starts[face], starts[face + 1]):
-                if projection[k] == p:
-                    shared[slot[c]] += areas[face] * share[k]
+            shared[slot[c]] += areas[number[r]] * share[entry[r]]

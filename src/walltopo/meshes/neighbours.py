@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from walltopo.kernels import kernel
 
-__all__ = ["face_neighbours", "parts", "patches"]
+__all__ = ["face_neighbours", "parts", "patches", "root_of"]
 
 Ints = NDArray[np.int32]
 
@@ -84,7 +84,8 @@ def _neighbours(faces: Any, vertices: Any) -> Any:
 
 
 @kernel
-def _root(parent: Any, k: Any) -> Any:
+def root_of(parent: Any, k: Any) -> Any:
+    """The lowest member that stands for k's part; ways to it become shorter."""
     while parent[k] != k:
         parent[k] = parent[parent[k]]
         k = parent[k]
@@ -97,13 +98,13 @@ def _patches(neighbours: Any, label: Any, parent: Any) -> Any:
         for k in range(3):
             other = neighbours[f, k]
             if other >= 0 and label[other] == label[f]:
-                a, b = _root(parent, f), _root(parent, other)
+                a, b = root_of(parent, f), root_of(parent, other)
                 parent[max(a, b)] = min(a, b)
     number = np.zeros(len(label), dtype=np.int32)
     first = np.zeros(len(label), dtype=np.int32)
     count = 0
     for f in range(len(label)):
-        root = _root(parent, f)
+        root = root_of(parent, f)
         if root == f:
             first[count] = f
             number[f] = count

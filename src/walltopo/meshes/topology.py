@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
-from walltopo.graphs.components import components
+from walltopo.meshes.grouping import grouped_edges, linked, repeated
 
 __all__ = [
     "Edges",
@@ -44,17 +44,13 @@ class Edges:
 
 def edges_of(faces: NDArray[np.integer]) -> Edges:
     """The undirected edges of (F, 3) faces."""
-    directed = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2)
-    low, high = directed.min(axis=1).astype(np.int64), directed.max(axis=1).astype(np.int64)
-    size = int(faces.max(initial=0)) + 1
-    keys, inverse, count = np.unique(low * size + high, return_inverse=True, return_counts=True)
-    return Edges(np.stack(np.divmod(keys, size), axis=1), count, inverse.reshape(-1, 3))
+    return Edges(*grouped_edges(faces))
 
 
 def vertex_parts(faces: NDArray[np.integer], count: int) -> NDArray[np.int32]:
     """(count,) number of the part of each vertex; faces that share a vertex are of one part."""
     first, second = faces[:, [0, 1]].ravel(), faces[:, [1, 2]].ravel()
-    return components(count, first, second)
+    return linked(count, first.astype(np.int64), second.astype(np.int64))
 
 
 def fans(faces: Faces, edges: Edges | None = None) -> NDArray[np.int32]:
@@ -62,9 +58,12 @@ def fans(faces: Faces, edges: Edges | None = None) -> NDArray[np.int32]:
     manifold edges. A vertex with more than one fan is not manifold."""
     edges = edges if edges is not None else edges_of(faces)
     edge = edges.of_face.ravel()
-    slots = np.argsort(edge, kind="stable")
-    first, second = slots[edges.count[edge[slots]] == 2].reshape(-1, 2).T
-    return glued_fans(faces, first, second)
+    slots = np.arange(len(edge))
+    # Of values for one place the last stays.
+    first, second = np.zeros((2, len(edges.count)), dtype=np.int64)
+    first[edge[::-1]], second[edge] = slots[::-1], slots
+    shared = edges.count == 2
+    return glued_fans(faces, first[shared], second[shared])
 
 
 def glued_fans(
@@ -86,7 +85,7 @@ def glued_fans(
     mate_stop = np.where(aligned, following[second], second)
     rows = np.concatenate([first, following[first]])
     columns = np.concatenate([mate_start, mate_stop])
-    return components(len(slot), rows, columns).reshape(-1, 3)
+    return linked(len(slot), rows, columns).reshape(-1, 3)
 
 
 def opposed_pairs(faces: NDArray[np.integer]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -114,21 +113,20 @@ def split_fans(mesh: Mesh, fan: Faces | None = None) -> Mesh:
     fan : (F, 3) as of `fans`, its default, or of `glued_fans`.
     """
     fan = fans(mesh.faces) if fan is None else fan
-    first = np.unique(fan, return_index=True)[1]
-    return Mesh(mesh.vertices[mesh.faces.ravel()[first]], fan)
+    flat = fan.ravel()
+    corner = np.zeros(int(flat.max(initial=-1)) + 1, dtype=np.int64)
+    corner[flat] = mesh.faces.ravel()
+    return Mesh(mesh.vertices[corner], fan)
 
 
 def doubled(faces: NDArray[np.integer]) -> NDArray[np.bool_]:
     """(F,) whether an earlier face has the same three vertices."""
-    corners = np.sort(faces, axis=1)
-    order = np.lexsort((corners[:, 2], corners[:, 1], corners[:, 0]))
-    ordered = corners[order]
-    again = np.zeros(len(faces), dtype=np.bool_)
-    again[order[1:]] = (ordered[1:] == ordered[:-1]).all(axis=1)
-    return again
+    return repeated(faces)
 
 
 def compact(vertices: Floats, faces: NDArray[np.integer]) -> tuple[Floats, Faces]:
     """Vertices that some face uses, and the faces with the new numbers."""
-    used, inverse = np.unique(faces, return_inverse=True)
-    return vertices[used], inverse.reshape(-1, 3).astype(np.int32)
+    used = np.zeros(len(vertices), dtype=np.bool_)
+    used[faces] = True
+    number = np.cumsum(used, dtype=np.int32) - 1
+    return vertices[used], number[faces].astype(np.int32)

@@ -17,7 +17,7 @@ from scipy.ndimage import find_objects
 from walltopo.core import Mesh, Progress, View
 from walltopo.imaging.oklab import oklab_from_linear
 from walltopo.imaging.srgb import linear_from_srgb8
-from walltopo.raycast import render_ids
+from walltopo.raycast import render_part
 from walltopo.scans.photo_set import PhotoSet
 
 __all__ = ["Sight", "Tint", "sights", "tints"]
@@ -67,7 +67,7 @@ def sights(
     for view in views:
         factor = min(1.0, LONG_SIDE / max(view.camera.width, view.camera.height))
         camera = view.camera.scaled(factor)
-        face, _ = render_ids(mesh.vertices, mesh.faces, camera, view.cam_from_world)
+        face, _ = render_part(mesh, camera, view.cam_from_world)
         picture = photos.read_rgb(view.name)
         if picture.shape[:2] != face.shape:
             size = (camera.width, camera.height)

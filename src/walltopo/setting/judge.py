@@ -57,8 +57,8 @@ class Judge:
         self._body = wish.body
         low, high = wish.ends
         # Below the easiest grade that was learnt all problems look alike, and above the hardest.
-        model = scale.model
-        first, last = (scale.grade(k, True) for k in (model.easiest, model.hardest))
+        learnt = scale.model.learnt
+        first, last = (scale.grade(k, True) for k in (learnt.easiest, learnt.hardest))
         self._low, self._high = max(low, min(first, last)), min(high, max(first, last))
         self._easy = high < first
         self._seen: dict[tuple[frozenset[int], tuple[int, ...], int], Judged] = {}

@@ -25,6 +25,7 @@ _WHAT = {
     "learned": "look again with a network",
     "learned matches": "match again with a network",
     "register": "register photos",
+    "register at once": "register photos, all at once",
     "refine": "refine all together",
 }
 _FEATURE = re.compile(r"Processed file \[\d+/\d+\]")

@@ -229,6 +229,29 @@ def _listed(database: Path, job: Job, pairs: Sequence[tuple[int, int]]) -> Itera
 
 
 def _map(database: Path, job: Job, task: MapTask) -> None:
+    output = Path(task.output)
+    shutil.rmtree(output, ignore_errors=True)
+    output.mkdir(parents=True)
+    options = _incremental(job, task)
+    models = _models(database, job, task, options)
+    sizes = {str(key): model.num_reg_images() for key, model in models.items()}
+    best = max(models, key=lambda key: (models[key].num_reg_images(), -key), default=None)
+    if best is None:
+        _event(models=sizes, best="")
+        return
+    # A model that is continued is written to the folder itself.
+    place = output if task.reference else output / str(best)
+    model = models[best]
+    if len(models) > 1 and not task.reference:
+        model = join_models(models, database, Path(job.image_root), place, options) or model
+    _event(step="refine", total=1)
+    refine(model, set(task.held_images), set(task.constant_cameras))
+    model.write(place)
+    _event(models=sizes, best=str(place))
+
+
+def _incremental(job: Job, task: MapTask) -> Any:
+    """`pycolmap.IncrementalPipelineOptions`."""
     from walltopo.colmap import pycolmap
 
     options = pycolmap.IncrementalPipelineOptions()
@@ -248,27 +271,26 @@ def _map(database: Path, job: Job, task: MapTask) -> None:
         options.fix_existing_frames = True
         options.constant_cameras = set(task.constant_cameras)
         options.multiple_models = False
+    return options
+
+
+def _models(database: Path, job: Job, task: MapTask, options: Any) -> dict[int, Any]:
+    """`pycolmap.Reconstruction` by number."""
+    from walltopo.colmap import pycolmap
+
+    if task.at_once and not task.reference:
+        from walltopo.sparse.global_mapping import map_at_once
+
+        _event(step="register at once", total=1)
+        found = map_at_once(database, job, task)
+        _event(advance=1)
+        return found
     _event(step="register", total=task.expected)
-    output = Path(task.output)
-    shutil.rmtree(output, ignore_errors=True)
-    output.mkdir(parents=True)
-    models = pycolmap.incremental_mapping(
-        database, job.image_root, output, options, input_path=task.reference
+    return dict(
+        pycolmap.incremental_mapping(
+            database, job.image_root, task.output, options, input_path=task.reference
+        )
     )
-    sizes = {str(key): model.num_reg_images() for key, model in models.items()}
-    best = max(models, key=lambda key: (models[key].num_reg_images(), -key), default=None)
-    if best is None:
-        _event(models=sizes, best="")
-        return
-    # A model that is continued is written to the folder itself.
-    place = output if task.reference else output / str(best)
-    model = models[best]
-    if len(models) > 1 and not task.reference:
-        model = join_models(models, database, Path(job.image_root), place, options) or model
-    _event(step="refine", total=1)
-    refine(model, set(task.held_images), set(task.constant_cameras))
-    model.write(place)
-    _event(models=sizes, best=str(place))
 
 
 def refine(model: Any, held_images: set[int], held_cameras: set[int]) -> None:

@@ -102,7 +102,8 @@ def _reconstruct(
     def mapped(job: Job) -> tuple[Mapped, dict[str, Floats]]:
         # Mapping gets a process of its own: COLMAP's random state would differ between a run that
         # matched photos first and one that found them matched.
-        task = MapTask(str(Path(job.database).with_name("mapping")), len(photos))
+        output = str(Path(job.database).with_name("mapping"))
+        task = MapTask(output, len(photos), at_once=settings.mapping == "global")
         result = run_worker(mapping_job(job, task), context.progress)
         return result, camera_centres(open_model(Path(result.best))) if result.best else {}
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, StageError, View
+from walltopo.core.ahead import ahead
 from walltopo.imaging.packing import fit_scale
 from walltopo.meshes.neighbours import face_neighbours, patches
 from walltopo.texture.candidates import find_candidates
@@ -27,6 +29,7 @@ from walltopo.texture.unseen import spread_colours, unseen_cells
 __all__ = ["Texture", "make_texture"]
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 Image = NDArray[np.uint8]
 Load = Callable[[str], Image]
 
@@ -90,7 +93,8 @@ def make_texture(
     del candidates
     blank = (label < 0) & ~mesh.measured
     chart, _ = patches(adjacent, np.where(blank, -2, label))
-    pixels = _photo_positions(mesh, views, label)
+    painted_from = _faces_by_label(label, len(views))
+    pixels = _photo_positions(mesh, views, painted_from)
     # A chart of a few triangles would cost more in borders than in colours: one colour each.
     tiny = (np.bincount(chart) < _TINY_CHART)[chart]
     flat = (label < 0) & ~blank | tiny
@@ -99,7 +103,7 @@ def make_texture(
     texels, charts, scale = _layout(pixels, chart, flat, settings)
     progress.step("levelling colours", len(views))
     node, vertex = _nodes(mesh.faces, chart, label)
-    colour = _node_colours(views, load, label, pixels, node, len(vertex), gains, progress)
+    colour = _node_colours(views, load, painted_from, pixels, node, len(vertex), gains, progress)
     shift = np.zeros_like(colour)
     if settings.blend:
         shift = level_seams(node[label >= 0], vertex, colour, len(vertex))
@@ -108,11 +112,15 @@ def make_texture(
     painted = np.zeros(atlas.shape[:2], dtype=np.uint8)
     correction = np.zeros((len(mesh.faces), 3, 3), dtype=np.float32)
     correction[label >= 0] = shift[node[label >= 0]]
-    for k, view in enumerate(views):
-        which = np.flatnonzero((label == k) & ~flat)
-        if len(which):
-            gain = gains[k].astype(np.float32)
-            paint_photo(load(view.name), gain, which, pixels, texels, correction, atlas, painted)
+
+    def loaded(k: int) -> tuple[Ints, Image | None]:
+        which = painted_from[k][~flat[painted_from[k]]]
+        return which, load(views[k].name) if len(which) else None
+
+    for gain, (which, photo) in zip(gains, ahead(loaded, range(len(views))), strict=True):
+        if photo is not None:
+            own = gain.astype(np.float32)
+            paint_photo(photo, own, which, pixels, texels, correction, atlas, painted)
         progress.advance()
     if flat.any():
         known = spread_colours(mesh.faces, len(mesh.vertices), vertex, colour + shift)
@@ -123,13 +131,19 @@ def make_texture(
     return Texture(fill_gaps(atlas, painted), uv, label, charts, scale)
 
 
+def _faces_by_label(label: NDArray[np.int16], count: int) -> list[NDArray[np.int64]]:
+    """Per label from 0 to `count` - 1, the triangles that have it, ascending."""
+    order = np.argsort(label, kind="stable")
+    borders = np.searchsorted(label[order], np.arange(count + 1))
+    return [order[a:b] for a, b in pairwise(borders)]
+
+
 def _photo_positions(
-    mesh: Mesh, views: Sequence[View], label: NDArray[np.int16]
+    mesh: Mesh, views: Sequence[View], painted_from: Sequence[NDArray[np.int64]]
 ) -> NDArray[np.float32]:
-    """(F, 3, 2) float32: each corner's pixel in the photo of its triangle's label."""
+    """(F, 3, 2) float32: each corner's pixel in the photo that its triangle is painted from."""
     pixels = np.zeros((len(mesh.faces), 3, 2), dtype=np.float32)
-    for k, view in enumerate(views):
-        which = np.flatnonzero(label == k)
+    for view, which in zip(views, painted_from, strict=True):
         pixels[which] = view.project(mesh.vertices[mesh.faces[which]])
     return pixels
 
@@ -190,7 +204,7 @@ def _nodes(
 def _node_colours(
     views: Sequence[View],
     load: Load,
-    label: NDArray[np.int16],
+    painted_from: Sequence[NDArray[np.int64]],
     pixels: NDArray[np.float32],
     node: NDArray[np.int64],
     count: int,
@@ -199,11 +213,16 @@ def _node_colours(
 ) -> Floats:
     """(N, 3) colour of each node in its own photo, blurred a little, times the photo's gain."""
     colour = np.zeros((count, 3))
-    for k, view in enumerate(views):
-        which = np.flatnonzero(label == k)
-        if len(which):
-            nodes, first = np.unique(node[which].ravel(), return_index=True)
-            points = pixels[which].reshape(-1, 2)[first]
-            colour[nodes] = sample_points(load(view.name), points) * gains[k]
+
+    def sampled(k: int) -> tuple[Ints, Floats]:
+        which = painted_from[k]
+        if len(which) == 0:
+            return which, np.zeros((0, 3))
+        nodes, first = np.unique(node[which].ravel(), return_index=True)
+        points = pixels[which].reshape(-1, 2)[first]
+        return nodes, sample_points(load(views[k].name), points) * gains[k]
+
+    for nodes, found in ahead(sampled, range(len(views))):
+        colour[nodes] = found
         progress.advance()
     return colour

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, View
+from walltopo.core.ahead import ahead
 from walltopo.kernels import in_ranges, kernel
-from walltopo.raycast import render_ids
+from walltopo.raycast import faces_before, own_vertices, render_ids
 
 __all__ = ["CANDIDATES", "Candidates", "find_candidates"]
 
@@ -55,7 +57,7 @@ def _keep_best(
     which: NDArray[np.int64],
     pixels: NDArray[np.float32],
     z: NDArray[np.float32],
-    faces: NDArray[np.int32],
+    near: NDArray[np.int32],
     cosines: NDArray[np.float32],
     nearest: NDArray[np.float32],
     depth: NDArray[np.float32],
@@ -65,7 +67,7 @@ def _keep_best(
     score: NDArray[np.float32],
     colour: NDArray[np.uint8],
 ) -> None:
-    """Offer one view to the triangles `which`, with their cosines (in place)."""
+    """Offer one view to the triangles `which`, with their corners `near` and cosines (in place)."""
     height, width = depth.shape
     slots = view.shape[1]
     for n in range(begin, end):
@@ -78,7 +80,7 @@ def _keep_best(
         mx = my = mz = 0.0
         slack = tolerance / cosine
         for corner in range(3):
-            v = faces[f, corner]
+            v = near[n, corner]
             x, y = pixels[v, 0], pixels[v, 1]
             if not (x >= 2.0 and y >= 2.0 and x < width - 2.0 and y < height - 2.0):
                 inside = False
@@ -121,41 +123,55 @@ def find_candidates(
     # Depth tests tolerate half an edge: more would let a hold's colour run onto the wall.
     tolerance = 0.5 * float(np.sqrt(np.median(mesh.areas) * 4.0 / np.sqrt(3.0)))
     normals = _smooth_normals(mesh)
-    for index, item in enumerate(views):
-        local = item.to_camera(mesh.vertices)
-        framed = _framed(local, item)
-        which = np.flatnonzero(framed[mesh.faces].any(axis=1))
-        if len(which) == 0:
-            progress.advance()
-            continue
-        pixels = np.full((len(local), 2), -1.0, dtype=np.float32)
-        pixels[framed] = np.nan_to_num(item.camera.project(local[framed]), nan=-1.0)
-        near = mesh.faces[which]
-        _, depth = render_ids(mesh.vertices, near, item.camera, item.cam_from_world)
-        # The smallest depth around each pixel: a triangle beside something nearer is not wholly
-        # seen, so that the nearer thing's border does not bleed onto it.
-        nearest = np.asarray(cv2.erode(depth, np.ones((3, 3), np.uint8)))
-        blurred = np.asarray(cv2.GaussianBlur(load(item.name), (0, 0), _BLUR), dtype=np.uint8)
-        in_ranges(
-            _keep_best,
-            len(which),
-            index,
-            item.camera.fx,
-            which,
-            pixels,
-            local[:, 2].astype(np.float32),
-            mesh.faces,
-            _cosines(mesh.centroids[which], normals[which], item),
-            nearest,
-            depth,
-            blurred,
-            tolerance,
-            view,
-            score,
-            colour,
-        )
+
+    def looked(item: View) -> _Look | None:
+        return _look(mesh, normals, item, load)
+
+    for index, look in enumerate(ahead(looked, views)):
+        if look is not None:
+            in_ranges(
+                _keep_best, len(look.which), index, views[index].camera.fx, *look, tolerance, view,
+                score, colour,
+            )  # fmt: skip
         progress.advance()
     return Candidates(view, score, colour)
+
+
+class _Look(NamedTuple):
+    """What one view offers to the triangles before it: see `_keep_best`."""
+
+    which: NDArray[np.int64]
+    pixels: NDArray[np.float32]
+    z: NDArray[np.float32]
+    near: NDArray[np.int32]
+    cosines: NDArray[np.float32]
+    nearest: NDArray[np.float32]
+    depth: NDArray[np.float32]
+    blurred: Image
+
+
+def _look(mesh: Mesh, normals: Floats, item: View, load: Callable[[str], Image]) -> _Look | None:
+    """Draw the mesh as one view sees it; None where that shows nothing of it."""
+    which = faces_before(mesh, item.camera, item.cam_from_world)
+    vertices, near = own_vertices(mesh, which)
+    local = item.to_camera(vertices)
+    framed = _framed(local, item)
+    inside = framed[near].any(axis=1)
+    which, near = which[inside], near[inside]
+    if len(which) == 0:
+        return None
+    pixels = np.full((len(local), 2), -1.0, dtype=np.float32)
+    pixels[framed] = np.nan_to_num(item.camera.project(local[framed]), nan=-1.0)
+    _, depth = render_ids(vertices, near, item.camera, item.cam_from_world)
+    # The smallest depth around each pixel: a triangle beside something nearer is not wholly
+    # seen, so that the nearer thing's border does not bleed onto it.
+    nearest = np.asarray(cv2.erode(depth, np.ones((3, 3), np.uint8)), dtype=np.float32)
+    blurred = np.asarray(cv2.GaussianBlur(load(item.name), (0, 0), _BLUR), dtype=np.uint8)
+    cosines = np.zeros(len(which), dtype=np.float32)
+    centre = tuple(item.centre.tolist())
+    in_ranges(_cosines, len(which), which, mesh.centroids, normals, centre, cosines)
+    z = local[:, 2].astype(np.float32)
+    return _Look(which, pixels, z, near, cosines, nearest, depth, blurred)
 
 
 def _smooth_normals(mesh: Mesh) -> Floats:
@@ -187,8 +203,15 @@ def _framed(local: Floats, view: View) -> NDArray[np.bool_]:
     return (z > 0) & (x * x + y * y < (reach * z) ** 2)
 
 
-def _cosines(centroids: Floats, normals: Floats, view: View) -> NDArray[np.float32]:
-    """(F,) cosine of the angle between each triangle's normal and the ray to the camera."""
-    rays = view.centre - centroids
-    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
-    return np.einsum("ij,ij->i", rays, normals).astype(np.float32)
+@kernel
+def _cosines(
+    begin: Any, end: Any, which: Any, centroids: Any, normals: Any, centre: Any, cosines: Any
+) -> None:
+    """Cosine of the angle between each triangle's normal and the ray to the camera (in place)."""
+    for n in range(begin, end):
+        f = which[n]
+        x, y = centre[0] - centroids[f, 0], centre[1] - centroids[f, 1]
+        z = centre[2] - centroids[f, 2]
+        length = np.sqrt(x * x + y * y + z * z)
+        along = x / length * normals[f, 0] + y / length * normals[f, 1] + z / length * normals[f, 2]
+        cosines[n] = along

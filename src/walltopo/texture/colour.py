@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
+from walltopo.core.cores import cores
+from walltopo.kernels import kernel
 from walltopo.texture.candidates import Candidates
 
 __all__ = ["level_seams", "photo_gains"]
@@ -13,6 +18,8 @@ Floats = NDArray[np.float64]
 
 # Colours darker or brighter than these say nothing of the exposure.
 _DARK, _BRIGHT = 12, 243
+# Logarithm of a ratio from which on it is a highlight's, not an exposure's.
+_UNSTEADY = 0.7
 # Seam levelling: weight of smoothness and of staying near the photo, against closing seams.
 _SMOOTH = 1.0
 _STAY = 2e-3
@@ -26,24 +33,34 @@ def photo_gains(candidates: Candidates, count: int) -> Floats:
     """
     total = np.zeros((count, count, 3))
     number = np.zeros((count, count))
-    view, colour = candidates.view, candidates.colour
-    for a in range(view.shape[1]):
-        for b in range(a + 1, view.shape[1]):
-            rows = np.flatnonzero((view[:, a] >= 0) & (view[:, b] >= 0))
-            ca, cb = colour[rows, a], colour[rows, b]
-            usable = (np.minimum(ca, cb) >= _DARK).all(axis=1)
-            usable &= (np.maximum(ca, cb) <= _BRIGHT).all(axis=1)
-            ratio = np.log(cb[usable].astype(float)) - np.log(ca[usable].astype(float))
-            i, j = view[rows[usable], a].astype(int), view[rows[usable], b].astype(int)
-            steady = (np.abs(ratio) < 0.7).all(axis=1)
-            np.add.at(total, (i[steady], j[steady]), ratio[steady])
-            np.add.at(number, (i[steady], j[steady]), 1.0)
+    logs = np.log(np.maximum(np.arange(256.0), 1.0))
+    _sum_ratios(candidates.view, candidates.colour, logs, total, number)
     total, number = total - total.transpose(1, 0, 2), number + number.T
     # log g_i - log g_j = mean log(c_j / c_i), each pair weighted by the triangles it shares.
     scale = max(float(number.max()), 1.0)
     system = np.diag(number.sum(axis=1)) - number + 1e-4 * scale * np.eye(count)
     gains = np.exp(np.linalg.solve(system, total.sum(axis=1)))
     return np.asarray(np.clip(gains, 0.3, 3.0))
+
+
+@kernel
+def _sum_ratios(view: Any, colour: Any, logs: Any, total: Any, number: Any) -> None:
+    """Add up, for photos i and j that show a triangle, log(c_j / c_i), and how many there were."""
+    slots = view.shape[1]
+    for a in range(slots):
+        for b in range(a + 1, slots):
+            for f in range(len(view)):
+                i, j = view[f, a], view[f, b]
+                usable = i >= 0 and j >= 0
+                for channel in range(3):
+                    one, two = colour[f, a, channel], colour[f, b, channel]
+                    usable = usable and min(one, two) >= _DARK and max(one, two) <= _BRIGHT
+                    usable = usable and abs(logs[two] - logs[one]) < _UNSTEADY
+                if usable:
+                    number[i, j] += 1.0
+                    for channel in range(3):
+                        ratio = logs[colour[f, b, channel]] - logs[colour[f, a, channel]]
+                        total[i, j, channel] += ratio
 
 
 def level_seams(
@@ -84,7 +101,10 @@ def level_seams(
     system = (10.0 * seams + _SMOOTH * smooth + _STAY * identity(node_count)).tocsr()  # type: ignore[operator]
     inverse = diags(1.0 / system.diagonal())
     right = -10.0 * (seams @ node_colour)  # type: ignore[operator]
-    result = np.zeros_like(node_colour)
-    for channel in range(3):
-        result[:, channel] = cg(system, right[:, channel], M=inverse, rtol=1e-3, maxiter=150)[0]
-    return result
+
+    def solved(channel: int) -> Floats:
+        start = right[:, channel]
+        return np.asarray(cg(system, start, M=inverse, rtol=1e-3, maxiter=150)[0])
+
+    with ThreadPoolExecutor(cores()) as pool:
+        return np.stack(list(pool.map(solved, range(3))), axis=1)

@@ -1,4 +1,4 @@
-"""Passwords: argon2id (argon2-cffi's defaults, RFC 9106), and none that is easily guessed."""
+"""Passwords: argon2id (argon2-cffi's defaults, RFC 9106); none that leaked or is soon guessed."""
 
 from __future__ import annotations
 
@@ -6,12 +6,14 @@ from argon2 import PasswordHasher
 from argon2.exceptions import InvalidHashError, VerificationError
 
 from walltopo.core import InputError
+from walltopo_gym.accounts.leaked import is_leaked
 
 __all__ = ["LONGEST", "SHORTEST", "Passwords", "check_password"]
 
 SHORTEST, LONGEST = 10, 200
 _LEAST_SCORE = 2  # of 0 to 4: more than a million guesses
 _LOOKED_AT = 72  # zxcvbn's time grows with the square of the length
+_BETTER = "Four random words are good."
 
 
 class Passwords:
@@ -44,7 +46,7 @@ class Passwords:
 
 
 def check_password(password: str, *known: str) -> None:
-    """Refuse what is short, common, or made of what everybody knows of this person.
+    """Refuse what is short, leaked, common, or made of what everybody knows of this person.
 
     Source: D. Wheeler, "zxcvbn: low-budget password strength estimation", USENIX Security 2016;
     with its lists of common passwords.
@@ -57,10 +59,12 @@ def check_password(password: str, *known: str) -> None:
         raise InputError(
             f"the password has {len(password)} characters, expected {SHORTEST} to {LONGEST}"
         )
+    if is_leaked(password):
+        raise InputError("this password stands in lists of leaked ones", _BETTER)
     from zxcvbn import zxcvbn
 
     parts = [part for text in known for part in (text, *text.replace("@", " ").split())]
     judged = zxcvbn(password[:_LOOKED_AT], user_inputs=["walltopo", *parts])
     if judged["score"] < _LEAST_SCORE:
         reason = judged["feedback"]["warning"] or "It would be guessed soon."
-        raise InputError(f"this password is not safe: {reason}", "Four random words are good.")
+        raise InputError(f"this password is not safe: {reason}", _BETTER)

@@ -14,10 +14,12 @@ from walltopo_gym.api import (
     comments,
     competition_board,
     competition_entries,
+    competition_order,
     competitions,
     editing,
     floor_plan,
     follows,
+    grade_ranges,
     grades,
     gyms,
     hall_messages,
@@ -69,10 +71,10 @@ PREFIX = "/api/v1"
 # Requests are held against them in this order: where a whole hall asks comes first.
 _ROOMS = (judging, climbing, competition_board, routes, tallies, walls, gyms, scans, sign_up,
           sessions, me, passwords, second_factor, tokens, members, grades, uploads, floor_plan,
-          publishing, plans, editing, pictures, comments, logbook, profiles, passkeys, handovers,
+          publishing, plans, editing, grade_ranges, pictures, comments, logbook, profiles, passkeys, handovers,
           own_data, past, webhooks, climbing_sessions, progress, boards, follows, insights,
           insight_aims, hall_screen, hall_paper, hall_messages, competitions,
-          competition_entries, about)  # fmt: skip
+          competition_entries, competition_order, about)  # fmt: skip
 
 
 def build_app(services: Services) -> FastAPI:

@@ -25,17 +25,22 @@ from walltopo_gym.competitions.ranking import Step
 from walltopo_gym.competitions.tables import results_csv, results_pdf
 from walltopo_gym.competitions.told import BoardTold
 from walltopo_gym.gyms.roles import Role
+from walltopo_gym.languages import Language
 
 __all__ = ["router"]
 
 router = APIRouter(tags=["competitions"])
 
-_WORDS: Final = {
+_WORDS: Final[dict[Language, dict[str, str]]] = {
     "en": {"rank": "#", "bib": "No.", "name": "Name", "team": "Team or club", "points": "Points",
            "out": "out", "frozen": "As it stood when the board was frozen."},
     "de": {"rank": "#", "bib": "Nr.", "name": "Name", "team": "Team oder Verein",
            "points": "Punkte", "out": "raus",
            "frozen": "Stand von dem Moment, in dem die Tafel angehalten wurde."},
+    "cs": {"rank": "#", "bib": "Č.", "name": "Jméno", "team": "Tým nebo oddíl", "points": "Body",
+           "out": "mimo", "frozen": "Stav z okamžiku, kdy byla tabule zmrazena."},
+    "fr": {"rank": "#", "bib": "N°", "name": "Nom", "team": "Équipe ou club", "points": "Points",
+           "out": "NC", "frozen": "Tel qu’au moment où le classement a été figé."},
 }  # fmt: skip
 
 
@@ -139,7 +144,7 @@ def read_results_table(
 @router.get("/gyms/{gym}/competitions/{competition}/results.pdf", response_class=ResultsPaper)
 def read_results_paper(
     competition: UUID, session: Db, access: GuestMay, boards: BoardsOf,
-    language: Literal["en", "de"] = "en",
+    language: Language = "en",
 ) -> ResultsPaper:  # fmt: skip
     """The board on pages to print."""
     row = competition_of(session, access, competition)

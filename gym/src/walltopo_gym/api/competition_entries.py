@@ -17,6 +17,7 @@ from walltopo_gym.accounts.models import Person
 from walltopo_gym.api.competition_facts import Gender, LongText, Year
 from walltopo_gym.api.competitions import competition_of
 from walltopo_gym.api.fields import Body, Name, Text
+from walltopo_gym.api.messages import codes_of
 from walltopo_gym.api.rules import Access, SetterMay, gym_rule
 from walltopo_gym.api.services import Db
 from walltopo_gym.competitions.entering import (
@@ -131,11 +132,16 @@ class StartListBody(Body):
 
 
 class FaultFacts(BaseModel):
-    """What is wrong in a line of a table; its head is line 1."""
+    """What is wrong in a line of a table, and what to do; its head is line 1. Codes as those of any
+    refusal."""
 
     line: int
     column: str
     why: str
+    hint: str
+    code: str = ""
+    hint_code: str = ""
+    values: dict[str, str] = {}
 
 
 class StartListFacts(BaseModel):
@@ -190,7 +196,9 @@ def import_entries(
         take_in(session, row, entries)
         log_change(session, "entry.import", person=access.actor.known, gym=access.gym.id,
                    subject=row.name, entries=len(entries))  # fmt: skip
-    errors = [FaultFacts(**vars(fault)) for fault in faults]
+    errors = [
+        FaultFacts.model_validate(vars(fault) | codes_of(fault.why, fault.hint)) for fault in faults
+    ]
     return StartListFacts(entries=len(entries), errors=errors, columns=list(COLUMNS))
 
 
@@ -271,7 +279,7 @@ def _facts(session: Session, entries: Any) -> list[EntryFacts]:
         .where(WaiverSignature.entry_id.in_([entry.id for entry in entries]))
         .group_by(WaiverSignature.entry_id)
     )
-    at: dict[UUID, datetime] = dict(session.execute(signed).tuples().all())
+    at: dict[UUID, datetime] = dict(session.execute(signed).all())
     columns = [column.key for column in Entry.__table__.columns]
     return [
         EntryFacts.model_validate(

@@ -7,7 +7,6 @@ from typing import Literal
 from uuid import UUID
 
 from fastapi import APIRouter
-from pydantic import BaseModel, Field
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
@@ -30,14 +29,7 @@ from walltopo_gym.api.services import Db
 from walltopo_gym.competitions.entering import entries_in, own_entry
 from walltopo_gym.competitions.making import change_sheet, locked
 from walltopo_gym.competitions.models import Category, Competition, Entry, Problem, Round
-from walltopo_gym.competitions.running import (
-    draw_again,
-    freeze,
-    move_competition,
-    move_round,
-    round_of,
-    starters,
-)
+from walltopo_gym.competitions.running import freeze, move_competition, move_round, round_of
 from walltopo_gym.errors import ConflictError, NotFoundError
 from walltopo_gym.gyms.roles import Role
 
@@ -56,23 +48,6 @@ class RoundStateBody(Body):
 
 class FrozenBody(Body):
     frozen: bool
-
-
-class StarterFacts(BaseModel):
-    """Somebody's place in the running order of their category, from 1."""
-
-    category_id: UUID
-    place: int
-    entry_id: UUID
-    bib: int
-    name: str
-
-
-class OrderBody(Body):
-    """Who of a category is in the round, the first to climb first."""
-
-    category_id: UUID
-    entry_ids: list[UUID] = Field(max_length=2_000)
 
 
 def competition_of(session: Session, access: Access, competition: UUID) -> Competition:
@@ -187,35 +162,6 @@ def put_round_state(
     return _done(session, access, row, f"round.{body.state}")
 
 
-@router.get("/gyms/{gym}/competitions/{competition}/rounds/{one}/starters")
-def list_starters(
-    competition: UUID, one: UUID, session: Db, access: GuestMay
-) -> list[StarterFacts]:
-    """Who climbs in a round, in running order: the best of the round before comes last."""
-    row = competition_of(session, access, competition)
-    return _order(session, row, round_of(session, row, one))
-
-
-@router.put("/gyms/{gym}/competitions/{competition}/rounds/{one}/starters")
-def put_starters(
-    competition: UUID, one: UUID, body: OrderBody, session: Db, access: SetterMay
-) -> list[StarterFacts]:
-    """Let others of a category be in a round with a quota, or in another order."""
-    row = locked(session, access.gym.id, competition)
-    found = round_of(session, row, one)
-    draw_again(session, row, found, body.category_id, body.entry_ids)
-    _log(session, access, "round.order", row)
-    return _order(session, row, found)
-
-
-def _order(session: Session, row: Competition, one: Round) -> list[StarterFacts]:
-    return [
-        StarterFacts(category_id=entry.category_id, place=place, entry_id=entry.id, bib=entry.bib,
-                     name=entry.name)
-        for entry, place in starters(session, row, one)
-    ]  # fmt: skip
-
-
 def _done(session: Session, access: Access, row: Competition, action: str) -> CompetitionSheet:
     session.flush()
     _log(session, access, action, row)
@@ -237,7 +183,7 @@ def _sheet(session: Session, access: Access, row: Competition) -> CompetitionShe
         .where(Entry.competition_id == row.id, Entry.withdrawn.is_(False))
         .group_by(Entry.category_id)
     )
-    entries: dict[UUID, int] = dict(session.execute(in_category).tuples().all())
+    entries: dict[UUID, int] = dict(session.execute(in_category).all())
     me = access.actor.person
     mine = None if me is None else own_entry(session, row, me)
     return CompetitionSheet.model_validate({

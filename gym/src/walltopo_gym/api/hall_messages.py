@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import Annotated
 from uuid import UUID
 
-from fastapi import APIRouter, Path, Request
+from fastapi import APIRouter, Depends, Path, Request
 from pydantic import BaseModel, Field
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.limits import count_document
+from walltopo_gym.accounts.models import Person
 from walltopo_gym.api.fields import Body
 from walltopo_gym.api.rules import AnyoneMay, SignedInMay
 from walltopo_gym.api.services import Db, ServicesOf
@@ -32,14 +33,19 @@ Hour = Annotated[int, Field(ge=0, le=23)]
 Base64 = r"^[A-Za-z0-9_-]+=*$"
 
 
-class NewsWords(Body):
-    """What one wants to be told, all of it, each time; `quiet_from` and `quiet_to` are hours."""
+class NewsKinds(Body):
+    """Of what one is told: `digest` by mail, the others in browsers."""
 
-    language: Language = "en"
     digest: bool = False
     fresh: bool = False
     soon: bool = False
     competitions: bool = False
+
+
+class NewsWords(NewsKinds):
+    """What one wants to be told, all of it, each time; `quiet_from` and `quiet_to` are hours."""
+
+    language: Language = "en"
     quiet_from: Hour = 22
     quiet_to: Hour = 8
 
@@ -131,14 +137,41 @@ def try_push(browser: UUID, services: ServicesOf, actor: SignedInMay) -> None:
                             "Try again later.") from error  # fmt: skip
 
 
-@router.post("/unsubscribe/{token}", status_code=204)
-def end_mails(
-    token: Annotated[str, Path(max_length=60)], services: ServicesOf, actor: AnyoneMay
-) -> None:
-    """No weekly mail any more: by the mail program's own button (RFC 8058), or the mail's link."""
+def _whose(token: Annotated[str, Path(max_length=60)], services: ServicesOf) -> UUID:
+    """In whose mails the link stands."""
     person = person_of(services.database, token)
-    if person is None:
-        raise NotFoundError("this link ends no mails")
+    with services.database.reading() as session:
+        if person is None or session.get(Person, person) is None:
+            raise NotFoundError("this link ends no mails",
+                                "Take the link of a newer mail, or sign in.")  # fmt: skip
+    return person
+
+
+Whose = Annotated[UUID, Depends(_whose)]
+
+
+@router.get("/unsubscribe/{token}")
+def read_wishes_by_link(person: Whose, services: ServicesOf, actor: AnyoneMay) -> NewsKinds:
+    """Of what the person is told in whose mail the link stands."""
+    with services.database.reading() as session:
+        return NewsKinds.model_validate(wishes_of(session, person), from_attributes=True)
+
+
+@router.put("/unsubscribe/{token}", status_code=204)
+def put_wishes_by_link(
+    person: Whose, body: NewsKinds, services: ServicesOf, actor: AnyoneMay
+) -> None:
+    """Be told of less, or again of what one was told, by the link of a mail."""
+    with services.database.writing() as session:
+        wishes = wishes_of(session, person)
+        for name, value in body.model_dump().items():
+            setattr(wishes, name, value)
+        session.add(wishes)
+
+
+@router.post("/unsubscribe/{token}", status_code=204)
+def end_mails(person: Whose, services: ServicesOf, actor: AnyoneMay) -> None:
+    """No weekly mail any more: by the mail program's own button (RFC 8058)."""
     with services.database.writing() as session:
         row = session.get(Wishes, person)
         if row is not None:

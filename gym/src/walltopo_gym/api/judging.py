@@ -123,6 +123,7 @@ def list_score_events(
     size: Size = 100,
     entry: UUID | None = None,
     problem: UUID | None = None,
+    kind: Kind | None = None,
 ) -> EventPage:  # fmt: skip
     """Who entered what, in the order in which it came."""
     row = competition_of(session, access, competition)
@@ -131,6 +132,8 @@ def list_score_events(
         rows = rows.where(ScoreEvent.entry_id == entry)
     if problem is not None:
         rows = rows.where(ScoreEvent.problem_id == problem)
+    if kind is not None:
+        rows = rows.where(ScoreEvent.kind == kind)
     found = session.scalars(rows.order_by(ScoreEvent.seq).limit(size + 1)).all()
     following = found[size - 1].seq if len(found) > size else None
     return EventPage(items=_told(session, row.id, found[:size]), next=following)
@@ -180,7 +183,7 @@ def list_appeals(competition: UUID, session: Db, access: JudgeMay) -> list[Appea
 def _told(session: Session, competition: UUID, events: Sequence[ScoreEvent]) -> list[EventFacts]:
     people = {event.person_id for event in events if event.person_id is not None}
     named = session.execute(select(Person.id, Person.name).where(Person.id.in_(people)))
-    names: dict[UUID | None, str] = {**dict(named.tuples().all())}
+    names: dict[UUID | None, str] = dict(named.all())
     ids = [event.id for event in events]
     gone = struck(session, competition, ids) if ids else set()
     return [

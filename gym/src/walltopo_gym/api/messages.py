@@ -14,7 +14,7 @@ from typing import Final
 
 import msgspec
 
-__all__ = ["Message", "message_of", "templates"]
+__all__ = ["Message", "codes_of", "message_of", "templates"]
 
 _PLACE: Final = re.compile(r"\{(\w+)\}")
 
@@ -43,6 +43,18 @@ def message_of(text: str) -> Message | None:
         if match is not None:
             return Message(found, match.groupdict())
     return None
+
+
+def codes_of(title: str, hint: str) -> dict[str, object]:
+    """`code`, `hint_code` and `values` of what is said and of what to do; those that there are."""
+    found: dict[str, object] = {}
+    values: dict[str, str] = {}
+    for name, text in (("code", title), ("hint_code", hint)):
+        message = message_of(text)
+        if message is not None:
+            found[name] = message.code
+            values |= message.values
+    return found | ({"values": values} if values else {})
 
 
 @cache

@@ -13,7 +13,7 @@ from starlette.exceptions import HTTPException
 from starlette.responses import JSONResponse
 
 from walltopo.core import EnvironmentLacksError, InputError, WalltopoError
-from walltopo_gym.api.messages import message_of
+from walltopo_gym.api.messages import codes_of
 from walltopo_gym.errors import (
     ConflictError,
     ForbiddenError,
@@ -66,16 +66,9 @@ def problem(
     """An answer that says what happened, and what can be done; with codes of both where they have
     one, so that the app can say it in the reader's language."""
     body: dict[str, object] = {"title": title, "status": status}
-    values: dict[str, str] = {}
     if hint:
         body["hint"] = hint
-    for name, text in (("code", title), ("hint_code", hint)):
-        message = message_of(text)
-        if message is not None:
-            body[name] = message.code
-            values |= message.values
-    if values:
-        body["values"] = values
+    body |= codes_of(title, hint)
     return JSONResponse(body, status, headers, media_type="application/problem+json")
 
 

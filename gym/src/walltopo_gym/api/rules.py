@@ -25,13 +25,16 @@ from walltopo_gym.gyms.models import Gym
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.hall.screen import has_key
 
-__all__ = ["COOKIE", "KIOSK", "Access", "AnyoneMay", "GuestMay", "OperatorsMay", "OwnerMay", "Rule",
-           "SetterMay", "SignedInMay", "declare_rules", "gym_rule", "visible_gym"]  # fmt: skip
+__all__ = ["COOKIE", "FOR", "KIOSK", "Access", "AnyoneMay", "GuestMay", "OperatorsMay", "OwnerMay",
+           "Rule", "SetterMay", "SignedInMay", "declare_rules", "gym_rule",
+           "visible_gym"]  # fmt: skip
 
 # `__Host-`: over HTTPS only, of this host only, for all of it (RFC 6265bis, 4.1.3.2).
 COOKIE: Final = "__Host-walltopo"
 # Of a screen in the hall: it is a guest of one private gym.
 KIOSK: Final = "__Host-walltopo-kiosk"
+# The app says whose something is that it sends days later, perhaps while others sign in.
+FOR: Final = "x-walltopo-person"
 
 
 @dataclass(frozen=True)
@@ -61,6 +64,10 @@ def _actor(request: Request, services: ServicesOf) -> Actor:
     """Who asks. A token that is given counts, whatever cookie comes with it.
 
     Read apart from the endpoint's own transaction, which may begin later, or be several.
+
+    Raises
+    ------
+    SignInNeededError : what waited in a browser is somebody's (`FOR`) who is signed in no more.
     """
     kind, _, secret = request.headers.get("authorization", "").partition(" ")
     cookie = request.cookies.get(COOKIE)
@@ -68,7 +75,10 @@ def _actor(request: Request, services: ServicesOf) -> Actor:
     if not is_token and not cookie:
         return NOBODY
     with services.database.reading() as session:
-        return by_token(session, secret.strip()) if is_token else by_cookie(session, cookie or "")
+        actor = by_token(session, secret.strip()) if is_token else by_cookie(session, cookie or "")
+    if FOR in request.headers and request.headers[FOR] != str(actor.person):
+        raise SignInNeededError("this is of somebody who is not signed in here", "Sign in first.")
+    return actor
 
 
 _Asker = Annotated[Actor, Depends(_actor)]

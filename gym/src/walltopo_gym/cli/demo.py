@@ -46,7 +46,7 @@ def _demo(args: argparse.Namespace) -> int:
 
     for email, password in accounts.items():
         console.print(f"{email:<22} {password}", soft_wrap=True, markup=False, highlight=False)
-    console.print("Its climbers and ascents are made up.")
+    console.print("Its climbers, their ascents and its two competitions are made up.")
     if not args.no_serve:
         serve(settings, tell)
     return 0

@@ -192,7 +192,7 @@ def entries_in(session: Session, competitions: Collection[UUID]) -> dict[UUID, i
         .where(Entry.competition_id.in_(competitions), Entry.withdrawn.is_(False))
         .group_by(Entry.competition_id)
     )
-    return dict(session.execute(rows).tuples().all())
+    return dict(session.execute(rows).all())
 
 
 def _check_fits(category: Category, words: EntryWords) -> None:

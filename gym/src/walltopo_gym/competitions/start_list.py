@@ -7,7 +7,7 @@ import io
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -22,6 +22,7 @@ COLUMNS: Final = ("name", "category", "bib", "team", "club", "birth_year", "gend
 MOST_LINES: Final = 2_000
 _MOST_FAULTS: Final = 100
 _WORDS: Final = 80
+_SHOWN: Final = 40  # characters of a cell in what is said of it
 _LINE: Final = re.compile(r"[^\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]*")
 _GENDERS: Final = {"": "", "w": "women", "f": "women", "women": "women", "m": "men", "men": "men",
                    "other": "other", "x": "other"}  # fmt: skip
@@ -30,11 +31,20 @@ _NUMBERS: Final = {"bib": (1, 99_999), "birth_year": (1900, 2100), "handicap": (
 
 @dataclass(frozen=True)
 class Fault:
-    """What is wrong in a line (the head is line 1)."""
+    """What is wrong in a line (the head is line 1), and what to do."""
 
     line: int
     column: str
     why: str
+    hint: str
+
+
+class _Wrong(NamedTuple):
+    """The same within its line."""
+
+    column: str
+    why: str
+    hint: str
 
 
 def read_start_list(
@@ -51,10 +61,8 @@ def read_start_list(
     InputError : it is no such table.
     """
     reader, columns = _open(text)
-    categories = {
-        category.name.casefold(): category
-        for category in session.scalars(select(Category).where(Category.competition_id == row.id))
-    }
+    there = select(Category).where(Category.competition_id == row.id).order_by(Category.place)
+    categories = {category.name.casefold(): category for category in session.scalars(there)}
     taken = set(session.scalars(select(Entry.bib).where(Entry.competition_id == row.id)))
     entries: list[EntryWords] = []
     faults: list[Fault] = []
@@ -65,7 +73,7 @@ def read_start_list(
             raise InputError(f"more than {MOST_LINES} lines", "Import it in parts.")
         cells = {name: cell.strip() for name, cell in zip(columns, line, strict=False)}
         found, wrong = _entry(cells, categories, taken)
-        faults.extend(Fault(number, column, why) for column, why in wrong)
+        faults.extend(Fault(number, *one) for one in wrong)
         entries.append(found)
         if len(faults) >= _MOST_FAULTS:
             break
@@ -115,49 +123,81 @@ def _lines(reader: Any) -> Iterator[tuple[int, list[str]]]:
 
 def _entry(
     cells: dict[str, str], categories: dict[str, Category], taken: set[int]
-) -> tuple[EntryWords, list[tuple[str, str]]]:
-    wrong: list[tuple[str, str]] = []
-    for name in ("name", "team", "club"):
-        cell = cells.get(name, "")
-        if len(cell) > _WORDS or not _LINE.fullmatch(cell):
-            wrong.append((name, f"more than {_WORDS} characters, or one that cannot be printed"))
-    if not cells.get("name"):
-        wrong.append(("name", "empty"))
+) -> tuple[EntryWords, list[_Wrong]]:
+    wrong: list[_Wrong] = []
+    _check_words(cells, wrong)
     numbers = {name: _number(cells.get(name, ""), name, wrong) for name in _NUMBERS}
-    gender = _GENDERS.get(cells.get("gender", "").lower())
+    cell = cells.get("gender", "")
+    gender = _GENDERS.get(cell.lower())
     if gender is None:
-        wrong.append(("gender", "neither w, m, x nor empty"))
+        wrong.append(_Wrong("gender", f"the gender {cell[:_SHOWN]!r} is not known",
+                            "Write w, m or x, or leave it empty."))  # fmt: skip
     bib = numbers["bib"]
     if bib is not None and bib in taken:
-        wrong.append(("bib", f"bib {bib} is taken"))
+        hint = "Choose another one; an empty cell gets the next free one."
+        wrong.append(_Wrong("bib", f"bib {bib} is taken", hint))
     elif bib is not None:
         taken.add(bib)
-    category = _category(cells.get("category", ""), categories)
-    if category is None:
-        wrong.append(("category", f"no category {cells.get('category', '')[:40]!r}"))
-        category = next(iter(categories.values()))
-    elif why := misfit(category, gender or "", numbers["birth_year"]):
-        wrong.append(("category", why))
+    category = _category(cells.get("category", ""), categories, wrong)
+    if category is not None:
+        _check_fits(category, gender, numbers["birth_year"], wrong)
+    anywhere = category or next(iter(categories.values()))  # with a fault nothing is taken in
     words = EntryWords(
-        cells.get("name", ""), category.id, bib, cells.get("team", ""), cells.get("club", ""),
+        cells.get("name", ""), anywhere.id, bib, cells.get("team", ""), cells.get("club", ""),
         numbers["birth_year"], gender or "", numbers["handicap"] or 0,
     )  # fmt: skip
     return words, wrong
 
 
-def _category(name: str, categories: dict[str, Category]) -> Category | None:
-    """By its name; without one the only one there is."""
+def _check_words(cells: dict[str, str], wrong: list[_Wrong]) -> None:
+    for name in ("name", "team", "club"):
+        cell = cells.get(name, "")
+        if len(cell) > _WORDS or not _LINE.fullmatch(cell):
+            wrong.append(
+                _Wrong(name, f"more than {_WORDS} characters, or one that cannot be printed",
+                       "Shorten it, or type it anew.")
+            )  # fmt: skip
+    if not cells.get("name"):
+        wrong.append(_Wrong("name", "the name is missing", "Write one, or take the line out."))
+
+
+def _category(name: str, categories: dict[str, Category], wrong: list[_Wrong]) -> Category | None:
+    """By its name; without one the only one there is. None where there is no such, which is
+    noted."""
     if not name and len(categories) == 1:
         return next(iter(categories.values()))
-    return categories.get(name.casefold())
+    found = categories.get(name.casefold())
+    if found is None:
+        names = ", ".join(category.name for category in categories.values())
+        why = f"there is no category {name[:_SHOWN]!r}" if name else "the category is missing"
+        wrong.append(_Wrong("category", why, f"The categories are {names}."))
+    return found
 
 
-def _number(cell: str, name: str, wrong: list[tuple[str, str]]) -> int | None:
+def _check_fits(
+    category: Category, gender: str | None, birth_year: int | None, wrong: list[_Wrong]
+) -> None:
+    """Note why somebody is not of a category; of what could not be read that was said already."""
+    said = category.gender if gender is None else gender
+    why = misfit(category, said, birth_year)
+    by_year = not category.gender or said == category.gender
+    if not why or (by_year and any(one.column == "birth_year" for one in wrong)):
+        return
+    hint = "Choose another category."
+    if by_year and birth_year is None:
+        hint = "Write it into the column birth_year."
+    elif not by_year and not said:
+        hint = "Write it into the column gender."
+    wrong.append(_Wrong("category", why, hint))
+
+
+def _number(cell: str, name: str, wrong: list[_Wrong]) -> int | None:
     if not cell:
         return None
     low, high = _NUMBERS[name]
     is_number = re.fullmatch(r"-?[0-9]{1,6}", cell) is not None
     if not is_number or not low <= int(cell) <= high:
-        wrong.append((name, f"not a number from {low} to {high}"))
+        wrong.append(_Wrong(name, f"{cell[:_SHOWN]!r} is not a number from {low} to {high}",
+                            "Write digits alone, or leave it empty."))  # fmt: skip
         return None
     return int(cell)

@@ -36,6 +36,8 @@ __all__ = ["hold_cups"]
 
 COMPETITORS: Final = 24
 _SEED: Final = 20260314
+_EVENING: Final = timedelta(hours=3)
+_MADE_UP: Final = " (made up)"
 _WAIVER: Final = "I climb at my own risk. (A made-up text of a made-up competition.)"
 _TEAMS: Final = ("", "Chalk Club", "Slab Society")
 
@@ -43,22 +45,24 @@ _TEAMS: Final = ("", "Chalk Club", "Slab Society")
 def hold_cups(
     session: Session, gym: Gym, judge: UUID, routes: Sequence[Route], at: datetime
 ) -> None:
-    """One festival of three weeks ago, and one that began an hour ago; nothing where there is one.
+    """One festival of three weeks ago, and one that began an hour ago. Where they are there already
+    the one that runs goes on for another evening.
 
     Parameters
     ----------
     judge : by whose account results were entered; routes : that are its problems; at : now.
     """
     if session.scalar(select(Competition.id).where(Competition.gym_id == gym.id)) is not None:
+        _go_on(session, gym, at)
         return
     rng = np.random.default_rng(_SEED)
     mailed = Person.email.like(f"climber%@{gym.slug}.invalid")
     people = session.scalars(select(Person).where(mailed).order_by(Person.email)).all()
     for name, begins, ends, share in (
-        ("Autumn Jam (made up)", at - timedelta(days=21), at - timedelta(days=21, hours=-4), 1.0),
-        ("Friday Jam (made up)", at - timedelta(hours=1), at + timedelta(hours=3), 0.4),
+        ("Autumn Jam", at - timedelta(days=21), at - timedelta(days=21, hours=-4), 1.0),
+        ("Friday Jam", at - timedelta(hours=1), at + _EVENING, 0.4),
     ):
-        row = _made(session, gym, name, routes, begins, ends)
+        row = _made(session, gym, name + _MADE_UP, routes, begins, ends)
         _enter(session, row, people[:COMPETITORS])
         move_competition(session, row, "running")
         one = session.scalars(select(Round).where(Round.competition_id == row.id)).one()
@@ -66,6 +70,19 @@ def hold_cups(
         _climb(session, rng, row, one, judge, begins, min(at, ends), share)
         if ends < at:
             move_competition(session, row, "ended")
+
+
+def _go_on(session: Session, gym: Gym, at: datetime) -> None:
+    """A demo that is looked at another day has a competition that runs, too."""
+    over = select(Competition).where(
+        Competition.gym_id == gym.id, Competition.name.endswith(_MADE_UP),
+        Competition.state == "running", Competition.ends_at < at,
+    )  # fmt: skip
+    for row in session.scalars(over):
+        row.ends_at = at + _EVENING
+        row.revision += 1
+        for one in session.scalars(select(Round).where(Round.competition_id == row.id)):
+            one.closes_at = row.ends_at
 
 
 def _made(

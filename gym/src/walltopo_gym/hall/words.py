@@ -14,13 +14,9 @@ from walltopo_gym.languages import Language
 
 __all__ = ["PAINT", "Words", "words_in"]
 
-# Hold paint as the app shows it (gym/web/src/lib/colours.ts).
-PAINT: Final = {
-    "black": "#262628", "grey": "#7d7f82", "white": "#e8e8e2", "red": "#c32026",
-    "orange": "#ee761e", "yellow": "#f5c819", "lime": "#96c832", "green": "#289141",
-    "mint": "#3cbea5", "sky": "#64b4e1", "blue": "#1e55b9", "purple": "#6e37a0",
-    "pink": "#e65091", "brown": "#6e482d", "wood": "#c8a070",
-}  # fmt: skip
+_HERE: Final = files("walltopo_gym.hall")
+# Hold paint; the app shows it from the same file (gym/web/src/lib/colours.ts).
+PAINT: Final = msgspec.json.decode(_HERE.joinpath("paint.json").read_bytes(), type=dict[str, str])
 
 
 class Words(msgspec.Struct, frozen=True):
@@ -46,7 +42,6 @@ class Words(msgspec.Struct, frozen=True):
 @cache
 def words_in(language: Language) -> Words:
     """The words of a language."""
-    content = files("walltopo_gym.hall").joinpath("words.json").read_bytes()
-    told = msgspec.json.decode(content)[language]
+    told = msgspec.json.decode(_HERE.joinpath("words.json").read_bytes())[language]
     colours = told.pop("colours")
     return Words(told, colours)

@@ -22,20 +22,21 @@ from walltopo_gym.insights.shrinking import NOTHING, Sample, shrunk
 from walltopo_gym.insights.usage import ENOUGH, Usage, climbers_of, usage
 from walltopo_gym.publishing.models import Placement, Route
 
-__all__ = ["RECENT", "OfRoute", "OfSetter", "Told", "of_routes"]
+__all__ = ["RECENT", "OfRoute", "RouteFigures", "SetterInsight", "Told", "of_routes"]
 
 RECENT: Final = timedelta(days=28)
 
 
 @dataclass(frozen=True)
-class OfRoute:
-    """A route that hangs.
+class RouteFigures:
+    """What may be told of a route that hangs.
 
     Parameters
     ----------
     steepness : of `styles.STEEPNESS`, empty where it is not known; age : in days.
+    climbers : who topped it.
     flash_rate : of who topped it, how many flashed it, shrunk; None with fewer than `ENOUGH`.
-    recent : ascents of the last 28 days; None where it, or what is older, is of few people.
+    recent : ascents of the last 28 days; None where they, or older ones, are of few people.
     stars : mean, shrunk; votes : how many gave stars.
     crowd : the median of the grade votes, empty while they are few; grade_votes : how many.
     off : by how many steps of the grade system climbers find it harder, shrunk; None: no votes.
@@ -54,7 +55,9 @@ class OfRoute:
     set_on: date
     strip_on: date | None
     age: int
-    use: Usage
+    ascents: int
+    climbers: int
+    recent: int | None
     flash_rate: float | None
     stars: float | None
     votes: int
@@ -64,14 +67,16 @@ class OfRoute:
     keep: int
     renew: int
 
-    @property
-    def recent(self) -> int | None:
-        """Ascents of the last 28 days, where they may be told."""
-        return self.use.told_recent
+
+@dataclass(frozen=True)
+class OfRoute(RouteFigures):
+    """The same, with all that is known of its use."""
+
+    use: Usage
 
 
 @dataclass(frozen=True)
-class OfSetter:
+class SetterInsight:
     """A setter, over all of their routes, those that hang no more too; as of a route, else.
 
     Parameters
@@ -100,7 +105,7 @@ class Told:
 
     today: date
     routes: list[OfRoute]
-    setters: list[OfSetter]
+    setters: list[SetterInsight]
 
 
 @dataclass
@@ -159,6 +164,7 @@ def _hanging(
             colour=route.colour, system=route.grade_system_id, grade=route.grade,
             setter=route.setter, steepness=steepness_of(degrees), set_on=route.set_on,
             strip_on=route.strip_on, age=max(0, (today - route.set_on).days), use=use,
+            ascents=use.ascents, climbers=use.climbers, recent=use.told_recent,
             flash_rate=_rounded(flashes.get(route.id), 3) if enough else None,
             stars=_rounded(stars.get(route.id)), votes=opinion.stars.n, crowd=opinion.crowd,
             grade_votes=opinion.off.n, off=_rounded(off.get(route.id)), keep=opinion.keep,
@@ -170,7 +176,7 @@ def _hanging(
 def _setters(
     of_setter: Mapping[UUID, str], hanging: set[UUID], used: Mapping[UUID, Usage],
     said: Mapping[UUID, _Said], climbers: Mapping[str, int],
-) -> list[OfSetter]:  # fmt: skip
+) -> list[SetterInsight]:  # fmt: skip
     routes: dict[str, list[UUID]] = defaultdict(list)
     for route, setter in of_setter.items():
         if setter:
@@ -192,7 +198,7 @@ def _setters(
     found = []
     for setter, mine in sorted(routes.items()):
         enough = climbers.get(setter, 0) >= ENOUGH
-        found.append(OfSetter(
+        found.append(SetterInsight(
             setter=setter, hanging=len(hanging.intersection(mine)), routes=len(mine),
             ascents=sum(u.ascents for u in uses[setter]) if enough else None,
             climbers=climbers[setter] if enough else None,

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from datetime import datetime, timedelta
 from typing import Final, NamedTuple
 
@@ -30,7 +30,7 @@ from walltopo_gym.insights.usage import ENOUGH, what_counts
 from walltopo_gym.publishing.models import Placement, Route
 from walltopo_gym.scans.models import Scan
 
-__all__ = ["BANDS", "Cell", "Group", "Line", "Styles", "styles"]
+__all__ = ["BANDS", "Group", "StyleCell", "StyleInsight", "Styles", "styles"]
 
 _YEAR: Final = timedelta(days=364)
 # The first grade of each band but the first.
@@ -54,20 +54,21 @@ class Group:
 
 
 @dataclass
-class Cell:
+class StyleCell:
     """Of one style and group: routes that somebody tried and topped, each once a person; votes and
     the mean of their stars."""
 
-    tried: int | None = None
-    topped: int | None = None
-    votes: int | None = None
-    stars: float | None = None
+    tried: int | None
+    topped: int | None
+    votes: int | None
+    stars: float | None
 
 
 @dataclass
-class Line:
-    """A style: how many of its routes were tried and topped, each once a person; votes, and their
-    mean stars, shrunk (`shrinking.py`). `cells` by group. None: not told, for it is of few."""
+class StyleInsight:
+    """A style (a steepness, a hold that routes have most of, a colour, a length): how many of its
+    routes were tried and topped, each once a person; votes, and their mean stars, shrunk
+    (`shrinking.py`). `cells` by group. None: not told, for it is of few."""
 
     kind: str
     value: str
@@ -76,7 +77,7 @@ class Line:
     topped: int | None
     votes: int | None
     stars: float | None
-    cells: dict[str, Cell] = field(default_factory=dict)
+    cells: dict[str, StyleCell]
 
 
 @dataclass
@@ -87,7 +88,7 @@ class Styles:
     since: datetime
     until: datetime
     groups: list[Group]
-    lines: list[Line]
+    lines: list[StyleInsight]
 
 
 class _Climbed(NamedTuple):
@@ -144,7 +145,7 @@ class _Told:
         return cls(whole, whole & may_be_told(routes, people))
 
 
-def _keep_back(lines: list[Line], climbed: _Told, liked: _Told) -> None:
+def _keep_back(lines: list[StyleInsight], climbed: _Told, liked: _Told) -> None:
     """Take out of the lines what would tell of fewer than five."""
     for line in lines:
         style = Style(line.kind, line.value)
@@ -275,14 +276,16 @@ def _people(
 def _lines(
     routes: Mapping[Style, frozenset[str]], climbed: list[_Climbed],
     votes: list[tuple[str, str, int]], of_person: Mapping[str, str], groups: list[str],
-) -> list[Line]:  # fmt: skip
+) -> list[StyleInsight]:  # fmt: skip
     of_route: dict[str, list[Style]] = defaultdict(list)
     for style, these in routes.items():
         for route in these:
             of_route[route].append(style)
     lines = {
-        style: Line(style.kind, style.value, len(these), 0, 0, 0, None,
-                    {key: Cell(0, 0, 0) for key in groups} if len(groups) > 1 else {})
+        style: StyleInsight(
+            style.kind, style.value, len(these), 0, 0, 0, None,
+            {key: StyleCell(0, 0, 0, None) for key in groups} if len(groups) > 1 else {},
+        )
         for style, these in routes.items()
     }  # fmt: skip
     for one in climbed:

@@ -10,6 +10,7 @@ from walltopo_gym.climbing import models as _climbing
 from walltopo_gym.competitions import models as _competitions
 from walltopo_gym.database.base import Base
 from walltopo_gym.editing import models as _editing
+from walltopo_gym.grading import models as _grading
 from walltopo_gym.gyms import models as _gyms
 from walltopo_gym.hall import models as _hall
 from walltopo_gym.insights import models as _insights
@@ -21,5 +22,5 @@ from walltopo_gym.webhooks import models as _webhooks
 __all__ = ["METADATA"]
 
 _ROOMS = (_accounts, _gyms, _scans, _uploads, _publishing, _editing, _competitions, _climbing,
-          _counted, _webhooks, _insights, _hall)  # fmt: skip
+          _counted, _webhooks, _insights, _grading, _hall)  # fmt: skip
 METADATA: MetaData = Base.metadata

@@ -2,7 +2,7 @@
 
 import createClient from "openapi-fetch";
 import { said, t } from "../i18n.svelte";
-import { heard, lost } from "../offline/reception.svelte";
+import { heard, isCutOff, lost } from "../offline/reception.svelte";
 import type { components, paths } from "./schema";
 
 export type Schemas = components["schemas"];
@@ -13,9 +13,10 @@ export const api = createClient<paths>({ baseUrl: location.origin });
 
 api.use({
   onResponse({ request, response }) {
-    if (request.cache === "only-if-cached") return;
     const kept = response.headers.get("x-walltopo-kept");
-    if (kept) lost(new Date(kept));
+    if (request.cache === "only-if-cached") {
+      if (kept && isCutOff()) lost(new Date(kept));
+    } else if (kept) lost(new Date(kept));
     else heard();
   },
   onError({ request, error }) {
@@ -39,8 +40,12 @@ export class Problem extends Error {
 
   static of(error: unknown): Problem {
     if (error instanceof Problem) return error;
-    if (error instanceof TypeError) return new Problem(0, t("problem.unreachable"), t("problem.unreachableHint"));
+    if (error instanceof TypeError) return Problem.unreachable();
     throw error;
+  }
+
+  static unreachable(): Problem {
+    return new Problem(0, t("problem.unreachable"), t("problem.unreachableHint"));
   }
 
   /** Of an answer's body, which is `application/problem+json` (RFC 9457) unless a proxy wrote it. */

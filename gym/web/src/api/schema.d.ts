@@ -1211,6 +1211,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/gyms/{gym}/scans/{scan}/grade-ranges": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Grade Ranges
+         * @description About how hard the routes of a scan in review are: ranges, from their movement.
+         */
+        get: operations["read_grade_ranges"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/gyms/{gym}/routes": {
         parameters: {
             query?: never;
@@ -2717,11 +2737,19 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        get?: never;
-        put?: never;
+        /**
+         * Read Wishes By Link
+         * @description Of what the person is told in whose mail the link stands.
+         */
+        get: operations["read_wishes_by_link"];
+        /**
+         * Put Wishes By Link
+         * @description Be told of less, or again of what one was told, by the link of a mail.
+         */
+        put: operations["put_wishes_by_link"];
         /**
          * End Mails
-         * @description No weekly mail any more: by the mail program's own button (RFC 8058), or the mail's link.
+         * @description No weekly mail any more: by the mail program's own button (RFC 8058).
          */
         post: operations["end_mails"];
         delete?: never;
@@ -2862,30 +2890,6 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/v1/gyms/{gym}/competitions/{competition}/rounds/{one}/starters": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Starters
-         * @description Who climbs in a round, in running order: the best of the round before comes last.
-         */
-        get: operations["list_starters"];
-        /**
-         * Put Starters
-         * @description Let others of a category be in a round with a quota, or in another order.
-         */
-        put: operations["put_starters"];
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
     "/api/v1/gyms/{gym}/competitions/{competition}/entries": {
         parameters: {
             query?: never;
@@ -2993,6 +2997,52 @@ export interface paths {
          * @description Take part no more; again, too. What one climbed stays noted.
          */
         delete: operations["withdraw"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/rounds/{one}/starters": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Starters
+         * @description Who climbs in a round, category by category and in running order.
+         */
+        get: operations["list_starters"];
+        /**
+         * Put Starters
+         * @description Let a category climb in another order; in a round with a quota also let others be in it. Who
+         *     is not named, and is in it anyway, comes last.
+         */
+        put: operations["put_starters"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/gyms/{gym}/competitions/{competition}/rounds/{one}/starters/draw": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Draw Starters
+         * @description Draw a running order anew while nobody has scored in the round: by lot, or, with a quota,
+         *     from the ranks of the round before, whose best comes last.
+         */
+        post: operations["draw_starters"];
+        delete?: never;
         options?: never;
         head?: never;
         patch?: never;
@@ -3463,20 +3513,6 @@ export interface components {
             name: string;
             /** Lines */
             lines: components["schemas"]["Line"][];
-        };
-        /**
-         * CellFacts
-         * @description Of one style and group; null: not told.
-         */
-        CellFacts: {
-            /** Tried */
-            tried: number | null;
-            /** Topped */
-            topped: number | null;
-            /** Votes */
-            votes: number | null;
-            /** Stars */
-            stars: number | null;
         };
         /**
          * CircuitFacts
@@ -3971,7 +4007,8 @@ export interface components {
         };
         /**
          * FaultFacts
-         * @description What is wrong in a line of a table; its head is line 1.
+         * @description What is wrong in a line of a table, and what to do; its head is line 1. Codes as those of any
+         *     refusal.
          */
         FaultFacts: {
             /** Line */
@@ -3980,6 +4017,25 @@ export interface components {
             column: string;
             /** Why */
             why: string;
+            /** Hint */
+            hint: string;
+            /**
+             * Code
+             * @default
+             */
+            code?: string;
+            /**
+             * Hint Code
+             * @default
+             */
+            hint_code?: string;
+            /**
+             * Values
+             * @default {}
+             */
+            values?: {
+                [key: string]: string;
+            };
         };
         /**
          * Feed
@@ -4129,6 +4185,46 @@ export interface components {
             low?: string | null;
             /** High */
             high?: string | null;
+        };
+        /**
+         * GradeRange
+         * @description Of the route with this number in the scan.
+         */
+        GradeRange: {
+            /** Low */
+            low: string;
+            /** High */
+            high: string;
+            /** Low V */
+            low_v: string;
+            /** High V */
+            high_v: string;
+            /** Number */
+            number: number;
+        };
+        /**
+         * GradeRanges
+         * @description About how hard the routes of a scan are, as if each were new to the gym.
+         *
+         *     `state`: "waiting" while they are worked out. `graded`: routes of the gym that they lean on, 0:
+         *     on the problems of a board alone; `voted`: those of them that count by climbers' votes.
+         *     `coverage`: share of routes whose grade is in such a range. Routes that the model finds no way
+         *     up have none.
+         */
+        GradeRanges: {
+            /**
+             * State
+             * @enum {string}
+             */
+            state: "waiting" | "ready";
+            /** Graded */
+            graded: number;
+            /** Voted */
+            voted: number;
+            /** Coverage */
+            coverage: number;
+            /** Routes */
+            routes: components["schemas"]["GradeRange"][];
         };
         /**
          * GradeSystemFacts
@@ -4285,6 +4381,25 @@ export interface components {
             allowed: boolean;
         };
         /**
+         * Hanging
+         * @description Holds of one colour, type and size on one wall; `holds` of them.
+         */
+        Hanging: {
+            /**
+             * Wall Id
+             * Format: uuid
+             */
+            wall_id: string;
+            /** Colour */
+            colour: string;
+            /** Type */
+            type: string;
+            /** Size */
+            size: string;
+            /** Holds */
+            holds: number;
+        };
+        /**
          * HangingFacts
          * @description Of the routes of one grade that hang now: how many one has topped.
          */
@@ -4301,25 +4416,6 @@ export interface components {
             of: number;
         };
         /**
-         * HoldFacts
-         * @description Holds of one colour, type and size (s, m, l, xl) that hang on a wall.
-         */
-        HoldFacts: {
-            /**
-             * Wall Id
-             * Format: uuid
-             */
-            wall_id: string;
-            /** Colour */
-            colour: string;
-            /** Type */
-            type: string;
-            /** Size */
-            size: string;
-            /** Holds */
-            holds: number;
-        };
-        /**
          * HoldInsights
          * @description Of all walls.
          */
@@ -4327,15 +4423,17 @@ export interface components {
             /** Wash After */
             wash_after: number;
             /** Holds */
-            holds: components["schemas"]["HoldFacts"][];
+            holds: components["schemas"]["Hanging"][];
             /** Stock */
-            stock: components["schemas"]["StockFacts"][];
+            stock: components["schemas"]["Stock"][];
             /** Wear */
-            wear: components["schemas"]["WearFacts"][];
+            wear: components["schemas"]["Wear"][];
         };
         /**
          * Insights
          * @description What hangs; `today` is the gym's day, `enough` how many people a group has at least.
+         *
+         *     `odd` stays empty while fewer than `odd_from` routes tell of the gym's scale; `odd_graded` do.
          */
         Insights: {
             /**
@@ -4348,13 +4446,19 @@ export interface components {
             /** Wash After */
             wash_after: number;
             /** Wishes */
-            wishes: components["schemas"]["WishFacts"][];
+            wishes: components["schemas"]["Wished"][];
             /** Routes */
             routes: components["schemas"]["RouteInsight"][];
             /** Setters */
             setters: components["schemas"]["SetterInsight"][];
             /** Strip */
-            strip: components["schemas"]["StripFacts"][];
+            strip: components["schemas"]["Suggestion"][];
+            /** Odd */
+            odd: components["schemas"]["OddFacts"][];
+            /** Odd Graded */
+            odd_graded: number;
+            /** Odd From */
+            odd_from: number;
         };
         /**
          * InvitationFacts
@@ -4871,12 +4975,6 @@ export interface components {
          */
         NewsFacts: {
             /**
-             * Language
-             * @default en
-             * @enum {string}
-             */
-            language?: "en" | "de" | "cs" | "fr";
-            /**
              * Digest
              * @default false
              */
@@ -4896,6 +4994,12 @@ export interface components {
              * @default false
              */
             competitions?: boolean;
+            /**
+             * Language
+             * @default en
+             * @enum {string}
+             */
+            language?: "en" | "de" | "cs" | "fr";
             /**
              * Quiet From
              * @default 22
@@ -4912,16 +5016,36 @@ export interface components {
             browsers: components["schemas"]["PushFacts"][];
         };
         /**
+         * NewsKinds
+         * @description Of what one is told: `digest` by mail, the others in browsers.
+         */
+        NewsKinds: {
+            /**
+             * Digest
+             * @default false
+             */
+            digest?: boolean;
+            /**
+             * Fresh
+             * @default false
+             */
+            fresh?: boolean;
+            /**
+             * Soon
+             * @default false
+             */
+            soon?: boolean;
+            /**
+             * Competitions
+             * @default false
+             */
+            competitions?: boolean;
+        };
+        /**
          * NewsWords
          * @description What one wants to be told, all of it, each time; `quiet_from` and `quiet_to` are hours.
          */
         NewsWords: {
-            /**
-             * Language
-             * @default en
-             * @enum {string}
-             */
-            language?: "en" | "de" | "cs" | "fr";
             /**
              * Digest
              * @default false
@@ -4943,6 +5067,12 @@ export interface components {
              */
             competitions?: boolean;
             /**
+             * Language
+             * @default en
+             * @enum {string}
+             */
+            language?: "en" | "de" | "cs" | "fr";
+            /**
              * Quiet From
              * @default 22
              */
@@ -4952,6 +5082,33 @@ export interface components {
              * @default 8
              */
             quiet_to?: number;
+        };
+        /**
+         * OddFacts
+         * @description A route whose grade lies outside of the range that its movement and the gym's other grades
+         *     say: "soft" where the grade is above, "hard" where it is below, `by` steps of the Font scale.
+         */
+        OddFacts: {
+            /** Low */
+            low: string;
+            /** High */
+            high: string;
+            /** Low V */
+            low_v: string;
+            /** High V */
+            high_v: string;
+            /**
+             * Route Id
+             * Format: uuid
+             */
+            route_id: string;
+            /**
+             * Side
+             * @enum {string}
+             */
+            side: "soft" | "hard";
+            /** By */
+            by: number;
         };
         /**
          * OfGradeFacts
@@ -5644,10 +5801,11 @@ export interface components {
             created_at: string;
         };
         /**
-         * ResetFacts
-         * @description What a reset changed; ascents are those of `weeks` before and after it.
+         * Reset
+         * @description Routes that stayed, came and went; `weeks` before and as many after it are compared: whole
+         *     ones, four at most, and none beyond the next version or the present.
          */
-        ResetFacts: {
+        Reset: {
             /**
              * Wall Id
              * Format: uuid
@@ -5661,8 +5819,8 @@ export interface components {
             came: number;
             /** Went */
             went: number;
-            before: components["schemas"]["SideFacts"];
-            after: components["schemas"]["SideFacts"];
+            before: components["schemas"]["Side"];
+            after: components["schemas"]["Side"];
         };
         /**
          * Role
@@ -5886,8 +6044,9 @@ export interface components {
         };
         /**
          * RouteInsight
-         * @description A route that hangs. What would tell of fewer than five people is null. Stars, flash rate and
-         *     `off` (how many steps harder than its grade climbers find it) are shrunk.
+         * @description A route that hangs; `due`: its holds are due for washing. What would tell of fewer than five
+         *     people is null. Stars, flash rate and `off` (how many steps harder than its grade climbers find
+         *     it) are shrunk.
          */
         RouteInsight: {
             /**
@@ -6292,7 +6451,12 @@ export interface components {
         };
         /**
          * SetterInsight
-         * @description A setter, over all of their routes; as of a route, else.
+         * @description A setter, over all of their routes, those that hang no more too; as of a route, else.
+         *
+         *     Parameters
+         *     ----------
+         *     hanging, routes : how many hang, how many there are.
+         *     ascents, climbers : None where fewer than `ENOUGH` have topped one.
          */
         SetterInsight: {
             /** Setter */
@@ -6349,10 +6513,16 @@ export interface components {
             route_id: string;
         };
         /**
-         * SideFacts
+         * Side
          * @description A version of a wall, before or after a reset.
+         *
+         *     Parameters
+         *     ----------
+         *     grades : label to routes, as they were graded then.
+         *     ascents : on this wall, of the weeks before or after; None where they are of few people.
+         *     stars : mean of those given to the routes that went or came; None without three; votes.
          */
-        SideFacts: {
+        Side: {
             /**
              * Scan Id
              * Format: uuid
@@ -6495,20 +6665,11 @@ export interface components {
             decides: boolean;
         };
         /**
-         * StockBody
-         * @description All of it; `wash_after`: tries on a route after which its holds are due for washing.
+         * Stock
+         * @description Holds of one colour, and type (empty: of all): what hangs, what the gym has (None: not
+         *     said), what is free; fewer than none where more hang than the gym has said.
          */
-        StockBody: {
-            /** Rows */
-            rows: components["schemas"]["StockRow"][];
-            /** Wash After */
-            wash_after: number;
-        };
-        /**
-         * StockFacts
-         * @description Holds of one colour, and type (empty: of all): hanging, in all, free.
-         */
-        StockFacts: {
+        Stock: {
             /** Colour */
             colour: string;
             /** Type */
@@ -6519,6 +6680,16 @@ export interface components {
             total: number | null;
             /** Free */
             free: number | null;
+        };
+        /**
+         * StockBody
+         * @description All of it; `wash_after`: tries on a route after which its holds are due for washing.
+         */
+        StockBody: {
+            /** Rows */
+            rows: components["schemas"]["StockRow"][];
+            /** Wash After */
+            wash_after: number;
         };
         /**
          * StockRow
@@ -6545,19 +6716,19 @@ export interface components {
             versions: components["schemas"]["Past"][];
         };
         /**
-         * StripFacts
-         * @description A route to strip, and why; the first one first.
+         * StyleCell
+         * @description Of one style and group: routes that somebody tried and topped, each once a person; votes and
+         *     the mean of their stars.
          */
-        StripFacts: {
-            /**
-             * Route Id
-             * Format: uuid
-             */
-            route_id: string;
-            /** Reasons */
-            reasons: string[];
-            /** Against */
-            against: string[];
+        StyleCell: {
+            /** Tried */
+            tried: number | null;
+            /** Topped */
+            topped: number | null;
+            /** Votes */
+            votes: number | null;
+            /** Stars */
+            stars: number | null;
         };
         /**
          * StyleFacts
@@ -6575,9 +6746,17 @@ export interface components {
         };
         /**
          * StyleInsight
-         * @description A style: a steepness, a hold that routes have most of, a colour, a length.
+         * @description A style (a steepness, a hold that routes have most of, a colour, a length): how many of its
+         *     routes were tried and topped, each once a person; votes, and their mean stars, shrunk
+         *     (`shrinking.py`). `cells` by group. None: not told, for it is of few.
          */
         StyleInsight: {
+            /** Kind */
+            kind: string;
+            /** Value */
+            value: string;
+            /** Routes */
+            routes: number;
             /** Tried */
             tried: number | null;
             /** Topped */
@@ -6586,15 +6765,9 @@ export interface components {
             votes: number | null;
             /** Stars */
             stars: number | null;
-            /** Kind */
-            kind: string;
-            /** Value */
-            value: string;
-            /** Routes */
-            routes: number;
             /** Cells */
             cells: {
-                [key: string]: components["schemas"]["CellFacts"];
+                [key: string]: components["schemas"]["StyleCell"];
             };
         };
         /**
@@ -6616,6 +6789,21 @@ export interface components {
             groups: components["schemas"]["GroupFacts"][];
             /** Lines */
             lines: components["schemas"]["StyleInsight"][];
+        };
+        /**
+         * Suggestion
+         * @description A route to strip: reasons for it, and `against` it.
+         */
+        Suggestion: {
+            /**
+             * Route Id
+             * Format: uuid
+             */
+            route_id: string;
+            /** Reasons */
+            reasons: string[];
+            /** Against */
+            against: string[];
         };
         /**
          * TallyFacts
@@ -6789,10 +6977,11 @@ export interface components {
             walls: components["schemas"]["WallPlace"][];
         };
         /**
-         * WearFacts
-         * @description A wall's holds: last washed, tries since then, and how many routes are due.
+         * Wear
+         * @description A wall: since when its holds were not washed (None: never), tries on what hangs since then
+         *     (None: of few people), how many of its routes are due.
          */
-        WearFacts: {
+        Wear: {
             /**
              * Wall Id
              * Format: uuid
@@ -6885,10 +7074,11 @@ export interface components {
             routes: number;
         };
         /**
-         * WishFacts
-         * @description Routes of a grade, on a kind of wall (empty: any): how many hang, how many are wished.
+         * Wished
+         * @description Routes of a grade (empty: of any), on a kind of wall (empty: on any): how many hang, and how
+         *     many are wished; None: nothing was wished.
          */
-        WishFacts: {
+        Wished: {
             /** System */
             system: string | null;
             /** Grade */
@@ -10233,6 +10423,47 @@ export interface operations {
             };
         };
     };
+    read_grade_ranges: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                scan: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["GradeRanges"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
     list_routes: {
         parameters: {
             query?: never;
@@ -12869,7 +13100,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["ResetFacts"][];
+                    "application/json": components["schemas"]["Reset"][];
                 };
             };
             /** @description Why not, in words */
@@ -12900,7 +13131,7 @@ export interface operations {
             };
             header?: never;
             path: {
-                part: "wishes" | "routes" | "setters" | "strip" | "styles" | "holds" | "stock" | "wear";
+                part: "wishes" | "routes" | "setters" | "strip" | "odd" | "styles" | "holds" | "stock" | "wear";
                 gym: string;
             };
             cookie?: never;
@@ -13762,6 +13993,88 @@ export interface operations {
             };
         };
     };
+    read_wishes_by_link: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                token: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["NewsKinds"];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_wishes_by_link: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                token: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewsKinds"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
     end_mails: {
         parameters: {
             query?: never;
@@ -14190,94 +14503,6 @@ export interface operations {
             };
         };
     };
-    list_starters: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                competition: string;
-                one: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["StarterFacts"][];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
-    put_starters: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                competition: string;
-                one: string;
-                gym: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["OrderBody"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["StarterFacts"][];
-                };
-            };
-            /** @description Why not, in words */
-            "4XX": {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": {
-                        title: string;
-                        status: number;
-                        hint?: string;
-                        code?: string;
-                        hint_code?: string;
-                        values?: {
-                            [key: string]: string;
-                        };
-                    };
-                };
-            };
-        };
-    };
     list_entries: {
         parameters: {
             query?: never;
@@ -14626,6 +14851,136 @@ export interface operations {
             };
         };
     };
+    list_starters: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                one: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StarterFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    put_starters: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                one: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["OrderBody"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StarterFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
+    draw_starters: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                competition: string;
+                one: string;
+                gym: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StarterFacts"][];
+                };
+            };
+            /** @description Why not, in words */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": {
+                        title: string;
+                        status: number;
+                        hint?: string;
+                        code?: string;
+                        hint_code?: string;
+                        values?: {
+                            [key: string]: string;
+                        };
+                    };
+                };
+            };
+        };
+    };
     put_score_event: {
         parameters: {
             query?: never;
@@ -14680,6 +15035,7 @@ export interface operations {
                 size?: number;
                 entry?: string | null;
                 problem?: string | null;
+                kind?: components["schemas"]["walltopo_gym__competitions__ledger__Kind"] | null;
             };
             header?: never;
             path: {
@@ -14976,7 +15332,7 @@ export interface operations {
     read_results_paper: {
         parameters: {
             query?: {
-                language?: "en" | "de";
+                language?: "en" | "de" | "cs" | "fr";
             };
             header?: never;
             path: {

@@ -28,6 +28,11 @@ export const putRound = (path: Here, round: string, state: Schemas["RoundStateBo
 export const starters = (path: Here, round: string, how: How = {}) =>
   answer(api.GET(`${OF}/rounds/{one}/starters`, { params: { path: { ...path, one: round } }, ...how }));
 
+export const putStarters = (path: Here, round: string, body: Schemas["OrderBody"]) =>
+  answer(api.PUT(`${OF}/rounds/{one}/starters`, { params: { path: { ...path, one: round } }, body }));
+export const drawStarters = (path: Here, round: string) =>
+  answer(api.POST(`${OF}/rounds/{one}/starters/draw`, { params: { path: { ...path, one: round } } }));
+
 export const entries = (path: Here, how: How = {}) => answer(api.GET(`${OF}/entries`, { params: { path }, ...how }));
 export const addEntry = (path: Here, body: Schemas["EntryBody"]) => answer(api.POST(`${OF}/entries`, { params: { path }, body }));
 export const changeEntry = (path: Here, entry: string, body: Schemas["EntryChange"]) =>
@@ -43,6 +48,16 @@ export const withdrawEntry = (path: Here) => answer(api.DELETE(`${OF}/mine`, { p
 
 export const marks = (path: Here, problem: string, how: How = {}) =>
   answer(api.GET(`${OF}/problems/{problem}/marks`, { params: { path: { ...path, problem } }, ...how }));
+/** Who is out of the ranking: the events that say so and count. */
+export async function outs(path: Here): Promise<Schemas["EventFacts"][]> {
+  const found = [];
+  for (let after: number | null = 0; after !== null; ) {
+    const page: Schemas["EventPage"] = await answer(api.GET(`${OF}/events`, { params: { path, query: { kind: "out", after, size: 200 } } }));
+    found.push(...page.items.filter(({ counts }) => counts));
+    after = page.next ?? null;
+  }
+  return found;
+}
 export const appeals = (path: Here, how: How = {}) => answer(api.GET(`${OF}/appeals`, { params: { path }, ...how }));
 export const board = async (path: Here, at?: string): Promise<Board> =>
   (await answer(api.GET(`${OF}/board`, { params: { path, query: at ? { at } : {} } }))) as Board;

@@ -4,6 +4,8 @@ import type { Schemas } from "../api/client";
 import { t } from "../i18n.svelte";
 import type { Category, Format, Problem, RuleName, Scoring, Sheet } from "./facts";
 
+/** A problem that is yet to be made: of a route that hangs, or of none. */
+export type NewProblem = Pick<Problem, "route_id" | "label" | "points">;
 /** Without an id: new. */
 export type CategoryDraft = Omit<Category, "id" | "entries"> & { id?: string };
 export interface RoundDraft {
@@ -16,10 +18,8 @@ export interface RoundDraft {
   closes_at: string | null;
   /** Problems that are there already. */
   problems: Problem[];
-  /** Routes of which new ones become. */
-  route_ids: string[];
-  /** New ones that hang nowhere yet. */
-  blank: number;
+  /** New ones, those of routes first. */
+  fresh: NewProblem[];
 }
 export interface Draft {
   format: Format;
@@ -59,14 +59,34 @@ export function usual(rules: RuleName): Scoring {
 }
 
 export function newRound(format: Format, kind: RoundDraft["kind"], name: string, quota: number | null = null): RoundDraft {
-  return { name, kind, scoring: { ...SCORING[format] }, quota, opens_at: null, closes_at: null, problems: [], route_ids: [], blank: 0 };
+  return { name, kind, scoring: { ...SCORING[format] }, quota, opens_at: null, closes_at: null, problems: [], fresh: [] };
+}
+
+const NEW_PROBLEM: NewProblem = { route_id: null, label: "", points: null };
+
+/** The routes of which new problems become. */
+export function routesOf(round: Pick<RoundDraft, "fresh">): string[] {
+  return round.fresh.flatMap(({ route_id }) => route_id ?? []);
+}
+
+export function blanksOf(round: Pick<RoundDraft, "fresh">): number {
+  return round.fresh.length - routesOf(round).length;
+}
+
+/** New problems of these routes, and so many of none; what was said of one that stays is kept. */
+export function wish(round: Pick<RoundDraft, "fresh">, routes: readonly string[], blanks: number): NewProblem[] {
+  const empty = round.fresh.filter(({ route_id }) => route_id === null);
+  return [
+    ...routes.map((route_id) => round.fresh.find((one) => one.route_id === route_id) ?? { ...NEW_PROBLEM, route_id }),
+    ...Array.from({ length: blanks }, (_, at) => empty[at] ?? { ...NEW_PROBLEM }),
+  ];
 }
 
 /** The rounds that a format begins with. */
 export function roundsOf(format: Format): RoundDraft[] {
   if (format === "rounds") {
     const [first, last] = [newRound(format, "qualification", t("comp.round.qualification")), newRound(format, "final", t("comp.round.final"), 6)];
-    return [first, { ...last, blank: 4 }];
+    return [first, { ...last, fresh: wish(last, [], 4) }];
   }
   if (format === "league") return [newRound(format, "week", t("comp.roundNumber", { number: 1 }))];
   return [newRound(format, "open", t(`comp.format.${format}`))];
@@ -82,15 +102,16 @@ export function newDraft(): Draft {
 
 export function draftOf(sheet: Sheet): Draft {
   const { format, name, about, fee, waiver, starts_at, ends_at, self_entry, self_scoring, late_minutes, league_best, team_size, categories } = sheet;
-  const rounds = sheet.rounds.map(({ state: _s, begun_at: _b, ...round }) => ({ ...round, kind: round.kind as RoundDraft["kind"], scoring: { ...round.scoring }, problems: [...round.problems], route_ids: [], blank: 0 }));
+  const rounds = sheet.rounds.map(({ state: _s, begun_at: _b, ...round }) => ({ ...round, kind: round.kind as RoundDraft["kind"], scoring: { ...round.scoring }, problems: round.problems.map((problem) => ({ ...problem })), fresh: [] }));
   return {
     format, name, about, fee, waiver, starts_at, ends_at, self_entry, self_scoring, late_minutes, league_best, team_size,
     categories: categories.map(({ entries: _, ...category }) => category), rounds,
   };
 }
 
-export function countOf(round: Pick<RoundDraft, "problems" | "route_ids" | "blank">): number {
-  return round.problems.length + round.route_ids.length + round.blank;
+/** All problems of a round, as far as both kinds have it. */
+export function allOf(round: Pick<RoundDraft, "problems" | "fresh">): NewProblem[] {
+  return [...round.problems, ...round.fresh];
 }
 
 /** The words of it, without format and sheet. */
@@ -101,12 +122,9 @@ export function wordsOf({ format: _f, categories: _c, rounds: _r, ...words }: Dr
 /** Its sheet as the server takes it: an entry without an id is new. An only round ends with the competition. */
 export function sheetOf({ format, categories, rounds, starts_at, ends_at }: Draft) {
   const times = format === "festival" || format === "night" ? { opens_at: starts_at, closes_at: ends_at } : {};
-  const blank = { route_id: null, name: "", colour: "", grade: "", wall: "", points: null, category_ids: [], label: "" };
+  const unsaid = { name: "", colour: "", grade: "", wall: "", category_ids: [] };
   return {
     categories: categories.map((category) => ({ ...category })),
-    rounds: rounds.map(({ blank: more, route_ids, ...round }) => {
-      const routes = route_ids.map((route_id) => ({ ...blank, route_id }));
-      return { ...round, ...times, problems: [...round.problems, ...routes, ...Array.from({ length: more }, () => ({ ...blank }))] };
-    }),
+    rounds: rounds.map(({ fresh, problems, ...round }) => ({ ...round, ...times, problems: [...problems, ...fresh.map((one) => ({ ...unsaid, ...one }))] })),
   };
 }

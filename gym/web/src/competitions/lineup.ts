@@ -1,15 +1,24 @@
 /** Who climbs a problem, in which order, and who is next. */
 
-import type { Entry, Problem, Starter } from "./facts";
+import type { Entry, Problem, Round, Sheet, Starter } from "./facts";
 
-/** By the running order where there is one, else by number; who withdrew or is of another category is not there. */
-export function inOrder(entries: readonly Entry[], starters: readonly Starter[], problem: Pick<Problem, "category_ids">): Entry[] {
+/** Whether climbers of a round follow each other in an order; at a festival they come as they like. */
+export function hasOrder({ format }: Pick<Sheet, "format">, { quota }: Pick<Round, "quota">): boolean {
+  return format === "rounds" || quota !== null;
+}
+
+/**
+ * By the running order where there is one, else by number; who withdrew or is of another category is not there.
+ * `all`: who has entered is in the round, also after its order was drawn.
+ */
+export function inOrder(entries: readonly Entry[], starters: readonly Starter[], problem: Pick<Problem, "category_ids">, all: boolean): Entry[] {
   const climbs = (entry: Entry): boolean => !entry.withdrawn && (problem.category_ids.length === 0 || problem.category_ids.includes(entry.category_id));
   const here = entries.filter(climbs);
   if (starters.length === 0) return here.sort((a, b) => a.bib - b.bib);
   const categories = [...new Set(starters.map(({ category_id }) => category_id))];
   const place = new Map(starters.map((starter) => [starter.entry_id, categories.indexOf(starter.category_id) * 10_000 + starter.place]));
-  return here.filter(({ id }) => place.has(id)).sort((a, b) => place.get(a.id)! - place.get(b.id)!);
+  const of = ({ id, bib }: Entry): number => place.get(id) ?? 1e9 + bib;
+  return here.filter(({ id }) => all || place.has(id)).sort((a, b) => of(a) - of(b));
 }
 
 /** By the beginning of a number, or a part of the name; without accents and case. */

@@ -2,20 +2,34 @@
 
 import { t } from "../i18n.svelte";
 import { number } from "../lib/format";
-import type { Round, Scoring, Sheet } from "./facts";
+import type { Problem, Round, Scoring, Sheet } from "./facts";
 
 /** What a round is worth and how ties are broken. */
 export function scoringWords({ rules, flash, top, zone, best }: Scoring): string[] {
   const worth = { flash: number(flash ?? 120), top: number(top ?? (rules === "shared" ? 1000 : 100)), zone: number(zone ?? (rules === "shared" ? 0 : 40)) };
   const lines = [t(`comp.rule.${rules}`, worth)];
-  if (rules === "points" || rules === "shared") lines.push(best ? t("comp.rule.best", { count: best }) : t("comp.rule.all"));
+  if (hasWorth({ rules })) lines.push(best ? t("comp.rule.best", { count: best }) : t("comp.rule.all"));
   return lines;
 }
 
-export function roundWords(round: Pick<Round, "scoring" | "quota" | "problems">, problems = round.problems.length): string[] {
-  const lines = [t("comp.problems", { count: problems })];
-  if (round.quota) lines.push(t("comp.rule.quota", { count: round.quota }));
-  return [...lines, ...scoringWords(round.scoring)];
+/** Whether a problem of a round can be worth something of its own. */
+export function hasWorth({ rules }: Scoring): boolean {
+  return rules === "points" || rules === "shared";
+}
+
+export type Part = Pick<Round, "name" | "scoring" | "quota"> & { problems: Pick<Problem, "points">[] };
+
+export function roundWords({ scoring, quota, problems }: Part): string[] {
+  const lines = [t("comp.problems", { count: problems.length })];
+  if (quota) lines.push(t("comp.rule.quota", { count: quota }));
+  const own = hasWorth(scoring) ? problems.filter(({ points }) => points).length : 0;
+  return [...lines, ...scoringWords(scoring), ...(own ? [t("comp.rule.own", { count: own })] : [])];
+}
+
+/** What a problem is worth by itself; empty where it is worth what the round says. */
+export function worthWords({ rules }: Scoring, { points }: Pick<Problem, "points">): string {
+  if (!points || (rules !== "points" && rules !== "shared")) return "";
+  return t(`comp.worth.${rules}`, { flash: number(points.flash), top: number(points.top), zone: number(points.zone) });
 }
 
 type Whole = Pick<Sheet, "format" | "self_entry" | "self_scoring" | "waiver" | "fee" | "league_best" | "team_size" | "late_minutes">;

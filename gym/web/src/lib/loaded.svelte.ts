@@ -1,13 +1,16 @@
 /** What is asked of the server: waiting, here, or why not. Asked again, what was here stays until the new has come. */
 
+import { untrack } from "svelte";
 import { Problem } from "../api/client";
-import { KEPT, keeps, returned } from "../offline/reception.svelte";
+import { isCutOff, KEPT, keeps, returned } from "../offline/reception.svelte";
 
 /** How something is asked for: of the server, or of what is kept here. */
 export type How = typeof KEPT | Record<string, never>;
 
 /** It is no more, or not for whoever asks: nor is what was here of it. */
 const GONE: readonly number[] = [401, 403, 404];
+
+const hasOnlyKept = (): boolean => keeps() && untrack(isCutOff);
 
 export class Loaded<T> {
   data = $state.raw<T>();
@@ -38,22 +41,39 @@ export class Loaded<T> {
     }
   }
 
+  /** Ask; without a network there is what is kept until it is back (`returned`). */
+  async begin(): Promise<void> {
+    await (hasOnlyKept() ? this.showKept() : this.load());
+  }
+
   /** Show what is kept until the server has answered. */
-  async loadKept(): Promise<void> {
+  async beginKept(): Promise<void> {
+    if (hasOnlyKept()) return this.showKept();
     const coming = this.load();
     const turn = this.turn;
     const early = keeps() ? await this.ask(KEPT).catch(() => undefined) : undefined;
     if (early !== undefined && turn === this.turn && this.answered !== turn) this.data = early;
     await coming;
   }
+
+  private async showKept(): Promise<void> {
+    const turn = ++this.turn;
+    const kept = await this.ask(KEPT).catch(() => undefined);
+    if (turn !== this.turn) return;
+    this.data = kept ?? this.data;
+    this.problem = this.data === undefined ? Problem.unreachable() : null;
+  }
 }
 
-/** Loads now, and again whenever something changes that `ask` reads before its first wait. */
-export function loading<T>(ask: () => Promise<T>): Loaded<T> {
+/**
+ * Loads now, and again whenever something changes that `ask` reads before its first wait. Without a network what is kept is
+ * shown where `ask` hands `how` on.
+ */
+export function loading<T>(ask: (how: How) => Promise<T>): Loaded<T> {
   const loaded = new Loaded(ask);
   $effect(() => {
     void returned();
-    void loaded.load();
+    void loaded.begin();
   });
   return loaded;
 }
@@ -63,7 +83,7 @@ export function loadingKept<T>(ask: (how: How) => Promise<T>): Loaded<T> {
   const loaded = new Loaded(ask);
   $effect(() => {
     void returned();
-    void loaded.loadKept();
+    void loaded.beginKept();
   });
   return loaded;
 }

@@ -2,14 +2,14 @@
 
 import { answer, api, PREFIX } from "../api/client";
 import { me } from "../session.svelte";
-import { keeps } from "./reception.svelte";
+import { isCutOff, keeps } from "./reception.svelte";
 
 const kept = new Set<string>();
 
 /** Lists, and of each wall its routes, picture and first tier; not where the phone saves data. */
 export async function keepGym(gym: string, isMember: boolean): Promise<void> {
   const connection = (navigator as unknown as { connection?: { saveData?: boolean } }).connection;
-  if (kept.has(gym) || connection?.saveData || !("serviceWorker" in navigator)) return;
+  if (kept.has(gym) || isCutOff() || connection?.saveData || !("serviceWorker" in navigator)) return;
   kept.add(gym);
   try {
     await fetchAll(gym, isMember);

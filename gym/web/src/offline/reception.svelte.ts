@@ -2,12 +2,17 @@
 
 const LOOK_MS = 15_000;
 
-let since = $state.raw<Date | null>(null);
+let since = $state.raw<Date | null>(navigator.onLine ? null : new Date());
 let returns = $state(0);
 
 /** Of when the last is that could be asked of the server; null while it answers. */
 export function offlineSince(): Date | null {
   return since;
+}
+
+/** Whether there is no network at all: what is asked of the server now cannot come. */
+export function isCutOff(): boolean {
+  return since !== null && !navigator.onLine;
 }
 
 /** Grows each time the server is heard again: what is shown is then asked for anew. */

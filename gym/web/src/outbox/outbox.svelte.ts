@@ -53,9 +53,10 @@ async function askForSync(): Promise<void> {
   await sync?.register("outbox").catch(() => undefined);
 }
 
-/** Keep what was said, and send it. Resolved as soon as it is safe here. */
+/** Keep what was said, and send it. Resolved as soon as it is safe here, and pages know of it. */
 export async function say(words: Words): Promise<void> {
   await keep(words);
+  await read();
   void navigator.storage?.persist?.();
   void askForSync();
   void flush();

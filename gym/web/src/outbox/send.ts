@@ -11,8 +11,10 @@ export type Outcome = "empty" | "later" | "sign-in";
 
 class Unreachable extends Error {}
 
-async function ask(method: string, path: string, body?: unknown): Promise<Response> {
-  const headers = body === undefined ? undefined : { "content-type": "application/json" };
+/** `person`: whose it is; the server refuses it (401) where somebody else is signed in by now. */
+async function ask(method: string, path: string, person = "", body?: unknown): Promise<Response> {
+  const headers: Record<string, string> = person ? { "x-walltopo-person": person } : {};
+  if (body !== undefined) headers["content-type"] = "application/json";
   const sent = body === undefined ? undefined : JSON.stringify(body);
   try {
     // "no-store": this answer is the server's own, never a kept one.
@@ -31,12 +33,12 @@ async function put(item: Item): Promise<Response> {
   if (item.what === "score") {
     // Both times are this device's: the server learns how wrong its clock is.
     const body = { ...item.body, sent_at: new Date().toISOString() };
-    return ask("PUT", `/gyms/${item.gym}/competitions/${item.competition}/events/${item.id}`, body);
+    return ask("PUT", `/gyms/${item.gym}/competitions/${item.competition}/events/${item.id}`, item.person, body);
   }
   const body = item.edit ? { ...item.body, edit: toldEdit(item.edit) } : item.body;
-  if (item.what === "opinion") return ask("PUT", `/gyms/${item.gym}/routes/${item.route}/opinion`, body);
-  const told = await ask("PUT", `/gyms/${item.gym}/ascents/${item.id}`, body);
-  return told.ok && item.takenBack ? ask("DELETE", `/me/ascents/${item.id}`) : told;
+  if (item.what === "opinion") return ask("PUT", `/gyms/${item.gym}/routes/${item.route}/opinion`, item.person, body);
+  const told = await ask("PUT", `/gyms/${item.gym}/ascents/${item.id}`, item.person, body);
+  return told.ok && item.takenBack ? ask("DELETE", `/me/ascents/${item.id}`, item.person) : told;
 }
 
 async function why(answer: Response): Promise<NonNullable<Item["refused"]>> {

@@ -22,6 +22,7 @@ from typing import Any
 
 from walltopo.core.files import read_json
 from walltopo.pipeline.warm_up import TABLE
+from walltopo_lab.benchmarks.calibration import calibration_s
 
 _KERNEL_FLOOR = "walltopo."
 
@@ -45,6 +46,8 @@ def main() -> int:
         print(f"| {stage} | {first:.1f} | {seconds:.1f} | {first - seconds:.1f} |")
     first, second = sum(cold["stages"].values()), sum(warm["stages"].values())
     print(f"| all | {first:.1f} | {second:.1f} | {first - second:.1f} |")
+    unit = calibration_s()
+    print(f"\ncalibration {unit:.3f} s: the second scan took {second / unit:.0f} of them")
     known = set(TABLE.read_text(encoding="utf-8").splitlines())
     print(
         f"\ncompiled by the scan itself: {len(cold['kernels'])} kernels, {cold['compiling']:.1f} s"

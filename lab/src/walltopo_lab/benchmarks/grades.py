@@ -3,6 +3,8 @@
     python -m walltopo_lab.benchmarks.grades fit DATA CACHE OUT [2016]   the model that ships
     python -m walltopo_lab.benchmarks.grades report DATA CACHE [2016]   on the part that measures
     python -m walltopo_lab.benchmarks.grades carried DATA CACHE     from one set-up to the other
+    python -m walltopo_lab.benchmarks.grades both DATA CACHE        learnt from one set-up, the
+                                                                    other, both; measured on each
     python -m walltopo_lab.benchmarks.grades gym DATA CACHE         one set-up as a gym that tells
                                                                     some of its grades
     python -m walltopo_lab.benchmarks.grades movement DATA CACHE    tops reached, seconds
@@ -174,6 +176,29 @@ def _counted(source: Board, board: Board) -> Floats:
     return np.asarray(model.predict(board.plain[board.reached][:, columns]))
 
 
+def both(found: dict[str, Board]) -> list[str]:
+    """The model that ships, learnt from one set-up, from the other, and from both: each on what
+    none of them has learnt from. Odds and ranges are of what they were learnt beside (part 1)."""
+    lines = list(HEAD)
+    choices = [[name] for name in found] + [list(found)]
+    fitted = [(names, fit_on([found[name] for name in names])) for names in choices]
+    for tested, board in found.items():
+        measured = board.reached & (board.part == 2)
+        for which, words in (("plain", "places alone"), ("known", "quality of holds")):
+            for names, model in fitted:
+                sources = [(found[name], found[name].reached & (found[name].part == 1))
+                           for name in names]  # fmt: skip
+                place = np.concatenate(
+                    [model.predict(getattr(source, which)[held]) for source, held in sources]
+                )
+                grade = np.concatenate([source.grade[held] for source, held in sources])
+                lines.append(_row(
+                    tested, f"{' and '.join(names)}, {words}", (place, grade),
+                    (model.predict(getattr(board, which)[measured]), board.grade[measured]),
+                ))  # fmt: skip
+    return lines
+
+
 def gym(found: dict[str, Board]) -> list[str]:
     """One set-up as a gym: the other's model, and a few of its own grades."""
     lines = [
@@ -226,6 +251,7 @@ def movement(found: dict[str, Board]) -> list[str]:
 REPORTS: dict[str, Callable[[dict[str, Board]], list[str]]] = {
     "report": report,
     "carried": carried,
+    "both": both,
     "gym": gym,
     "movement": movement,
 }

@@ -3,7 +3,8 @@
     python -m walltopo_lab.benchmarks.scan DATA            # the real spray wall and the rendered gym
     python -m walltopo_lab.benchmarks.scan DATA --only spraywall --keep FOLDER
 
-DATA is the folder that holds `spraywall/` and `gym-a/`. Nothing is tuned on either.
+DATA is the folder that holds `spraywall/` and `gym-a/`. Nothing is tuned on either. Beside seconds
+stands how many calibrations they are (`benchmarks/calibration.py`), by which machines compare.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from walltopo.meshes.ply import read_mesh
 from walltopo.raycast import render_ids
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.model import read_views
+from walltopo_lab.benchmarks.calibration import calibration_s
 
 SCANS = ("spraywall", "gym-a")
 
@@ -48,11 +50,19 @@ def scan(photos: Path, out: Path) -> dict[str, Any]:
     Stages that a kept folder already has are not run again; their recorded times count.
     """
     command = [sys.executable, "-m", "walltopo", "scan", str(photos), "-o", str(out)]
+    before = calibration_s()
     subprocess.run(command, check=True)
+    yardsticks = before, calibration_s()
     stages = read_json(out / "scan.json")["stages"]
     seconds = sum(record["seconds"] for record in stages.values())
     peak = max(record["peak_mb"] for record in stages.values())
-    return {"folder": out, "seconds": seconds, "peak_mb": peak, "stages": stages}
+    return {
+        "folder": out,
+        "seconds": seconds,
+        "peak_mb": peak,
+        "stages": stages,
+        "calibrations_s": yardsticks,
+    }
 
 
 def report(name: str, data: Path, result: dict[str, Any]) -> None:
@@ -68,12 +78,25 @@ def report(name: str, data: Path, result: dict[str, Any]) -> None:
     print(f"| routes | {len(read_json(folder.routes)['routes'])} |")
     print(f"| whole scan | {result['seconds'] / 60:.1f} min |")
     print(f"| peak memory | {result['peak_mb'] / 1024:.1f} GiB |")
-    for stage, record in result["stages"].items():
-        print(f"| {stage} | {record['seconds']:.0f} s, {record['peak_mb'] / 1024:.1f} GiB |")
     for file in sorted((data / "labels").glob("*.txt")) if (data / "labels").is_dir() else []:
         found, total = boxes_found(folder, file)
         print(f"| labelled holds of {file.stem} met by a hold (box IoU 0.5) | "
               f"{found} of {total} |")  # fmt: skip
+    report_stages(result)
+
+
+def report_stages(result: dict[str, Any]) -> None:
+    """Print seconds and memory of the stages, and their ratio to the calibration."""
+    before, after = result["calibrations_s"]
+    unit = (before + after) / 2
+    print("\n| stage | seconds | calibrations | peak GiB |\n|---|---|---|---|")
+    for stage, record in result["stages"].items():
+        seconds = record["seconds"]
+        told = f"{seconds:.1f} | {seconds / unit:.0f} | {record['peak_mb'] / 1024:.1f}"
+        print(f"| {stage} | {told} |")
+    whole = result["seconds"]
+    print(f"| all | {whole:.1f} | {whole / unit:.0f} | {result['peak_mb'] / 1024:.1f} |")
+    print(f"\ncalibration: {before:.3f} s before the scan, {after:.3f} s after it")
 
 
 def boxes_found(folder: ScanFolder, labels: Path) -> tuple[int, int]:

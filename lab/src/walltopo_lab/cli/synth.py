@@ -22,7 +22,7 @@ _EXAMPLE = """example:
 """
 _TYPES: dict[type, Any] = {int: int, float: float, str: str}
 # Settings with an option of their own; the rest through --set key=value.
-_GYM_OPTIONS = ("width", "height", "routes", "volumes", "plates")
+_GYM_OPTIONS = ("walls", "width", "height", "routes", "volumes", "plates")
 
 
 def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

@@ -1,15 +1,17 @@
-"""A gym from a seed: wall, volumes, routes, measures, bitmaps and light put together."""
+"""A gym from a seed: walls, volumes, routes, measures, bitmaps and light put together."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from walltopo.core import Progress, SettingsError, Silent
 from walltopo_lab.synth.atlas import Atlas, build_atlas
 from walltopo_lab.synth.bodies import Body, Facet, GymInstance
-from walltopo_lab.synth.light import Baked, bake, hang_lamps
+from walltopo_lab.synth.hall import Section, Stand, bay, moved_facet, moved_instance, ring
+from walltopo_lab.synth.light import Baked, Lamps, bake, hang_lamps
 from walltopo_lab.synth.marks import Tag
 from walltopo_lab.synth.measure import place_plates
 from walltopo_lab.synth.mesh import Surface, merge_surface
@@ -23,6 +25,7 @@ from walltopo_lab.synth.wall import build_hall, build_wall
 
 __all__ = ["RESET_PARTS", "Gym", "Reset", "SetUp", "make_gym", "set_up"]
 
+_LAMP_REACH = 12.0  # m; a lamp farther away adds a hundredth of the light of the nearest
 RESET_PARTS = ("all", "left", "middle", "right")
 
 
@@ -63,8 +66,9 @@ class Gym:
 
     Parameters
     ----------
+    sections : each wall with its measures in its own frame, and where it stands.
     facets : wall facets first, then volumes, plates and the hall.
-    wall : the wall's facets alone.
+    wall : the walls' facets alone.
     plates : the measures' facets.
     instances : volumes, then holds; ids are unique but may have gaps after a reset.
     tags : the start tags as they were drawn.
@@ -73,6 +77,7 @@ class Gym:
     settings: GymSettings
     seed: int
     reset: Reset | None
+    sections: list[Section]
     facets: list[Facet]
     wall: list[Facet]
     plates: list[Facet]
@@ -103,13 +108,14 @@ def _lanes(span: tuple[float, float], count: int, spray: bool) -> list[tuple[flo
 
 
 def _set_wall(
-    wall: SetWall, settings: GymSettings, seed: int, reset: Reset | None, make: MakeHold
-) -> None:
+    wall: SetWall, settings: GymSettings, seed: int, number: int, reset: Reset | None,
+    make: MakeHold,
+) -> None:  # fmt: skip
     """All routes; after a reset those of a part are taken off and others set."""
     x = wall.sockets.points[:, 0]
     span = (float(x.min()), float(x.max()))
-    rng = np.random.default_rng([seed, 3])
-    set_downclimbs(wall, settings, make, np.random.default_rng([seed, 4]))
+    rng = np.random.default_rng([seed, 3, number])
+    set_downclimbs(wall, settings, make, np.random.default_rng([seed, 4, number]))
     set_routes(wall, _lanes(span, settings.routes, settings.spray), 0, settings, make, rng)
     if reset is None:
         return
@@ -130,11 +136,13 @@ class SetUp:
 
     Parameters
     ----------
-    wall, plates : facets of the wall and of the measures.
-    facets : all facets: wall, volumes, plates, hall.
+    sections : each wall with its measures in its own frame, and where it stands.
+    wall, plates : facets of the walls and of the measures.
+    facets : all facets: wall, volumes, plates (of one wall after the other), hall.
     volumes, holds : the instances.
     """
 
+    sections: list[Section]
     wall: list[Facet]
     plates: list[Facet]
     facets: list[Facet]
@@ -149,18 +157,82 @@ class SetUp:
 def set_up(
     settings: GymSettings, seed: int, reset: Reset | None = None, make_hold: MakeHold | None = None
 ) -> SetUp:
-    """Build the wall, screw on volumes, set routes, lay measures out; see `make_gym`."""
-    wall = build_wall(settings, np.random.default_rng([seed, 1]))
-    volume_facets, volumes = place_volumes(wall, settings, np.random.default_rng([seed, 2]))
+    """Build the walls, screw on volumes, set routes, lay measures out; see `make_gym`."""
+    make = make_hold or _procedural(settings)
+    if settings.walls == 1:
+        built = _one_wall(settings, seed, 0, range(settings.plates), reset, make)
+        return replace(built, facets=[*built.facets, *build_hall(built.wall, settings)])
+    if reset is not None:
+        raise SettingsError(
+            f"synth reset: expected a gym of one wall, this one has {settings.walls}",
+            "Generate another hall with another --seed instead.",
+        )
+    return _around_a_floor(settings, seed, make)
+
+
+def _one_wall(
+    settings: GymSettings, seed: int, number: int, plate_numbers: Sequence[int],
+    reset: Reset | None, make: MakeHold,
+) -> SetUp:  # fmt: skip
+    """One wall, set, in its own frame and without a hall around it."""
+    # A trailing 0 leaves a seed as it is: the first wall of a hall is the gym of that seed.
+    wall = build_wall(settings, np.random.default_rng([seed, 1, number]))
+    volume_facets, volumes = place_volumes(wall, settings, np.random.default_rng([seed, 2, number]))
     hosts = [*wall, *volume_facets]
     set_wall = SetWall(sockets_of(hosts), hosts, len(volumes) + 1)
     set_wall.blocked += [
         (v.position, 0.8 * volume_footprint(v, volume_facets), v.id) for v in volumes
     ]
-    _set_wall(set_wall, settings, seed, reset, make_hold or _procedural(settings))
-    plates = place_plates(wall, settings, np.random.default_rng([seed, 6]))
-    facets = [*hosts, *plates, *build_hall(wall, settings)]
-    return SetUp(wall, plates, facets, volumes, set_wall.holds)
+    _set_wall(set_wall, settings, seed, number, reset, make)
+    plates = place_plates(wall, plate_numbers, np.random.default_rng([seed, 6, number]))
+    section = Section(wall, plates, None)
+    return SetUp([section], wall, plates, [*hosts, *plates], volumes, set_wall.holds)
+
+
+def _around_a_floor(settings: GymSettings, seed: int, make: MakeHold) -> SetUp:
+    """The walls of a hall, ids and routes counted on from wall to wall."""
+    spread = [number * settings.walls // settings.plates for number in range(settings.plates)]
+    built = [
+        _one_wall(settings, seed, k, [p for p, at in enumerate(spread) if at == k], None, make)
+        for k in range(settings.walls)
+    ]
+    back = 0.8 + max(float(facet.corners[:, 1].max()) for one in built for facet in one.wall)
+    hall = SetUp([], [], [], [], [], [])
+    shell: list[Facet] = []
+    ids = 0
+    for number, (one, stand) in enumerate(
+        zip(built, ring(settings.walls, settings.width), strict=True)
+    ):
+        _put_up(hall, one, stand, ids, number * settings.routes)
+        ids = max((item.id for item in hall.instances), default=0)
+        floor_and_rear = bay(stand, settings, back, number)
+        shell += [moved_facet(facet, stand.hall_from_wall) for facet in floor_and_rear]
+    return replace(hall, facets=[*hall.facets, *shell])
+
+
+def _put_up(hall: SetUp, one: SetUp, stand: Stand, ids: int, routes: int) -> None:
+    """Add a wall to the hall, in the hall's frame."""
+    move = stand.hall_from_wall
+    hall.sections.append(Section(one.wall, one.plates, stand))
+    hall.wall.extend(moved_facet(facet, move) for facet in one.wall)
+    hall.plates.extend(moved_facet(facet, move) for facet in one.plates)
+    hall.facets.extend(moved_facet(facet, move, ids) for facet in one.facets)
+    hall.volumes.extend(moved_instance(item, move, ids, routes) for item in one.volumes)
+    hall.holds.extend(moved_instance(item, move, ids, routes) for item in one.holds)
+
+
+def _lamps(sections: Sequence[Section], settings: GymSettings, seed: int) -> Lamps:
+    """The lamps of all walls; their colour is that of the first wall's."""
+    hung = [
+        hang_lamps(section.wall, settings, np.random.default_rng([seed, 7, number]))
+        for number, section in enumerate(sections)
+    ]
+    centres = [
+        section.hall_from_wall.apply(lamps.centres)
+        for section, lamps in zip(sections, hung, strict=True)
+    ]
+    power = np.concatenate([lamps.power for lamps in hung])
+    return replace(hung[0], centres=np.concatenate(centres), power=power)
 
 
 def make_gym(
@@ -188,9 +260,9 @@ def make_gym(
     surface = merge_surface(built.facets, built.holds, settings.cell)
     progress.step("lighting the gym")
     tracer = Tracer(surface.vertices, surface.faces)
-    lamps = hang_lamps(built.wall, settings, np.random.default_rng([seed, 7]))
-    baked = bake(surface, tracer, lamps, settings)
+    lamps = _lamps(built.sections, settings, seed)
+    baked = bake(surface, tracer, lamps, settings, _LAMP_REACH if settings.walls > 1 else np.inf)
     return Gym(
-        settings, seed, reset, built.facets, built.wall, built.plates, built.instances, work.tags,
-        surface, atlas, baked, tracer,
+        settings, seed, reset, built.sections, built.facets, built.wall, built.plates,
+        built.instances, work.tags, surface, atlas, baked, tracer,
     )  # fmt: skip

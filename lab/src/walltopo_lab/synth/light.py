@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +38,13 @@ class Lamps:
     power: Floats
     rgb: tuple[float, float, float]
     glow: float
+
+    def near(self, points: Floats, reach: float) -> Lamps:
+        """Those within `reach` metres of the box around points (n, 3), over the floor."""
+        low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
+        beyond = np.maximum(np.maximum(low - self.centres[:, :2], self.centres[:, :2] - high), 0.0)
+        close = np.linalg.norm(beyond, axis=1) <= reach
+        return replace(self, centres=self.centres[close], power=self.power[close])
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,10 +94,12 @@ def bake(
     tracer: Tracer,
     lamps: Lamps,
     settings: GymSettings,
+    reach: float = np.inf,
     rays: int = 32,
     lamp_rays: int = 6,
 ) -> Baked:
-    """Light all vertices, in blocks; `rays` to the hall and `lamp_rays` to each lamp."""
+    """Light all vertices, in blocks; `rays` to the hall and `lamp_rays` to each lamp that is within
+    `reach` metres of the block."""
     count = len(surface.vertices)
     light = np.zeros((count, 3), np.float32)
     towards = np.zeros((count, 3), np.float32)
@@ -101,7 +110,7 @@ def bake(
         n = surface.normals[part].astype(np.float64)
         p = surface.vertices[part] + n * 0.003
         glow, sky_way = _glow(tracer, p, n, shifts[part], rays)
-        direct, lamp_way = _direct(tracer, p, n, shifts[part], lamps, lamp_rays)
+        direct, lamp_way = _direct(tracer, p, n, shifts[part], lamps.near(p, reach), lamp_rays)
         rgb = np.array(lamps.rgb)
         ambient = glow[:, None] * (0.5 + 0.5 * rgb) * lamps.glow
         light[part] = settings.light * (direct[:, None] * rgb + ambient)

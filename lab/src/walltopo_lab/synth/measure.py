@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo_lab.synth.bodies import Facet
-from walltopo_lab.synth.params import GymSettings
 
 __all__ = ["MARKER_SIDE", "PLATE_SIDE", "place_plates", "plate_image", "plate_record"]
 
@@ -37,14 +37,16 @@ def plate_image(number: int) -> NDArray[np.uint8]:
     return plate
 
 
-def place_plates(wall: list[Facet], settings: GymSettings, rng: np.random.Generator) -> list[Facet]:
-    """Plates on the mats, spread along the wall, one metre or so in front of it."""
+def place_plates(
+    wall: list[Facet], numbers: Sequence[int], rng: np.random.Generator
+) -> list[Facet]:
+    """Plates of these numbers on the mats, spread along the wall, one metre or so before it."""
     points = np.concatenate([f.corners for f in wall])
     width = points[:, 0].max() - points[:, 0].min()
     plates = []
-    for number in range(settings.plates):
-        x = points[:, 0].min() + width * (number + 0.5) / settings.plates
-        x += rng.uniform(-0.1, 0.1) * width / settings.plates
+    for place, number in enumerate(numbers):
+        x = points[:, 0].min() + width * (place + 0.5) / len(numbers)
+        x += rng.uniform(-0.1, 0.1) * width / len(numbers)
         near = points[np.abs(points[:, 0] - x) < 1.5]
         foot = points if len(near) == 0 else near
         y = min(foot[foot[:, 2] < 0.01][:, 1].min() if (foot[:, 2] < 0.01).any() else 0.0, 0.0)

@@ -12,10 +12,16 @@ __all__ = ["PRESETS", "GymSettings", "PhotoSettings", "gym_preset"]
 
 @dataclass(frozen=True)
 class GymSettings:
-    """What is built: the wall, its light and what is set on it."""
+    """What is built: the walls, their light and what is set on them.
 
+    Lengths and counts are those of one wall; `plates` are those of all.
+    """
+
+    walls: Annotated[
+        int, about("walls: one, or 4 and more around a floor", unit="walls", low=1, high=80)
+    ] = 1
     width: Annotated[
-        float, about("length of the wall along the floor", unit="m", low=1.5, high=60)
+        float, about("length of a wall along the floor", unit="m", low=1.5, high=60)
     ] = 8.0
     height: Annotated[float, about("height of the wall", unit="m", low=1.5, high=25)] = 4.2
     columns: Annotated[
@@ -70,6 +76,8 @@ class GymSettings:
 
     def __post_init__(self) -> None:
         check_settings(self, "synth")
+        if 1 < self.walls < 4:
+            raise SettingsError(f"synth.walls: expected 1, or 4 and more, got {self.walls}")
         if self.overhang_min_deg > self.overhang_max_deg:
             raise SettingsError(
                 "synth.overhang_min_deg: expected at most overhang_max_deg = "

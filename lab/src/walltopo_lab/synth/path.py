@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Camera
 from walltopo_lab.synth.bodies import Facet
+from walltopo_lab.synth.hall import Section, Stand, moved_pose
 from walltopo_lab.synth.params import GymSettings, PhotoSettings
 
-__all__ = ["look_at", "phone_camera", "walk"]
+__all__ = ["look_at", "phone_camera", "walk", "walk_hall"]
 
 Floats = NDArray[np.float64]
+
+_LINKING = 5  # photos at the gap between two walls of a hall
 
 
 def phone_camera(settings: PhotoSettings) -> Camera:
@@ -40,6 +46,41 @@ def _front(wall: list[Facet], x: float) -> tuple[float, float]:
     near = points[np.abs(points[:, 0] - x) < 1.6]
     forward = near[:, 1].min() if len(near) else points[:, 1].min()
     return float(np.interp(x, foot[:, 0], foot[:, 1])), float(forward)
+
+
+def walk_hall(
+    sections: Sequence[Section],
+    gym: GymSettings,
+    photos: PhotoSettings,
+    rng: np.random.Generator,
+) -> list[Floats]:
+    """cam_from_hall of every photo: wall after wall, at the end of each some that show the next."""
+    poses = []
+    ends = [photos.photos * k // len(sections) for k in range(len(sections) + 1)]
+    for section, first, last in zip(sections, ends, ends[1:], strict=False):
+        count = last - first
+        linking = 0 if section.stand is None else min(_LINKING, count // 4)
+        own = replace(photos, photos=count - linking) if count - linking else None
+        taken = [] if own is None else walk(section.wall, section.plates, gym, own, rng)
+        if section.stand is not None:
+            taken += [_joint_photo(section.stand, gym, photos, rng) for _ in range(linking)]
+        poses += [moved_pose(pose, section.hall_from_wall) for pose in taken]
+    return poses
+
+
+def _joint_photo(
+    stand: Stand, gym: GymSettings, photos: PhotoSettings, rng: np.random.Generator
+) -> Floats:
+    """The end of a wall and the beginning of the next in one picture."""
+    joint = stand.joint
+    inward = (stand.middle - joint) / np.linalg.norm(stand.middle - joint)
+    depth = rng.uniform(photos.distance_low, photos.distance_high) + 0.5
+    along = np.array([-inward[1], inward[0], 0.0])
+    eye = joint + inward * depth + along * rng.normal(0, 0.5)
+    eye[2] = np.clip(rng.normal(1.55, 0.12), 1.1, 2.1)
+    aim = joint + along * rng.uniform(-0.7, 0.7)
+    aim[2] = gym.height * rng.uniform(0.3, 0.6)
+    return look_at(eye, aim, np.radians(rng.normal(0, photos.roll_deg)))
 
 
 def walk(

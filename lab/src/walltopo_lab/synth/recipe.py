@@ -147,7 +147,7 @@ def render_gym(
     photos : number, size and manner of the photos.
     seed : of the path, exposures and noise.
     """
-    from walltopo_lab.synth.path import phone_camera, walk
+    from walltopo_lab.synth.path import phone_camera, walk_hall
     from walltopo_lab.synth.render import Renderer
     from walltopo_lab.synth.truth import (
         scene_record,
@@ -158,7 +158,7 @@ def render_gym(
 
     progress = progress or Silent()
     camera = phone_camera(photos)
-    poses = walk(gym.wall, gym.plates, gym.settings, photos, np.random.default_rng([seed, 9]))
+    poses = walk_hall(gym.sections, gym.settings, photos, np.random.default_rng([seed, 9]))
     names = [f"IMG_{k:04d}.jpg" for k in range(len(poses))]
     progress.step("photographing", len(poses))
     renderer = Renderer(gym)

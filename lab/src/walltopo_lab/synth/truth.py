@@ -16,6 +16,7 @@ from walltopo_lab.synth.bodies import GymInstance
 from walltopo_lab.synth.gym import Gym
 from walltopo_lab.synth.marks import Tag
 from walltopo_lab.synth.measure import plate_record
+from walltopo_lab.synth.shade import distorted_rays
 
 __all__ = [
     "CLASSES",
@@ -28,8 +29,11 @@ __all__ = [
     "write_masks",
 ]
 
+Floats = NDArray[np.float64]
+
 CLASSES = {1: "hold", 2: "volume"}
 _LABELS = {"hold": 1, "volume": 2}
+_BLOCK = 1024  # faces that are looked for together
 MIN_MASK_PX = 12  # specks smaller than this are not annotated, as no annotator would
 
 
@@ -51,6 +55,33 @@ def masks_of(ids: NDArray[np.int32], instances: Sequence[GymInstance]) -> list[t
     return found
 
 
+class _Blocks:
+    """Points (n, 3) in the order of their surface, in blocks that a photo shows or not."""
+
+    def __init__(self, points: Floats) -> None:
+        starts = np.arange(0, len(points), _BLOCK)
+        self._count = len(points)
+        low = np.minimum.reduceat(points, starts)
+        high = np.maximum.reduceat(points, starts)
+        self._centres, self._radii = (low + high) / 2, np.linalg.norm(high - low, axis=1) / 2
+
+    def before(self, view: View) -> NDArray[np.intp]:
+        """Numbers of the points whose blocks reach into the cone around all that a photo sees."""
+        camera = view.camera
+        k1 = camera.distortion[0] if camera.distortion else 0.0
+        # The corners are the farthest from the axis, and the first row has two of them.
+        row = distorted_rays(
+            0, 1, camera.width, 1, camera.fx, camera.cx, camera.cy, k1, np.eye(3)
+        ).astype(np.float64)
+        widest = np.arctan2(np.hypot(row[:, 0], row[:, 1]), row[:, 2]).max() + 0.02
+        x, y, z = view.to_camera(self._centres).T
+        # The distance from a cone, of what lies outside of it.
+        away = np.hypot(x, y) * np.cos(widest) - z * np.sin(widest)
+        shown = np.flatnonzero(away <= self._radii)
+        index = (shown[:, None] * _BLOCK + np.arange(_BLOCK)).ravel()
+        return index[index < self._count]
+
+
 def count_views(
     gym: Gym, camera: Camera, poses: Sequence[NDArray[np.float64]]
 ) -> NDArray[np.int32]:
@@ -60,10 +91,12 @@ def count_views(
     centroids = corners.mean(axis=1)
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     counts = np.zeros(len(centroids), np.int32)
+    blocks = _Blocks(centroids)
     for k, pose in enumerate(poses):
         view = View(str(k), camera, pose)
-        facing = ((view.centre - centroids) * normals).sum(axis=1) > 0
-        index = np.flatnonzero(facing)
+        index = blocks.before(view)
+        facing = ((view.centre - centroids[index]) * normals[index]).sum(axis=1) > 0
+        index = index[facing]
         pixels = view.project(centroids[index])
         with np.errstate(invalid="ignore"):
             inside = ((pixels >= 0) & (pixels < [camera.width, camera.height])).all(axis=1)
@@ -108,7 +141,10 @@ def write_ground_truth(
 
 def scene_record(gym: Gym, preset: str, photos: Sequence[str]) -> dict[str, Any]:
     """What `scene.json` holds."""
-    wall = np.concatenate([f.corners for f in gym.wall])
+    lengths = [
+        float(np.ptp(np.concatenate([facet.corners[:, 0] for facet in section.wall])))
+        for section in gym.sections
+    ]
     return {
         "seed": gym.seed,
         "route_seed": gym.reset.seed if gym.reset else gym.seed,
@@ -131,7 +167,7 @@ def scene_record(gym: Gym, preset: str, photos: Sequence[str]) -> dict[str, Any]
         "tags": [tag_record(tag) for tag in gym.tags],
         "plates": [plate_record(plate) for plate in gym.plates],
         "wall_height_m": gym.settings.height,
-        "wall_length_m": float(np.ptp(wall[:, 0])),
+        "wall_length_m": sum(lengths),
         "photos": len(photos),
         "photo_names": list(photos),
     }

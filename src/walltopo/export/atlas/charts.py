@@ -65,9 +65,10 @@ def _cost(mesh: Mesh, normals: Floats, axes: Sequence[Axes]) -> NDArray[np.float
         low, extent = flat.min(axis=0), np.ptp(flat, axis=0)
         scale = LOOK / max(float(extent.max()), 1e-9)
         width, height = (int(v) + 1 for v in np.ceil(extent * scale))
-        _, depth = render_parallel(mesh.vertices, mesh.faces, way, low, scale, (width, height))
+        face = render_parallel(mesh.vertices, mesh.faces, way, low, scale, (width, height))
+        depth = np.append((mesh.vertices @ way.towards)[mesh.faces].mean(axis=1), np.inf)
         column, row = ((way.flat(centres) - low) * scale).astype(int).T
-        front = depth[np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)]
+        front = depth[face[np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)]]
         hidden = centres @ way.towards > front + 4.0 / scale
         cosine = -(normals @ way.towards)
         cost[:, k] = np.where(cosine > 0.05, 1 - cosine, 3.0) + 2.0 * hidden
@@ -86,15 +87,34 @@ def label_triangles(
     both[:, 1] = neighbours[both[:, 0], both[:, 1]]
     cost = _cost(mesh, _smooth(mesh.normals, both), axes)
     label = cost.argmin(axis=1)
+    odd = (np.arange(len(label)) * 2654435761 >> 7) % 2
+    halves = [np.flatnonzero(odd == turn) for turn in (0, 1)]
+    still = 0
     for sweep in range(SWEEPS):
-        agree = np.zeros_like(cost)
-        np.add.at(agree, (both[:, 0], label[both[:, 1]]), SMOOTH)
-        better = (cost - agree).argmin(axis=1)
-        turn = (np.arange(len(label)) * 2654435761 >> 7) % 2 == sweep % 2
-        label = np.where(turn, better, label)
+        turn = halves[sweep % 2]
+        better = _agreeing(cost, label, neighbours, turn)
+        still = still + 1 if (better == label[turn]).all() else 0
+        label[turn] = better
+        if still == len(halves):
+            break
     for _ in range(ROUNDS):
         label = _absorb(label, neighbours, both)
     return label
+
+
+def _agreeing(
+    cost: NDArray[np.float32],
+    label: NDArray[np.int64],
+    neighbours: NDArray[np.int32],
+    turn: NDArray[np.int64],
+) -> NDArray[np.int64]:
+    """(n,) the best direction of some faces, the others' as they are."""
+    agree = np.zeros((len(turn), cost.shape[1]), dtype=np.float32)
+    for corner in range(3):
+        beside = neighbours[turn, corner]
+        there = np.flatnonzero(beside >= 0)
+        agree[there, label[beside[there]]] += np.float32(SMOOTH)
+    return np.asarray((cost[turn] - agree).argmin(axis=1))
 
 
 def _smooth(normals: Floats, both: NDArray[np.int64]) -> Floats:

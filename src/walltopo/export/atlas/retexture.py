@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from walltopo.export.atlas.sight import Sight
 from walltopo.export.parallel import Axes
 from walltopo.export.surface import Look, Surface
 from walltopo.imaging.packing import fit_scale
+from walltopo.kernels import in_ranges, kernel
 from walltopo.meshes.neighbours import face_neighbours, patches
 
 __all__ = ["retexture"]
@@ -33,24 +35,47 @@ def _drawing(
     """(H, W, 3) picture of the faces at (H, W) pixels where `wanted`, and which were drawn."""
     import cv2
 
-    assert detailed.surface.uv is not None
+    surface = detailed.surface
+    assert surface.uv is not None
     assert detailed.picture is not None
-    height, width = wanted.shape
-    drawn = wanted & (face >= 0)
-    row, column = np.nonzero(drawn)
-    number = face[row, column]
-    corners = detailed.surface.mesh.faces[number]
-    flat = (axes.flat(detailed.surface.mesh.vertices)[corners] - low) * scale
-    weight = _barycentric(np.stack([column + 0.5, row + 0.5], axis=-1), flat)
-    uv = (detailed.surface.uv[corners] * weight[..., None]).sum(axis=1)
     tall, wide = detailed.picture.shape[:2]
-    where = np.zeros((2, height, width), dtype=np.float32)
-    where[0, row, column] = uv[:, 0] * wide - 0.5
-    where[1, row, column] = uv[:, 1] * tall - 0.5
+    flat = (axes.flat(surface.mesh.vertices) - low) * scale
+    where = np.zeros((2, *wanted.shape), dtype=np.float32)
+    drawn = wanted & (face >= 0)
+    in_ranges(
+        _look_up, len(wanted), drawn, face, surface.mesh.faces, flat, surface.uv, wide, tall, where
+    )
     picture = cv2.remap(
         detailed.picture, where[0], where[1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
     )
     return np.asarray(picture, dtype=np.uint8), drawn
+
+
+@kernel
+def _look_up(
+    begin: Any, end: Any, drawn: Any, face: Any, faces: Any, flat: Any, uv: Any, wide: Any,
+    tall: Any, where: Any,
+) -> None:  # fmt: skip
+    """Column and row of the picture that each drawn pixel's centre shows, kept in its face."""
+    for row in range(begin, end):
+        for column in range(drawn.shape[1]):
+            if not drawn[row, column]:
+                continue
+            f = face[row, column]
+            a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+            abx, aby = flat[b, 0] - flat[a, 0], flat[b, 1] - flat[a, 1]
+            acx, acy = flat[c, 0] - flat[a, 0], flat[c, 1] - flat[a, 1]
+            apx, apy = column + 0.5 - flat[a, 0], row + 0.5 - flat[a, 1]
+            area = abx * acy - aby * acx
+            if not abs(area) > 1e-12:
+                area = 1.0
+            v, w = (apx * acy - apy * acx) / area, (abx * apy - aby * apx) / area
+            u = min(max(1.0 - v - w, 0.0), 1.0)
+            v, w = min(max(v, 0.0), 1.0), min(max(w, 0.0), 1.0)
+            total = u + v + w
+            u, v, w = u / total, v / total, w / total
+            where[0, row, column] = (uv[a, 0] * u + uv[b, 0] * v + uv[c, 0] * w) * wide - 0.5
+            where[1, row, column] = (uv[a, 1] * u + uv[b, 1] * v + uv[c, 1] * w) * tall - 0.5
 
 
 def _filled(patch: NDArray[np.uint8], drawn: NDArray[np.bool_]) -> NDArray[np.uint8]:
@@ -65,27 +90,24 @@ def _filled(patch: NDArray[np.uint8], drawn: NDArray[np.bool_]) -> NDArray[np.ui
     return np.asarray(patch[tuple(nearest)], dtype=np.uint8)
 
 
-def _barycentric(point: Floats, corner: Floats) -> Floats:
-    """(n, 3) weights of (n, 2) points in (n, 3, 2) triangles, kept within the triangle."""
-    a, b, c = corner[:, 0], corner[:, 1], corner[:, 2]
-    ab, ac, ap = b - a, c - a, point - a
-    area = ab[:, 0] * ac[:, 1] - ab[:, 1] * ac[:, 0]
-    safe = np.where(np.abs(area) > 1e-12, area, 1.0)
-    v = (ap[:, 0] * ac[:, 1] - ap[:, 1] * ac[:, 0]) / safe
-    w = (ab[:, 0] * ap[:, 1] - ab[:, 1] * ap[:, 0]) / safe
-    weight = np.clip(np.stack([1 - v - w, v, w], axis=-1), 0.0, 1.0)
-    return weight / weight.sum(axis=1, keepdims=True)
-
-
 def _charts(surface: Surface) -> tuple[NDArray[np.int64], NDArray[np.int64], list[Axes]]:
     """Direction and chart of each triangle, and the directions."""
     mesh = surface.mesh
     axes = choose_directions(mesh.normals, mesh.areas)
     # Hold borders split vertices; charts go across them.
-    places = np.unique(surface.positions, axis=0, return_inverse=True)[1].ravel()
+    places = _same_places(surface.positions)
     neighbours = face_neighbours(places[mesh.faces])
     label = label_triangles(mesh, axes, neighbours)
     return label, patches(neighbours, label)[0].astype(np.int64), axes
+
+
+def _same_places(positions: NDArray[np.float32]) -> NDArray[np.int64]:
+    """(V,) number of each vertex's place: those at one place have the same."""
+    # Zero has two signs; by bits they would differ.
+    bits = (positions + np.float32(0.0)).view(np.uint32).astype(np.uint64)
+    _, number = np.unique((bits[:, 0] << np.uint64(32)) | bits[:, 1], return_inverse=True)
+    key = (number.astype(np.uint64) << np.uint64(32)) | bits[:, 2]
+    return np.asarray(np.unique(key, return_inverse=True)[1])
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
 from walltopo.export.parallel import Axes, render_parallel
+from walltopo.kernels import in_ranges, kernel
 
 __all__ = ["Sight"]
 
@@ -17,22 +20,58 @@ PASSES = 2  # of leaving out what hides the surface
 GRAZING = 0.1  # cosine below which a pixel's depth on a face is not to be trusted
 
 
-def _depth(mesh: Mesh, number: NDArray[np.int64], at: Floats, axes: Axes) -> Floats:
-    """(n,) depth along `axes.towards` of places (n, 2) of the drawing on the planes of their faces.
-
-    NaN where there is no face (-1) or it is seen at a grazing angle.
+def _planes(mesh: Mesh, axes: Axes) -> Floats:
+    """(F, 3) depth of each face's plane along `axes.towards` at the drawing's origin, and how much
+    less it is to the right and down; NaN where the face is seen at a grazing angle.
     """
-    depth = np.full(len(number), np.nan)
-    there = np.flatnonzero(number >= 0)
-    used, own = np.unique(number[there], return_inverse=True)
-    normal = mesh.normals[used]
-    slope = normal @ axes.towards
+    slope = mesh.normals @ axes.towards
     slope[np.abs(slope) < GRAZING] = np.nan
     # A place (u, v) at depth t is u right + v down + t towards; its plane holds corner 0.
-    offset = np.einsum("ij,ij->i", normal, mesh.vertices[mesh.faces[used, 0]]) / slope
-    across, along = normal @ axes.right / slope, normal @ axes.down / slope
-    depth[there] = offset[own] - at[there, 0] * across[own] - at[there, 1] * along[own]
-    return depth
+    offset = np.einsum("ij,ij->i", mesh.normals, mesh.vertices[mesh.faces[:, 0]]) / slope
+    across, along = mesh.normals @ axes.right / slope, mesh.normals @ axes.down / slope
+    return np.column_stack([offset, across, along])
+
+
+@kernel
+def _before(
+    row: Any, column: Any, near: Any, face: Any, coarse: Any, detailed: Any, low: Any, scale: Any,
+    slack: Any,
+) -> Any:  # fmt: skip
+    """Whether the face at a pixel lies before the surface that is asked for."""
+    own, asked = face[row, column], near[row, column]
+    if own < 0 or asked < 0:
+        return False
+    u, v = low[0] + (column + 0.5) / scale, low[1] + (row + 0.5) / scale
+    depth = detailed[own, 0] - u * detailed[own, 1] - v * detailed[own, 2]
+    limit = coarse[asked, 0] - u * coarse[asked, 1] - v * coarse[asked, 2] - slack
+    return depth < limit
+
+
+@kernel
+def _count_before(
+    near: Any, face: Any, coarse: Any, detailed: Any, low: Any, scale: Any, slack: Any
+) -> Any:
+    """(2, F) pixels at which each face is drawn over `near`, and of them those where before it."""
+    counts = np.zeros((2, len(detailed)), dtype=np.int32)
+    for row in range(near.shape[0]):
+        for column in range(near.shape[1]):
+            if near[row, column] >= 0 and face[row, column] >= 0:
+                counts[0, face[row, column]] += 1
+                if _before(row, column, near, face, coarse, detailed, low, scale, slack):
+                    counts[1, face[row, column]] += 1
+    return counts
+
+
+@kernel
+def _leave_out(
+    begin: Any, end: Any, near: Any, face: Any, coarse: Any, detailed: Any, low: Any, scale: Any,
+    slack: Any,
+) -> None:  # fmt: skip
+    """Set pixels of `face` to -1 where what they show lies before `near`."""
+    for row in range(begin, end):
+        for column in range(near.shape[1]):
+            if _before(row, column, near, face, coarse, detailed, low, scale, slack):
+                face[row, column] = -1
 
 
 class Sight:
@@ -75,23 +114,23 @@ class Sight:
 
         def seen(mesh: Mesh, chosen: NDArray[np.int64]) -> NDArray[np.int32]:
             size = (wanted.shape[1], wanted.shape[0])
-            return render_parallel(mesh.vertices, mesh.faces[chosen], axes, low, scale, size)[0]
+            drawn = render_parallel(mesh.vertices, mesh.faces[chosen], axes, low, scale, size)
+            # Numbers of the mesh's faces; -1 is the last, and stays.
+            return np.append(chosen, -1).astype(np.int32)[drawn]
 
-        drawn = np.flatnonzero(part)
-        near = seen(self._coarse, drawn)
-        row, column = np.nonzero(wanted & (near >= 0))
-        at = low + (np.stack([column, row], axis=-1) + 0.5) / scale
-        limit = _depth(self._coarse, drawn[near[row, column]], at, axes) - self._slack
+        near = seen(self._coarse, np.flatnonzero(part))
+        near[~wanted] = -1
         kept = np.flatnonzero(self._detailed.normals @ axes.towards < 0)
+        planes = _planes(self._coarse, axes), _planes(self._detailed, axes)
         for number in range(PASSES):
             face = seen(self._detailed, kept)
-            own = face[row, column]
-            with np.errstate(invalid="ignore"):
-                before = _depth(self._detailed, np.append(kept, -1)[own], at, axes) < limit
-            wrong = np.bincount(own[before], minlength=len(kept))
-            hiding = 2 * wrong > np.bincount(own[own >= 0], minlength=len(kept))
-            if number == PASSES - 1 or not hiding.any():
+            given = near, face, *planes, low, scale, self._slack
+            if number == PASSES - 1:
                 break
-            kept = kept[~hiding]
-        face[row[before], column[before]] = -1
-        return np.append(kept, -1)[face].astype(np.int32)
+            shown, before = _count_before(*given)
+            hiding = 2 * before > shown
+            if not hiding.any():
+                break
+            kept = kept[~hiding[kept]]
+        in_ranges(_leave_out, len(near), *given)
+        return face

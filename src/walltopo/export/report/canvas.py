@@ -64,7 +64,7 @@ def paper_view(
     extent = size + 0.08 * size.max()
     scale = width / float(extent[0])
     height = int(np.clip(round(extent[1] * scale), 16, 2 * width))
-    face, _ = render_parallel(positions, triangles, axes, origin, scale, (width, height))
+    face = render_parallel(positions, triangles, axes, origin, scale, (width, height))
     return Canvas(axes, origin, scale, face)
 
 

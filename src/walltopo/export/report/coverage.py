@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh, View
+from walltopo.core.ahead import ahead
 from walltopo.core.files import atomic_path
 from walltopo.scans.arrays import read_arrays
 
@@ -26,22 +27,26 @@ SLACK = 0.015  # share of the depth by which a spot may lie behind what is drawn
 
 def count_views(mesh: Mesh, views: Sequence[View]) -> NDArray[np.int32]:
     """(F,) int32: photos in which a face's centre is in the picture, unhidden, and faces us."""
-    from walltopo.raycast import render_ids
+    from walltopo.raycast import faces_before, render_part
 
-    centres = mesh.centroids
-    counts = np.zeros(len(mesh.faces), dtype=np.int32)
-    for view in views:
+    centres, normals = mesh.centroids, mesh.normals
+
+    def shown(view: View) -> NDArray[np.int64]:
         camera = view.camera.scaled(LONGEST / max(view.camera.width, view.camera.height))
-        _, depth = render_ids(mesh.vertices, mesh.faces, camera, view.cam_from_world)
-        local = view.to_camera(centres)
+        _, depth = render_part(mesh, camera, view.cam_from_world)
+        rows = faces_before(mesh, camera, view.cam_from_world)
+        local = view.to_camera(centres[rows])
         pixel = camera.project(local)
         with np.errstate(invalid="ignore"):
             inside = (pixel >= 0).all(axis=1) & (pixel < [camera.width, camera.height]).all(axis=1)
-        faces_us = ((view.centre - centres) * mesh.normals).sum(axis=1) > 0
+        faces_us = ((view.centre - centres[rows]) * normals[rows]).sum(axis=1) > 0
         index = np.flatnonzero(inside & faces_us)
         column, row = pixel[index].astype(int).T
-        shown = local[index, 2] <= depth[row, column] * (1 + SLACK)
-        counts[index[shown]] += 1
+        return rows[index[local[index, 2] <= depth[row, column] * (1 + SLACK)]]
+
+    counts = np.zeros(len(mesh.faces), dtype=np.int32)
+    for seen in ahead(shown, views):
+        counts[seen] += 1
     return counts
 
 

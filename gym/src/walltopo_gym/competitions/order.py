@@ -1,0 +1,147 @@
+"""Who climbs in a round, and in which order."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from secrets import SystemRandom
+from uuid import UUID
+
+from sqlalchemy import and_, delete, func, select
+from sqlalchemy.orm import Session
+
+from walltopo.core import InputError
+from walltopo_gym.competitions.history import board_of
+from walltopo_gym.competitions.models import (
+    Category,
+    Competition,
+    Entry,
+    Problem,
+    Round,
+    ScoreEvent,
+    Starter,
+)
+from walltopo_gym.errors import ConflictError, NotFoundError
+
+__all__ = ["check_before", "draw", "forget_drawn", "is_drawn", "put_order", "starters"]
+
+
+def starters(session: Session, row: Competition, one: Round) -> list[tuple[Entry, int]]:
+    """Who is in a round, by category and in running order, each with their place from 1.
+
+    Where all are in it, who has no place of their own comes last, by bib.
+    """
+    own = and_(Starter.entry_id == Entry.id, Starter.round_id == one.id)
+    rows = (
+        select(Entry)
+        .join(Category, Category.id == Entry.category_id)
+        .join(Starter, own, isouter=one.quota is None)
+        .where(Entry.competition_id == row.id, Entry.withdrawn.is_(False))
+        .order_by(Category.place, Starter.place.is_(None), Starter.place, Entry.bib)
+    )
+    places = defaultdict[UUID, int](int)
+    told = []
+    for entry in session.scalars(rows):
+        places[entry.category_id] += 1
+        told.append((entry, places[entry.category_id]))
+    return told
+
+
+def put_order(
+    session: Session, row: Competition, one: Round, category: UUID, entries: Sequence[UUID]
+) -> None:
+    """Let these of a category climb in this order; where a quota comes in, these and no others.
+
+    Raises
+    ------
+    NotFoundError : no such entry in the category; InputError : somebody stands there twice.
+    """
+    if len(set(entries)) < len(entries):
+        raise InputError("somebody stands in the order twice")
+    there = select(Entry.id).where(
+        Entry.competition_id == row.id, Entry.category_id == category, Entry.withdrawn.is_(False)
+    )
+    of = set(session.scalars(there))
+    if not of.issuperset(entries):
+        raise NotFoundError("no such entry in this category")
+    session.execute(delete(Starter).where(Starter.round_id == one.id, Starter.entry_id.in_(of)))
+    _add(session, row, one, entries)
+
+
+def draw(session: Session, row: Competition, one: Round) -> None:
+    """Draw a round's running order anew: by lot where all are in it; where a quota comes in, from
+    the ranks of the round before, the best last.
+
+    Raises
+    ------
+    ConflictError : somebody has scored in it, or the round before has not ended.
+    """
+    scored = select(func.count()).select_from(ScoreEvent)
+    scored = scored.join(Problem, Problem.id == ScoreEvent.problem_id)
+    if session.scalar(scored.where(Problem.round_id == one.id)):
+        raise ConflictError("somebody has scored in this round", "Move them one by one.")
+    check_before(session, row, one)
+    drawn = _by_lot(session, row) if one.quota is None else _by_rank(session, row, one, one.quota)
+    session.execute(delete(Starter).where(Starter.round_id == one.id))
+    for entries in drawn:
+        _add(session, row, one, entries)
+
+
+def check_before(session: Session, row: Competition, one: Round) -> None:
+    """See that the round is over from which a quota comes into this one.
+
+    Raises
+    ------
+    ConflictError : it is not.
+    """
+    if one.quota is None:
+        return
+    of = select(Round.state).where(Round.competition_id == row.id, Round.place < one.place)
+    if session.scalar(of.order_by(Round.place.desc()).limit(1)) != "ended":
+        raise ConflictError("the round before has not ended", "End it first.")
+
+
+def is_drawn(session: Session, one: Round) -> bool:
+    """Whether somebody has a place in the round."""
+    of = select(Starter.entry_id).where(Starter.round_id == one.id).limit(1)
+    return session.scalar(of) is not None
+
+
+def forget_drawn(session: Session, row: Competition, after: Round) -> None:
+    """Let rounds that have not begun be drawn again: one before them goes on."""
+    later = select(Round.id).where(
+        Round.competition_id == row.id, Round.place > after.place, Round.begun_at.is_(None),
+        Round.quota.is_not(None),
+    )  # fmt: skip
+    session.execute(delete(Starter).where(Starter.round_id.in_(later)))
+
+
+def _add(session: Session, row: Competition, one: Round, entries: Sequence[UUID]) -> None:
+    session.add_all(
+        Starter(round_id=one.id, entry_id=entry, place=place)
+        for place, entry in enumerate(entries, 1)
+    )
+    row.revision += 1
+    session.flush()
+
+
+def _by_lot(session: Session, row: Competition) -> Iterable[list[UUID]]:
+    entries = select(Entry).where(Entry.competition_id == row.id, Entry.withdrawn.is_(False))
+    of = defaultdict[UUID, list[UUID]](list)
+    for entry in session.scalars(entries):
+        of[entry.category_id].append(entry.id)
+    for there in of.values():
+        SystemRandom().shuffle(there)
+    return of.values()
+
+
+def _by_rank(session: Session, row: Competition, one: Round, quota: int) -> Iterable[list[UUID]]:
+    """The best of each category, the best one last; who is tied at the quota's end comes in, too.
+    Equal ranks start by their bibs."""
+    board = board_of(session, row)
+    number = [found.id for found in board.sheet.rounds].index(one.id)
+    bibs = {who.id: who.bib for who in board.sheet.entries}
+    for category, _ in board.sheet.categories:
+        ranks = board.ranks_in(board.sheet.rounds[number - 1], category)
+        through = [entry for entry, place in ranks.items() if place.rank <= quota]
+        yield sorted(through, key=lambda entry: (-ranks[entry].rank, bibs[entry]))

@@ -1,0 +1,50 @@
+"""Tables of where the grade model puts the routes of a scan."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from typing import Any
+from uuid import UUID
+
+from sqlalchemy import JSON, ForeignKey, String
+from sqlalchemy.orm import Mapped, mapped_column
+
+from walltopo_gym.clock import now
+from walltopo_gym.database.base import Base
+
+__all__ = ["PlacedRoute", "ScanPlaces"]
+
+
+class ScanPlaces(Base):
+    """A scan whose routes were placed.
+
+    `model` is the identity of the grade model: places of two models are not on one scale. `learnt`
+    is what that model knows of its errors (`walltopo.grades.model.Learnt`). `shown` is the revision
+    of the edits that the scan's files showed (`ScanEdits.shown`), 0 before any.
+    """
+
+    __tablename__ = "scan_places"
+
+    scan_id: Mapped[UUID] = mapped_column(
+        ForeignKey("scans.id", ondelete="CASCADE"), primary_key=True
+    )
+    model: Mapped[str] = mapped_column(String(16))
+    shown: Mapped[int]
+    learnt: Mapped[dict[str, Any]] = mapped_column(JSON)
+    at: Mapped[datetime] = mapped_column(default=now)
+
+
+class PlacedRoute(Base):
+    """A route of such a scan that an adult gets up; others have no row.
+
+    `place` is the model's, in steps of the Font scale; `known`: whether the types of its holds are.
+    """
+
+    __tablename__ = "placed_routes"
+
+    scan_id: Mapped[UUID] = mapped_column(
+        ForeignKey("scan_places.scan_id", ondelete="CASCADE"), primary_key=True
+    )
+    number: Mapped[int] = mapped_column(primary_key=True)
+    place: Mapped[float]
+    known: Mapped[bool]

@@ -1,1 +1,0 @@
-import{Lt as e}from"./Trouble-xm3iz66l.js";e();

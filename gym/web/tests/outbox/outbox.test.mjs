@@ -1,0 +1,186 @@
+// What was said in this browser arrives at the server once, whatever network, tabs and taps do. `node --test tests/outbox/*.test.mjs`
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { breath, newBrowser } from "./browser.mjs";
+import { Network, Server } from "./server.mjs";
+import { ascent, body, score } from "./words.mjs";
+
+/** A browser with a tab, and a server behind a network of one fate; who is signed in can be asked unless all is down. */
+async function place(fate = "fine") {
+  const browser = newBrowser();
+  const server = new Server();
+  const network = new Network(server, ({ path }) => ({ fate: path === "/me" && network.now !== "down" ? "fine" : network.now }));
+  network.now = fate;
+  return { browser, server, network, tab: await browser.tab() };
+}
+
+test("what was said without reception is sent in the order in which it was said", async () => {
+  const { server, network, tab, browser } = await place("down");
+  const said = Array.from({ length: 10 }, (_, at) => `${9 - at}-ascent`); // not the order of their names
+  for (const id of said) {
+    await tab.keep(ascent(id));
+    browser.turn(60_000);
+    assert.equal(await tab.send(), "later");
+  }
+  network.now = "fine";
+  assert.equal(await tab.send(), "empty");
+  assert.deepEqual(server.reached.map(({ id }) => id), said);
+  assert.equal(await tab.send(), "empty");
+  assert.equal(server.reached.length, 10);
+});
+
+test("two tabs that send at once send each once", async () => {
+  const { server, tab, browser } = await place();
+  const other = await browser.tab();
+  for (let number = 0; number < 6; number++) await (number % 2 ? tab : other).keep(ascent(`a${number}`));
+  assert.deepEqual(await Promise.all([tab.send(), other.send(), tab.send()]), ["empty", "empty", "empty"]);
+  assert.equal(server.reached.length, 6);
+});
+
+for (const fate of ["lost", "broken", "twice", "late"]) {
+  test(`an ascent whose first sending is ${fate} is there once, and what was said of it last counts`, async () => {
+    const { server, network, tab } = await place(fate);
+    await tab.keep(ascent("a", { kind: "try" }));
+    await tab.send();
+    await tab.keep(ascent("a", { kind: "top", tries: 2 }));
+    network.now = "fine";
+    assert.equal(await tab.send(), "empty");
+    while (network.late.length) network.deliver(0);
+    assert.deepEqual([...server.ascents.keys()], ["a"]);
+    assert.deepEqual(server.ascents.get("a").words, body("r1", "top", 2));
+  });
+}
+
+test("the answer to what was said before settles nothing of what is said meanwhile", async () => {
+  for (const takenBack of [false, true]) {
+    const { server, network, tab } = await place();
+    let answer;
+    network.fate = ({ path }) => ({ fate: "fine", pause: path === "/me" || answer ? undefined : new Promise((resolve) => (answer = resolve)) });
+    await tab.keep(ascent("a", { kind: "try" }));
+    const sending = tab.send();
+    while (!answer) await breath();
+    await tab.keep(ascent("a", { kind: "top", tries: 2, takenBack }));
+    answer();
+    assert.equal(await sending, "empty");
+    const { gone, words } = server.ascents.get("a");
+    assert.deepEqual([gone, words], [takenBack || undefined, body("r1", "top", 2)]);
+    assert.equal(server.reached.length, takenBack ? 3 : 2);
+  }
+});
+
+test("what is taken back before it left is never sent", async () => {
+  const { server, tab } = await place();
+  await tab.keep(ascent("a"));
+  await tab.keep(ascent("a", { takenBack: true }));
+  assert.equal(await tab.send(), "empty");
+  assert.deepEqual(server.reached, []);
+  assert.deepEqual(await tab.all(), []);
+});
+
+for (const fate of ["lost", "broken", "late", "busy"]) {
+  test(`what is taken back after a sending that was ${fate} is taken back at the server, a late copy brings it not again`, async () => {
+    const { server, network, tab } = await place();
+    network.now = fate;
+    await tab.keep(ascent("a"));
+    assert.equal(await tab.send(), "later");
+    await tab.keep(ascent("a", { takenBack: true }));
+    network.now = "fine";
+    assert.equal(await tab.send(), "empty");
+    while (network.late.length) network.deliver(0);
+    assert.equal(server.ascents.get("a").gone, true);
+  });
+}
+
+test("a score event that waits can be withdrawn, one that may have been sent is struck by another one after it", async () => {
+  const { server, network, tab } = await place("down");
+  await tab.keep(score("zone"));
+  assert.equal(await tab.withdraw((await tab.all())[0]), true);
+  assert.deepEqual(await tab.all(), []);
+  network.now = "lost";
+  await tab.keep(score("top"));
+  assert.equal(await tab.send(), "later");
+  assert.equal(await tab.withdraw((await tab.all())[0]), false);
+  // Of the two only the void gets through at first, and waits all the same.
+  await tab.keep(score("undo", "top"));
+  network.fate = ({ path }) => ({ fate: path.endsWith("/top") ? "busy" : "fine" });
+  assert.equal(await tab.send(), "later");
+  assert.equal(server.events.has("undo"), false);
+  network.fate = () => ({ fate: "fine" });
+  assert.equal(await tab.send(), "empty");
+  assert.deepEqual([...server.events.keys()], ["top", "undo"]);
+});
+
+test("what is refused is kept with the reason and not sent again; said otherwise it is", async () => {
+  const { server, tab } = await place();
+  server.unwanted.add("a");
+  await tab.keep(ascent("a"));
+  await tab.send();
+  await tab.send();
+  assert.equal(server.reached.length, 1);
+  const [item] = await tab.all();
+  assert.deepEqual(item.refused, { status: 403, message: "not this one", hint: "" });
+  server.unwanted.clear();
+  await tab.keep(ascent("a", { kind: "zone" }));
+  await tab.send();
+  assert.equal(server.ascents.get("a").words.kind, "zone");
+});
+
+test("nobody's ascents are sent in another one's name, not even when the other one signs in meanwhile", async () => {
+  const { server, network, tab } = await place();
+  await tab.keep(ascent("a1"));
+  await tab.keep(ascent("a2"));
+  network.fate = ({ path }) => {
+    if (path.endsWith("/a2")) server.person = "eve"; // signed in between the two
+    return { fate: "fine" };
+  };
+  assert.equal(await tab.send(), "sign-in");
+  assert.equal(await tab.send(), "empty"); // of Eve's there is nothing
+  assert.deepEqual([...server.ascents.keys()], ["a1"]);
+  network.fate = () => ({ fate: "fine" });
+  server.person = null;
+  assert.equal(await tab.send(), "sign-in");
+  server.person = "ada";
+  assert.equal(await tab.send(), "empty");
+  assert.deepEqual([...server.ascents].map(([id, { person }]) => [id, person]), [["a1", "ada"], ["a2", "ada"]]);
+});
+
+test("edits of one browser are numbered one after the other, in all tabs, by a clock that is set back too", async () => {
+  const { browser, tab } = await place();
+  const other = await browser.tab();
+  const edits = await Promise.all(Array.from({ length: 20 }, (_, at) => (at % 2 ? tab : other).nextEdit()));
+  browser.turn(-86_400_000);
+  edits.push(await tab.nextEdit());
+  assert.deepEqual(edits.map(({ number }) => number).sort((a, b) => a - b), Array.from({ length: 21 }, (_, at) => at + 1));
+  assert.equal(new Set(edits.map(({ device }) => device)).size, 1);
+});
+
+test("tries of a day are one line that a top closes; a project is marked and unmarked", async () => {
+  const { tab } = await place();
+  const [now, yesterday] = [new Date("2026-11-20T18:00:00"), new Date("2026-11-19T18:00:00")];
+  const row = ({ id, after }) => ({ ...after, id, waits: true, known: false });
+  const first = row(tab.change("r1", "try", [], yesterday, "a"));
+  const second = row(tab.change("r1", "try", [first], now, "b"));
+  assert.deepEqual([second.id, second.tries], ["b", 1]);
+  const third = tab.change("r1", "try", [first, second], now, "c");
+  const top = tab.change("r1", "top", [first, row(third)], now, "d");
+  assert.deepEqual([top.id, top.after.kind, top.after.tries, top.before.kind], ["b", "top", 3, "try"]);
+  const next = tab.change("r1", "top", [first, row(top)], now, "e");
+  assert.deepEqual([next.id, next.after.tries, next.before], ["e", 1, null]);
+  const project = tab.change("r1", "project", [first], now, "f");
+  const off = tab.change("r1", "project", [first, { ...row(project), known: true }], now, "g");
+  assert.deepEqual([project.id, off.id, off.after, off.known], ["f", "f", null, true]);
+});
+
+test("what the server had taken when it was asked goes when it shows it, and nothing else", async () => {
+  const { tab } = await place();
+  await tab.keep(ascent("a"));
+  await tab.send();
+  const asked = Date.now();
+  await tab.keep(ascent("b"));
+  await tab.settle(asked, () => true);
+  assert.deepEqual((await tab.all()).map(({ id }) => id), ["b"]);
+  await tab.send();
+  await tab.settle(asked, () => true); // it was taken after that
+  assert.deepEqual((await tab.all()).map(({ id }) => id), ["b"]);
+});

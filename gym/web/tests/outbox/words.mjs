@@ -1,0 +1,17 @@
+// What climbers and judges say, as the app hands it to the outbox.
+
+const GYM = "cave";
+export const body = (route, kind, tries = 1) => ({ route_id: route, kind, tries, climbed_at: "2026-11-20T18:00:00Z", note: "" });
+
+export function ascent(id, { route = "r1", kind = "top", tries = 1, takenBack = false, known = false, person = "ada" } = {}) {
+  return { what: "ascent", id, route, person, gym: GYM, name: route, body: body(route, kind, tries), takenBack, known };
+}
+
+export function opinion(route, stars, person = "ada") {
+  return { what: "opinion", route, person, gym: GYM, name: route, body: { grade: "", stars, wish: "", comment: "" } };
+}
+
+export function score(id, target = null, person = "ada") {
+  const words = { entry_id: "e", problem_id: "p", kind: target ? "void" : "top", n: 1, target_id: target, text: "", device: "d", number: 1, made_at: "2026-11-20T18:00:00Z" };
+  return { what: "score", id, competition: "c", person, gym: GYM, name: "score", body: words };
+}

@@ -1,0 +1,50 @@
+"""A yardstick for machines: how long this one takes for a fixed piece of work.
+
+    python -m walltopo_lab.benchmarks.calibration
+
+OpenCV's SIFT on one generated picture, on one thread. Seconds of two machines, or of one that was
+busy, are compared by their ratio to it.
+"""
+
+from __future__ import annotations
+
+import time
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["calibration_s", "picture"]
+
+_WIDTH, _HEIGHT = 1600, 1200
+
+
+def picture() -> NDArray[np.uint8]:
+    """(1200, 1600) grey noise of all sizes from 2 to 128 pixels, the same everywhere."""
+    rng = np.random.default_rng(0)
+    total = np.zeros((_HEIGHT, _WIDTH), dtype=np.float32)
+    for size in (2, 8, 32, 128):
+        coarse = rng.random((_HEIGHT // size + 1, _WIDTH // size + 1), dtype=np.float32)
+        total += cv2.resize(coarse, (_WIDTH, _HEIGHT), interpolation=cv2.INTER_CUBIC)
+    scaled = cv2.normalize(total, np.zeros_like(total), 0, 255, cv2.NORM_MINMAX)
+    return np.asarray(scaled, dtype=np.uint8)
+
+
+def calibration_s(repeats: int = 5) -> float:
+    """Seconds of wall clock, the best of some."""
+    image, sift = picture(), cv2.SIFT.create(nfeatures=8192)
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    best = np.inf
+    try:
+        for _ in range(repeats):
+            begun = time.perf_counter()
+            sift.detectAndCompute(image, None)
+            best = min(best, time.perf_counter() - begun)
+    finally:
+        cv2.setNumThreads(threads)
+    return float(best)
+
+
+if __name__ == "__main__":
+    print(f"calibration: {calibration_s():.3f} s")

@@ -1,0 +1,288 @@
+"""Scans of one generated hall: what grows with the photos, and faster than they.
+
+    walltopo synth HALL --walls 6 --photos 360 --size 640x480 --plates 3 --seed 3 \\
+        --set cell=0.06 --set detail=0.4 --set lamps=3
+    python -m walltopo_lab.benchmarks.hall stages HALL SCANS --photos 72 150 300
+    python -m walltopo_lab.benchmarks.hall pairs HALL SCANS --photos 150 300
+    python -m walltopo_lab.benchmarks.hall mapping HALL SCANS --photos 72 150 300
+    python -m walltopo_lab.benchmarks.hall sights HALL SCANS --photos 50 100 200 300
+
+A scan of N photos is one of the hall's first N, which are those of its first walls. `stages` makes
+the scans, each stage in a process of its own, in the folder SCANS, and goes on with what is there;
+CPU-seconds are those of the stage and its children with the start of the process, the peak is that
+of the largest process. `pairs` says how many of the pairs of photos that truly share surface are
+chosen to be matched; `mapping` maps the same matches both ways; `sights` draws photos from all
+triangles that N photos show, and from those that may lie in each.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import sys
+import tempfile
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import InputError, Mesh, Silent, View
+from walltopo.core.files import read_json, write_json
+from walltopo.pipeline.stages import STAGES
+from walltopo.raycast import faces_before, own_vertices, render_ids, render_part
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.model import read_views
+from walltopo.scans.photo_list import Photo, PhotoList
+from walltopo.sparse.colmap_process import run_worker
+from walltopo.sparse.contract import SparseSettings
+from walltopo.sparse.feature_cache import database_of
+from walltopo.sparse.job import ImageEntry, MapTask, Pairing
+from walltopo.sparse.jobs import camera_entries, features_job, mapping_job, photo_ids
+from walltopo.sparse.pairs import choose_pairs
+from walltopo_lab.evaluate.align import pose_metrics
+
+Pair = tuple[int, int]
+
+RETRIEVED = (10, 20, 30, 50)
+SHARES = (0.3, 0.5)  # of what a photo sees, in a pair that should be matched
+LOOK = (48, 36)  # rays of a photo
+DRAWN = 20  # photos that are drawn, evenly among all
+CELL = 0.25  # m, side of the cubes that photos share
+
+
+def first_photos(hall: Path, count: int) -> list[Path]:
+    """The first photos of a hall.
+
+    Raises
+    ------
+    InputError : it has fewer.
+    """
+    photos = sorted((hall / "photos").glob("*.jpg"))
+    if len(photos) < count:
+        raise InputError(f"{hall}: {count} photos were asked for, it has {len(photos)}")
+    return photos[:count]
+
+
+def run_stages(hall: Path, place: Path, count: int) -> dict[str, dict[str, float]]:
+    """CPU-seconds and GiB of each stage of a scan; what was measured before is not run again."""
+    told = place / "stages.json"
+    figures: dict[str, dict[str, float]] = read_json(told) if told.is_file() else {}
+    photos = place / "photos"
+    photos.mkdir(parents=True, exist_ok=True)
+    for photo in first_photos(hall, count):
+        if not (photos / photo.name).exists():
+            (photos / photo.name).symlink_to(photo.absolute())
+    for stage in STAGES:
+        if stage.name in figures:
+            continue
+        command = [sys.executable, "-m", "walltopo", "scan", str(photos), "-q"]
+        command += ["-o", str(place / "scan"), "--to", stage.name]
+        child = os.posix_spawn(sys.executable, command, os.environ)
+        _, status, usage = os.wait4(child, 0)
+        if status:
+            raise SystemExit(f"{count} photos: stage {stage.name} failed")
+        figures[stage.name] = {
+            "cpu": usage.ru_utime + usage.ru_stime,
+            "gib": usage.ru_maxrss / 2**20,
+        }
+        write_json(told, figures)
+    return figures
+
+
+def exponent(counts: Sequence[int], values: Sequence[float]) -> float:
+    """e of the best fit of c * count ** e."""
+    return float(np.polyfit(np.log(counts), np.log(np.maximum(values, 1e-9)), 1)[0])
+
+
+def show_stages(measured: Mapping[int, Mapping[str, Mapping[str, float]]]) -> None:
+    """Two tables: CPU-seconds and memory of each stage at each number of photos."""
+    counts = sorted(measured)
+    for key, title in (("cpu", "CPU-s"), ("gib", "peak GiB")):
+        print(f"\n| {title} | {' | '.join(f'{n} photos' for n in counts)} | exponent |")
+        print("|---" * (len(counts) + 2) + "|")
+        rows = {s.name: [measured[n][s.name][key] for n in counts] for s in STAGES}
+        merged = sum if key == "cpu" else max
+        rows["all"] = [merged(row) for row in zip(*rows.values(), strict=True)]
+        for name, values in rows.items():
+            cells = [f"{value:.1f}" for value in values]
+            print(f"| {name} | {' | '.join(cells)} | {exponent(counts, values):.2f} |")
+
+
+def overlaps(hall: Path, views: Sequence[View]) -> NDArray[np.float64]:
+    """(n, n) share of the smaller view's cubes of surface that the other sees too, by truth."""
+    from scipy.sparse import csr_array
+
+    from walltopo_lab.synth.shade import distorted_rays
+    from walltopo_lab.synth.tracer import Tracer
+
+    truth = np.load(hall / "truth" / "gt.npz")
+    tracer = Tracer(truth["vertices"].astype(np.float64), truth["faces"])
+    cubes, owner = [], []
+    for k, view in enumerate(views):
+        camera = view.camera.scaled(LOOK[0] / view.camera.width)
+        rotation = np.ascontiguousarray(view.cam_from_world[:, :3])
+        way = distorted_rays(
+            0, camera.height, camera.width, 1, camera.fx, camera.cx, camera.cy,
+            camera.distortion[0], rotation,
+        )  # fmt: skip
+        start = np.tile(view.centre.astype(np.float32), (len(way), 1))
+        far = tracer.distances(start, way)
+        points = start[far < 50] + way[far < 50] * far[far < 50, None]
+        own = np.unique(np.floor(points / CELL).astype(np.int64), axis=0)
+        cubes.append(own)
+        owner.append(np.full(len(own), k))
+    _, number = np.unique(np.concatenate(cubes), axis=0, return_inverse=True)
+    ones = np.ones(len(number))
+    seen = csr_array((ones, (np.concatenate(owner), number.ravel())))
+    common = (seen @ seen.T).toarray()
+    sizes = np.diag(common)
+    return common / np.maximum(np.minimum(sizes[:, None], sizes[None]), 1)
+
+
+def show_pairs(hall: Path, scan: ScanFolder, views: Sequence[View]) -> None:
+    """Which of the pairs that share surface are chosen, and which of those that matched."""
+    from walltopo.colmap import pycolmap
+
+    shared = overlaps(hall, views)
+    ids = photo_ids(scan_photos(scan))
+    names = {f"{name}": k for k, name in enumerate(view.name for view in views)}
+    order = [names[photo.name] for photo in scan_photos(scan)]
+    shared = shared[np.ix_(order, order)]
+    true = {share: _above(shared, share) for share in SHARES}
+    every = len(ids) * (len(ids) - 1) // 2
+    with tempfile.TemporaryDirectory() as work:
+        copy = shutil.copy(database_of(scan.work), work)
+        with pycolmap.Database.open(copy) as database:
+            matched = _matched(database) if len(ids) <= SparseSettings().exhaustive_max else None
+            for retrieved in RETRIEVED:
+                pairing = Pairing(ids, (), 1, SparseSettings().sequential, retrieved, 0)
+                chosen = choose_pairs(database, pairing, 0)
+                cells = [f"{len(chosen)} of {every}"]
+                cells += [f"{len(chosen & true[s]) / len(true[s]):.3f}" for s in SHARES]
+                found = "" if matched is None else f"{len(chosen & matched) / len(matched):.3f}"
+                print(f"| {len(ids)} | {retrieved} | {' | '.join(cells)} | {found} |", flush=True)
+
+
+def scan_photos(scan: ScanFolder) -> tuple[Photo, ...]:
+    return tuple(sorted(PhotoList.load(scan.photo_list).photos, key=lambda photo: photo.name))
+
+
+def _above(shared: NDArray[np.float64], share: float) -> set[Pair]:
+    a, b = np.nonzero(np.triu(shared >= share, 1))
+    return set(zip((a + 1).tolist(), (b + 1).tolist(), strict=True))
+
+
+def _matched(database: Any) -> set[Pair]:
+    """Pairs of image ids with verified matches."""
+    from walltopo.colmap import pycolmap
+
+    rows = zip(*database.read_two_view_geometry_num_inliers(), strict=True)
+    return {pycolmap.pair_id_to_image_pair(pair) for pair, count in rows if count}
+
+
+def show_mapping(scan: ScanFolder, truth: Mapping[str, View]) -> None:
+    """One row for each way of mapping: CPU-seconds, photos, errors of the camera centres."""
+    photos = scan_photos(scan)
+    cameras, indices = camera_entries(photos)
+    images = [ImageEntry(photo.name, index) for photo, index in zip(photos, indices, strict=True)]
+    with tempfile.TemporaryDirectory() as temporary:
+        work = Path(temporary)
+        copy = Path(shutil.copy(database_of(scan.work), work))
+        settings = SparseSettings()
+        job = features_job(copy, scan.photos, settings, cameras, images, photo_ids(photos))
+        for at_once in (False, True):
+            task = MapTask(str(work / "mapping"), len(photos), at_once=at_once)
+            before = os.times()
+            result = run_worker(mapping_job(job, task), Silent())
+            now = os.times()
+            spent = sum(now[2:4]) - sum(before[2:4])
+            views = {view.name: view for view in read_views(Path(result.best))}
+            off = pose_metrics(views, truth, similarity=True)
+            print(
+                f"| {len(photos)} | {'global' if at_once else 'incremental'} | {spent:.1f}"
+                f" | {off['registered']} | {off['centre_median_mm']:.1f} mm"
+                f" | {off['centre_max_mm']:.1f} mm |",
+                flush=True,
+            )
+
+
+def show_sights(hall: Path, views: Mapping[int, Sequence[View]]) -> None:
+    """CPU-seconds of drawing a photo, at each number of photos."""
+    truth = np.load(hall / "truth" / "gt.npz")
+    whole = Mesh(truth["vertices"].astype(np.float64), truth["faces"])
+    rows: list[tuple[int, int, float, float]] = []
+    for count, own in views.items():
+        shown = np.unique(np.concatenate([_before(whole, view) for view in own]))
+        mesh = Mesh(*own_vertices(whole, shown))
+        some = own[:: max(1, count // DRAWN)][:DRAWN]
+        render_part(mesh, some[0].camera, some[0].cam_from_world)  # the index, and compiling
+        start = time.process_time()
+        for view in some:
+            render_ids(mesh.vertices, mesh.faces, view.camera, view.cam_from_world)
+        middle = time.process_time()
+        for view in some:
+            render_part(mesh, view.camera, view.cam_from_world)
+        end = time.process_time()
+        rows.append((count, len(shown), (middle - start) / len(some), (end - middle) / len(some)))
+    print("| photos | triangles | all drawn, CPU-s a photo | those before it | ratio |")
+    print("|---|---|---|---|---|")
+    for count, faces, all_drawn, part in rows:
+        cells = [
+            f"{count}",
+            f"{faces}",
+            f"{all_drawn:.3f}",
+            f"{part:.3f}",
+            f"{all_drawn / part:.1f}",
+        ]
+        print(f"| {' | '.join(cells)} |")
+    counts, _, all_drawn_each, part_each = zip(*rows, strict=True)
+    growth = [f"{exponent(counts, each):.2f}" for each in (all_drawn_each, part_each)]
+    print(f"| exponent of the time a photo | | {growth[0]} | {growth[1]} | |")
+
+
+def _before(mesh: Mesh, view: View) -> NDArray[np.int64]:
+    return faces_before(mesh, view.camera, view.cam_from_world)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("what", choices=("stages", "pairs", "mapping", "sights"))
+    parser.add_argument("hall", type=Path, metavar="HALL")
+    parser.add_argument("scans", type=Path, metavar="SCANS")
+    parser.add_argument("--photos", type=int, nargs="+", default=[72, 150, 300], metavar="N")
+    args = parser.parse_args()
+    places = {count: args.scans / str(count) for count in sorted(args.photos)}
+    if args.what == "stages":
+        show_stages({n: run_stages(args.hall, place, n) for n, place in places.items()})
+        return 0
+    views = {view.name: view for view in read_views(args.hall / "truth" / "cameras")}
+    if args.what == "sights":
+        own_views = {n: [views[p.name] for p in first_photos(args.hall, n)] for n in places}
+        show_sights(args.hall, own_views)
+        return 0
+    if args.what == "pairs":
+        shares = " | ".join(f"found of those that share {share:.0%}" for share in SHARES)
+        print(
+            f"| photos | retrieved | pairs | {shares} | of those that match |\n|---|---|---|---|---|---|"
+        )
+    else:
+        print(
+            "| photos | mapping | CPU-s | registered | centres, median | worst |\n"
+            "|---|---|---|---|---|---|"
+        )
+    for count, place in places.items():
+        scan = ScanFolder(place / "scan")
+        own = {path.name: views[path.name] for path in first_photos(args.hall, count)}
+        if args.what == "pairs":
+            show_pairs(args.hall, scan, list(own.values()))
+        else:
+            show_mapping(scan, own)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,105 @@
+"""What no lift can do without: what it must read and write at least, and how long that alone takes.
+
+    python -m walltopo_lab.benchmarks.lift_floor DATA       # DATA: the folder with gym-a/lift
+
+Which triangles a view sees depends on all that lie in its photo. So each view reads those once
+(three vertices' numbers, and each vertex), each mask is read once, and each sighting, a triangle
+that a view sees, is written once. `plain` does this and nothing else, on all cores; beside it
+stands the lift, in the same run.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from walltopo.core import Mesh, Silent, View
+from walltopo.core.cores import cores
+from walltopo.kernels import kernel
+from walltopo.lifting import LiftParams, lift
+from walltopo.lifting.blocks import Blocks, blocks_of
+from walltopo.lifting.evidence import Evidence, slope_bounds
+from walltopo.lifting.robust import robust_evidence
+from walltopo.lifting.visibility import cull_blocks
+from walltopo_lab.benchmarks.lift import timed
+from walltopo_lab.benchmarks.lift_accuracy import load_gym
+
+__all__ = ["main"]
+
+# Numbers of the mask, the view, the share, the distance to the border and the resolution.
+_SIGHTING_BYTES = 20
+
+
+@kernel
+def _read(which: Any, blocks: Any, vertex_starts: Any, vertices: Any, faces: Any) -> Any:
+    """Add up all vertices and vertex numbers of some blocks: each byte is read once."""
+    total, numbers = 0.0, 0
+    for b in which:
+        for v in range(vertex_starts[b], vertex_starts[b + 1]):
+            total += vertices[v, 0] + vertices[v, 1] + vertices[v, 2]
+        for f in range(blocks[b], blocks[b + 1]):
+            numbers += faces[f, 0] + faces[f, 1] + faces[f, 2]
+    return total + numbers
+
+
+def _in_photo(blocks: Blocks, view: View, limit: float) -> Any:
+    pose = tuple(view.cam_from_world.ravel().tolist())
+    return cull_blocks(blocks.spheres, pose, slope_bounds(view.camera), limit)
+
+
+def plain(blocks: Blocks, views: Sequence[View], evidence: Evidence, params: LiftParams) -> None:
+    """Read what the views look at, and write what they saw."""
+
+    def looked(view: View) -> None:
+        which = _in_photo(blocks, view, params.visibility_distance)
+        _read(which, blocks.starts, blocks.vertex_starts, blocks.vertices, blocks.faces)
+        for mask in view.masks:
+            np.count_nonzero(mask.bitmap)
+
+    def copied(column: Any) -> None:
+        column.copy()
+
+    columns = (evidence.projection, evidence.view, evidence.share, evidence.border, evidence.detail)
+    with ThreadPoolExecutor(cores()) as pool:
+        list(pool.map(looked, views))
+        list(pool.map(copied, columns))
+
+
+def measure(mesh: Mesh, views: Sequence[View]) -> None:
+    """Print the counts, the plain pass and the lift."""
+    params = LiftParams()
+    blocks = blocks_of(mesh)
+    evidence = robust_evidence(mesh, views, params, Silent())
+    triangles = vertices = 0
+    for view in views:
+        which = _in_photo(blocks, view, params.visibility_distance)
+        triangles += int(np.diff(blocks.starts)[which].sum())
+        vertices += int(np.diff(blocks.vertex_starts)[which].sum())
+    masks = sum(mask.bitmap.nbytes for view in views for mask in view.masks)
+    sightings = len(evidence.view)
+    print("| at least | number | MB |\n|---|---|---|")
+    print(f"| triangles in photos, once a view | {triangles:,} | {triangles * 12 / 1e6:.0f} |")
+    print(f"| their vertices | {vertices:,} | {vertices * 24 / 1e6:.0f} |")
+    print(f"| pixels in the masks' boxes | {masks:,} | {masks / 1e6:.0f} |")
+    print(f"| sightings | {sightings:,} | {sightings * _SIGHTING_BYTES / 1e6:.0f} |")
+    plain(blocks, views, evidence, params)
+    floor, _ = timed(lambda: plain(blocks, views, evidence, params), 5)
+    lift(mesh, views, params)
+    wall, _ = timed(lambda: lift(mesh, views, params), 5)
+    print(f"\nthat alone: {floor:.3f} s; the lift: {wall:.3f} s, {wall / floor:.1f} times as long")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("data", type=Path, metavar="DATA")
+    mesh, views, _ = load_gym(parser.parse_args().data, "noisy")
+    measure(mesh, views)
+
+
+if __name__ == "__main__":
+    main()
