@@ -71,9 +71,9 @@ PREFIX = "/api/v1"
 # Requests are held against them in this order: where a whole hall asks comes first.
 _ROOMS = (judging, climbing, competition_board, routes, tallies, walls, gyms, scans, sign_up,
           sessions, me, passwords, second_factor, tokens, members, grades, uploads, floor_plan,
-          publishing, plans, editing, grade_ranges, pictures, comments, logbook, profiles, passkeys, handovers,
-          own_data, past, webhooks, climbing_sessions, progress, boards, follows, insights,
-          insight_aims, hall_screen, hall_paper, hall_messages, competitions,
+          publishing, plans, editing, grade_ranges, pictures, comments, logbook, profiles,
+          passkeys, handovers, own_data, past, webhooks, climbing_sessions, progress, boards,
+          follows, insights, insight_aims, hall_screen, hall_paper, hall_messages, competitions,
           competition_entries, competition_order, about)  # fmt: skip
 
 
