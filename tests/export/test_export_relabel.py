@@ -85,6 +85,7 @@ def test_another_shape_other_settings_or_damage_make_it_anew(wall: Wall, tmp_pat
     def made(wall: Wall, settings: ExportSettings = SETTINGS) -> bool:
         builder = TierBuilder(wall, settings, tmp_path)
         builder.surface("first")
+        builder._pictures["first"].result()  # it is kept once its picture is encoded
         return "first" in builder._looks
 
     assert made(wall)
