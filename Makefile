@@ -8,7 +8,7 @@ DEMO ?= demo-scan
 # Processes that the tests run in: browsers and servers wait much. 0: in this one.
 WORKERS ?= 2
 
-.PHONY: help demo gym test audit test-ultralytics test-pythons lint docs site wheels sbom npm-package film viewer app pictures system system-venv system-compiler browser database clean
+.PHONY: help demo gym test audit test-ultralytics test-pythons lint docs site wheels sbom npm-package film moves-film viewer app pictures system system-venv system-compiler browser database clean
 .DEFAULT_GOAL := help
 
 help:
@@ -27,6 +27,7 @@ help:
 	@echo "make app      build the platform's web app into its package (needs node)"
 	@echo "make pictures GYM=SCAN SPRAYWALL=SCAN DEMO=SCAN   retake the pictures of README and tutorial"
 	@echo "make film DEMO=SCAN   make the README's film anew"
+	@echo "make moves-film DEMO=SCAN ROUTE=ID   make the film of docs/grades.md anew"
 	@echo "make system   install the system packages that the two commands want (Debian, root)"
 
 # Debian splits venv from python; containers often come without it.
@@ -140,6 +141,12 @@ film: $(VENV)/dev-ready
 	for kind in whole route phone-route; do (cd viewer && node tests/pictures.mjs \
 	  $(abspath $(DEMO))/index.html ../build/film/$$kind.jpg $$kind) || exit 1; done
 	$(BIN)/python -m walltopo_lab.site.film $(DEMO) build/film docs/pictures/film.webp
+
+# The film of docs/grades.md, of a finished scan with moves: a child and a tall adult on its route ROUTE.
+moves-film: $(VENV)/dev-ready
+	for who in child tall; do (cd viewer && node tests/moves.mjs \
+	  $(abspath $(DEMO))/index.html ../build/film/$$who $(ROUTE) $$who) || exit 1; done
+	$(BIN)/python -m walltopo_lab.site.moves_film build/film/child build/film/tall docs/pictures/moves.webp
 
 # The browser tests want Chromium and node; where they cannot be had, those tests skip and say so.
 browser:

@@ -69,6 +69,14 @@ class Cup:
 
 
 @dataclass
+class Screen:
+    """A phone or screen that shows the board: when it heard which number, and what it shows."""
+
+    heard: list[tuple[float, int]] = field(default_factory=list)
+    lines: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass
 class Seen:
     """What came of the load; moments by the phones' one clock."""
 
@@ -76,7 +84,7 @@ class Seen:
     accepted: set[str] = field(default_factory=set)
     waited: list[float] = field(default_factory=list)
     statuses: Counter[int] = field(default_factory=Counter)
-    told: list[list[tuple[float, int]]] = field(default_factory=list)  # a listener: moment, number
+    screens: list[Screen] = field(default_factory=list)
 
 
 def fill(server: Server) -> Cup:
@@ -106,17 +114,21 @@ def fill(server: Server) -> Cup:
                [p.id for p in problems], cookies)  # fmt: skip
 
 
-async def listen(address: str, cup: Cup, heard: list[tuple[float, int]]) -> None:
-    """A phone or screen that shows the board."""
+async def listen(address: str, cup: Cup, screen: Screen) -> None:
+    """Keep a screen up to date."""
     async with (
         httpx.AsyncClient(base_url=address + PREFIX, timeout=None) as client,
         client.stream("GET", f"{cup.path}/board/events") as answer,
     ):
         async for line in answer.aiter_lines():
             if line.startswith("data:"):
-                moment = time.perf_counter()
-                # The number stands behind the lines in the whole board, before them in news.
-                heard.append((moment, json.loads(line[5:])["seq"]))
+                moment, news = time.perf_counter(), json.loads(line[5:])
+                screen.heard.append((moment, news["seq"]))
+                screen.lines |= _lines(news)
+
+
+def _lines(board: dict[str, Any]) -> dict[str, Any]:
+    return {line["entry_id"]: line for one in board["categories"] for line in one["lines"]}
 
 
 async def judge(address: str, cup: Cup, rate: float, seconds: float, seen: Seen) -> None:
@@ -165,9 +177,9 @@ async def judge(address: str, cup: Cup, rate: float, seconds: float, seen: Seen)
 
 async def load(address: str, cup: Cup, args: Any) -> Seen:
     """Judges and listeners together."""
-    seen = Seen(told=[[] for _ in range(args.listeners)])
-    listeners = [asyncio.create_task(listen(address, cup, heard)) for heard in seen.told]
-    while not all(seen.told):
+    seen = Seen(screens=[Screen() for _ in range(args.listeners)])
+    listeners = [asyncio.create_task(listen(address, cup, screen)) for screen in seen.screens]
+    while not all(screen.heard for screen in seen.screens):
         await asyncio.sleep(0.05)
     await judge(address, cup, args.rate, args.seconds, seen)
     await asyncio.sleep(3)  # the last news
@@ -178,16 +190,23 @@ async def load(address: str, cup: Cup, args: Any) -> Seen:
 
 
 def behind(seen: Seen) -> list[float]:
-    """Seconds from an event's answer to the line that has it, for each listener; what no line ever
-    had counts as for ever."""
+    """Seconds from an event's answer to the line that has it, for each listener. After the last
+    line nothing was to be told, or `stale` finds it."""
     found = []
-    for heard in seen.told:
-        numbers = np.array([number for _, number in heard])
-        moments = np.array([moment for moment, _ in heard])
+    for screen in seen.screens:
+        numbers = np.array([number for _, number in screen.heard])
+        moments = np.array([moment for moment, _ in screen.heard])
         for number, answered in seen.answered.items():
             later = np.flatnonzero(numbers >= number)
-            found.append(max(0.0, moments[later[0]] - answered) if later.size else np.inf)
+            if later.size:
+                found.append(max(0.0, moments[later[0]] - answered))
     return found
+
+
+def stale(address: str, cup: Cup, seen: Seen) -> int:
+    """How many screens do not show in the end what the board says."""
+    board = _lines(httpx.get(f"{address}{PREFIX}{cup.path}/board", timeout=60).json())
+    return sum(screen.lines != board for screen in seen.screens)
 
 
 def check(address: str, database: str, cup: Cup, seen: Seen) -> tuple[int, int]:
@@ -229,15 +248,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
             before = cpu_s(process.pid)
             seen = asyncio.run(load(process.said, cup, args))
             spent = cpu_s(process.pid) - before
+            late = stale(process.said, cup, seen)
             lost, wrong = check(process.said, server.settings.database_url, cup, seen)
         finally:
             process.stop()
     report(seen, lost, wrong, args)
+    print(f"screens that show something else in the end: {late} of {args.listeners}")
     each = 1000 * spent / max(1, sum(seen.statuses.values()))
     print(
         f"processor time of the server: {each:.1f} ms an event, {each * args.rate / 1000:.2f} cores"
     )
-    return int(lost > 0 or wrong > 0)
+    return int(lost > 0 or wrong > 0 or late > 0)
 
 
 def report(seen: Seen, lost: int, wrong: int, args: Any) -> None:

@@ -38,6 +38,14 @@ AFTER_COLMAP = """
     ready()
     time.sleep(600)
 """
+AFTER_COLMAP_IN_A_THREAD = """
+    import importlib, threading
+    importing = threading.Thread(target=importlib.import_module, args=("walltopo.colmap",))
+    importing.start()
+    importing.join()
+    ready()
+    time.sleep(600)
+"""
 # A command of another distribution, as an entry point would add it.
 PROGRAM = """
 import sys, time
@@ -58,7 +66,9 @@ sys.exit(cli.main(["work"]))
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("body", [SWALLOWS, IN_NATIVE_CODE, RAISES_ANOTHER, AFTER_COLMAP])
+@pytest.mark.parametrize(
+    "body", [SWALLOWS, IN_NATIVE_CODE, RAISES_ANOTHER, AFTER_COLMAP, AFTER_COLMAP_IN_A_THREAD]
+)
 def test_a_signal_ends_a_command(body: str, number: signal.Signals) -> None:
     process = subprocess.Popen(
         [sys.executable, "-c", PROGRAM.format(body=body.strip())],

@@ -1,7 +1,7 @@
 // A climber between two tries: finds, ticks, says what they think; without reception too.
 
 import assert from "node:assert/strict";
-import { grave, signIn, visit, wallDrawn } from "./place.mjs";
+import { grave, signIn, tooWide, visit, wallDrawn } from "./place.mjs";
 
 /** One's ascents as the server has them. */
 async function arrived(page) {
@@ -95,7 +95,7 @@ export const climbing = {
     assert.deepEqual(await grave(page), []);
     await shot("tick");
     await page.evaluate(() => document.documentElement.style.setProperty("font-size", "200%"));
-    assert.ok((await page.evaluate(() => document.documentElement.scrollWidth - innerWidth)) <= 0);
+    assert.ok((await tooWide(page)) <= 0);
     await shot("tick-twice");
     await page.evaluate(() => document.documentElement.style.removeProperty("font-size"));
     await until(async () => (await arrived(page))[0]?.note !== "" && (await arrived(page)).length === 1);

@@ -113,7 +113,7 @@ def put_score_event(
         kept, is_new = keep_event(session, row, event, said, access.actor.known, judges=judges)
     response.status_code = 201 if is_new else 200
     with services.database.reading() as session:
-        return _told(session, competition, [kept])[0]
+        return _told(session, competition, [kept], about=not is_new)[0]
 
 
 @router.get("/gyms/{gym}/competitions/{competition}/events")
@@ -180,12 +180,15 @@ def list_appeals(competition: UUID, session: Db, access: JudgeMay) -> list[Appea
     ]
 
 
-def _told(session: Session, competition: UUID, events: Sequence[ScoreEvent]) -> list[EventFacts]:
+def _told(
+    session: Session, competition: UUID, events: Sequence[ScoreEvent], *, about: bool = True
+) -> list[EventFacts]:
+    """Events, in words for people; `about`: whether others can be about them already."""
     people = {event.person_id for event in events if event.person_id is not None}
     named = session.execute(select(Person.id, Person.name).where(Person.id.in_(people)))
     names: dict[UUID | None, str] = dict(named.all())
     ids = [event.id for event in events]
-    gone = struck(session, competition, ids) if ids else set()
+    gone = struck(session, competition, ids) if ids and about else set()
     return [
         EventFacts.model_validate({
             **{name: getattr(event, name) for name in _COLUMNS},

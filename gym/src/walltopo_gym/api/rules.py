@@ -60,10 +60,8 @@ class Access:
     actor: Actor
 
 
-def _actor(request: Request, services: ServicesOf) -> Actor:
+def _actor_in(session: Session, request: Request) -> Actor:
     """Who asks. A token that is given counts, whatever cookie comes with it.
-
-    Read apart from the endpoint's own transaction, which may begin later, or be several.
 
     Raises
     ------
@@ -74,14 +72,10 @@ def _actor(request: Request, services: ServicesOf) -> Actor:
     is_token = kind.lower() == "bearer"
     if not is_token and not cookie:
         return NOBODY
-    with services.database.reading() as session:
-        actor = by_token(session, secret.strip()) if is_token else by_cookie(session, cookie or "")
+    actor = by_token(session, secret.strip()) if is_token else by_cookie(session, cookie or "")
     if FOR in request.headers and request.headers[FOR] != str(actor.person):
         raise SignInNeededError("this is of somebody who is not signed in here", "Sign in first.")
     return actor
-
-
-_Asker = Annotated[Actor, Depends(_actor)]
 
 
 def _check_scope(actor: Actor, rule: Rule) -> None:
@@ -94,7 +88,10 @@ def _check_scope(actor: Actor, rule: Rule) -> None:
 
 
 def _person_rule(rule: Rule) -> Callable[..., Actor]:
-    def check(actor: _Asker) -> Actor:
+    def check(request: Request, services: ServicesOf) -> Actor:
+        # Read apart from the endpoint's own transaction, which may begin later, or be several.
+        with services.database.reading() as session:
+            actor = _actor_in(session, request)
         if rule.who != "anyone":
             _ = actor.known
         if rule.who == "operator" and not actor.operator:
@@ -121,10 +118,10 @@ def gym_rule(least: Role, scope: Scope | None) -> Any:
     rule = Rule(least.value, scope)
 
     def check(
-        gym: Annotated[str, Path(max_length=60)], actor: _Asker, services: ServicesOf,
-        request: Request,
-    ) -> Access:  # fmt: skip
+        gym: Annotated[str, Path(max_length=60)], request: Request, services: ServicesOf
+    ) -> Access:
         with services.database.reading() as session:
+            actor = _actor_in(session, request)
             found, role = visible_gym(session, gym, actor, request)
         if not role.covers(least):
             if actor.person is None:

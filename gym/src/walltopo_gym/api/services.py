@@ -57,7 +57,8 @@ class Services:
         self.database.close()
 
 
-def _services(request: Request) -> Services:
+# Coroutines, though they await nothing: a function would be called in a thread of its own.
+async def _services(request: Request) -> Services:
     services: Services = request.app.state.services
     return services
 
@@ -65,7 +66,7 @@ def _services(request: Request) -> Services:
 ServicesOf = Annotated[Services, Depends(_services)]
 
 
-def _boards(request: Request) -> LiveBoards:
+async def _boards(request: Request) -> LiveBoards:
     boards: LiveBoards = request.app.state.boards
     return boards
 

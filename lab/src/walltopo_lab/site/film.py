@@ -26,7 +26,7 @@ from walltopo.scans.holds import Holds
 from walltopo.scans.instances import InstanceTable
 from walltopo.scans.model import read_views
 
-__all__ = ["film"]
+__all__ = ["film", "write_film"]
 
 Picture = Image.Image
 
@@ -58,10 +58,20 @@ def film(scan: ScanFolder, pictures: Path, out: Path) -> int:
         _titled(_shown(pictures / "phone-route.jpg"), "on a phone"),
     ]
     frames = [frame for scene in scenes for frame in scene]
+    return write_film(frames, out)
+
+
+def write_film(frames: Sequence[Picture], out: Path, rate: int = RATE) -> int:
+    """Write pictures as an animated WebP that loops, `rate` of them a second; its size in bytes.
+
+    Raises
+    ------
+    InputError : it is larger than 3 MB even at the lowest quality.
+    """
     for quality in QUALITIES:
         # Each picture is told by what has changed: most of it stands still.
         frames[0].save(
-            out, save_all=True, append_images=frames[1:], duration=1000 // RATE, loop=0,
+            out, save_all=True, append_images=list(frames[1:]), duration=1000 // rate, loop=0,
             quality=quality, method=4, minimize_size=True,
         )  # fmt: skip
         size = out.stat().st_size
