@@ -12,6 +12,7 @@ import type { Tables } from "./types";
 const HAND_S = 0.9; // seconds that a hand takes
 const FOOT_S = 0.6;
 const REST_S = 0.25; // between two moves
+const SITTING = 0.1; // of the height: the hip over the floor
 const PEOPLE = ["child", "short", "adult", "tall", "you"] as const;
 
 export class Player {
@@ -156,6 +157,8 @@ export class Player {
 
   private poseOf(move: Move): Pose {
     const hip = new Vector3(...move.hip);
+    // From a low start one sits: the model knows no floor.
+    hip.z = Math.max(hip.z, this.floor + SITTING * this.climber.height_m * this.unit);
     const out = new Vector3();
     const places = move.holds.map((id) => {
       const hold = this.tables.holds.get(id);
@@ -171,16 +174,21 @@ export class Player {
     return { hip, ends, out };
   }
 
-  /** Where a limb hangs that is on no hold. */
+  private get floor(): number {
+    return this.stage.front?.floor ?? -Infinity;
+  }
+
+  /** Where a limb hangs that is on no hold; from a low start the feet stand on the floor. */
   private hanging(hip: Vector3, out: Vector3, limb: number): Vector3 {
     const height = this.climber.height_m * this.unit;
     const side = new Vector3(0, 0, 1).cross(out).normalize();
     const sign = limb % 2 ? 1 : -1;
-    return hip
+    const end = hip
       .clone()
       .addScaledVector(side, sign * 0.1 * height)
       .add(new Vector3(0, 0, -0.46 * height))
       .addScaledVector(out, 0.02 * height);
+    return end.setZ(Math.max(end.z, this.floor));
   }
 
   /** What is done now, and whether it is in reach. */
