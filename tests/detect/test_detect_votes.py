@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -69,6 +70,33 @@ def test_boxes_and_masks_are_in_photo_pixels(i: int, j: int, w: int, h: int, sca
     x, y, wide, tall = mask.box
     extent = np.array([x, y, x + wide, y + tall]) * scale
     np.testing.assert_allclose(extent, box, atol=2 + scale)
+
+
+@pytest.mark.parametrize("sureness", [0.15, 0.3, 0.5, 0.9])
+def test_a_faint_mask_fills_its_box(sureness: float) -> None:
+    boxes = [(16, 16, 64, 64)]
+    heat, votes, mask = outputs(boxes, [1], [0.9])
+    # The middle is as sure as ever, the rest as a network is of what it has hardly seen.
+    faint = np.where(mask > 0, sureness, 0.0).astype(np.float32)
+    faint[0, 16:24, 16:24] = 0.95
+    found = decode_votes(heat, votes, faint, 0.1, 1.0, (_W, _H))
+    assert found.masks[0].area == pytest.approx(48 * 48, rel=0.1)
+
+
+def test_what_is_sure_around_an_object_is_cut_off_at_a_higher_level() -> None:
+    heat, votes, mask = outputs([(32, 32, 64, 64)], [1], [0.9])
+    sure = cv2.GaussianBlur(mask[0], (0, 0), 3)
+    drawn = decode_votes(heat, votes, np.stack([sure, mask[1]]), 0.1, 1.0, (_W, _H)).masks[0]
+    assert drawn.area == pytest.approx(32 * 32, rel=0.25)
+
+
+def test_cells_that_vote_for_nothing_belong_to_what_they_touch() -> None:
+    heat, votes, mask = outputs([(16, 16, 48, 48), (48, 16, 80, 48)], [1, 1], [0.9, 0.8])
+    votes[:4, :, 4] = 0.1  # the first one's left column has votes for nothing
+    found = decode_votes(heat, votes, mask, 0.3, 1.0, (_W, _H))
+    first, second = found.masks
+    assert first.area > 0.9 * 32 * 32
+    assert not (first.full() & second.full()).any()
 
 
 def test_nothing_above_the_threshold_is_nothing() -> None:

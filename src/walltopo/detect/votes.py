@@ -2,8 +2,9 @@
 
 A peak of the heat is an object and the vote at the peak its first box; every cell belongs to the
 object whose box it votes for, and these votes together give the final box. Its mask is the part
-of its cells that the mask output calls this class; its score is the heat at the peak times the
-root of how sure the mask is there.
+of its cells, and of those beside them that vote for nothing, that the mask output calls this class,
+at the level at which it fills the box; its score is the heat at the peak times the root
+of how sure the mask is there.
 """
 
 from __future__ import annotations
@@ -21,7 +22,14 @@ Floats = NDArray[np.float32]
 _CELL = 4  # px of a heat or vote cell
 _MOST = 2000  # peaks looked at; the densest photo known has under 400 objects
 _LEAST_VOTE = 0.45  # IoU with the detection that a pixel's vote must reach
-_FAINTEST = 0.1  # mask probability below which nothing is drawn
+# Mask probabilities that an object is drawn at: the middle one, unless another fills the box better
+# by this. Votes place borders better than a mask output that is faint where the network has not
+# seen the like. On photos that chose nothing before (57 of hold-boxes/train held out, 25 of
+# hold-polygons) levels and the cells beside raised the AP50 of boxes around masks, mean of classes,
+# from .60 to .67, that of outlines from .27 to .31; without the difference rendered walls, whose
+# masks are sure, lost in AP.
+_LEVELS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7)
+_MIDDLE, _BETTER = 0.5, 0.05
 
 
 def vote_boxes(votes: Floats) -> NDArray[np.float64]:
@@ -88,29 +96,30 @@ def _agree(
     return agreed, np.where(known, sure, 0.0)
 
 
-def _object_mask(
+def _sureness(
     mask: Floats,
     owner: NDArray[np.int32],
     k: int,
     box: NDArray[np.float64],
     scale: float,
     size: tuple[int, int],
-) -> tuple[NDArray[np.bool_], int, int] | None:
-    """Bitmap of one object in the photo and its corner; None where no pixel is its own."""
+) -> tuple[Floats, int, int] | None:
+    """How sure the mask is of one object, in a window of the photo, and the window's corner; None
+    where no pixel of the photo is its own."""
     width, height = size
     h, w = owner.shape
     j0, i0 = max(0, int(box[0] / _CELL) - 1), max(0, int(box[1] / _CELL) - 1)
     j1, i1 = min(w, int(box[2] / _CELL) + 2), min(h, int(box[3] / _CELL) + 2)
-    mine = (owner[i0:i1, j0:j1] == k).astype(np.float32)
-    mine = mine.repeat(2, axis=0).repeat(2, axis=1)
-    field = mask[2 * i0 : 2 * i1, 2 * j0 : 2 * j1] * mine
-    if field.size == 0:
-        return None
     x0, y0 = max(0, int(j0 * _CELL / scale)), max(0, int(i0 * _CELL / scale))
     x1 = min(width, int(np.ceil(j1 * _CELL / scale)))
     y1 = min(height, int(np.ceil(i1 * _CELL / scale)))
-    if x1 <= x0 or y1 <= y0:
+    if j1 <= j0 or i1 <= i0 or x1 <= x0 or y1 <= y0:
         return None
+    window = owner[i0:i1, j0:j1]
+    voted = (window == k).astype(np.uint8)
+    beside = cv2.dilate(voted, np.ones((3, 3), np.uint8))
+    mine = np.where(window < 0, beside, voted).astype(np.float32)
+    field = mask[2 * i0 : 2 * i1, 2 * j0 : 2 * j1] * mine.repeat(2, axis=0).repeat(2, axis=1)
     # Photo pixel (x + 0.5) lies at (x + 0.5) * scale of the input, half that in the mask output.
     step = scale / 2
     matrix = np.array(
@@ -122,22 +131,49 @@ def _object_mask(
     photo = cv2.warpAffine(
         field, matrix, (x1 - x0, y1 - y0), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
     )
-    # A faint object is where the network is at least half as sure as at its surest pixel.
-    level = min(0.5, 0.5 * float(field.max()))
-    return np.asarray(photo > max(level, _FAINTEST)), x0, y0
+    return np.asarray(photo, np.float32), x0, y0
 
 
-def _as_mask(
-    bitmap: NDArray[np.bool_], x: int, y: int, size: tuple[int, int], label: int, score: float
+def _fill(sure: Floats, box: NDArray[np.float64]) -> NDArray[np.bool_] | None:
+    """The largest connected part above the level at which it fills the box; None if empty.
+
+    Parameters
+    ----------
+    sure : (h, w).
+    box : (4,) in its pixels.
+    """
+    best, found = -1.0, None
+    for level in _LEVELS:
+        count, parts, stats, _ = cv2.connectedComponentsWithStats(
+            (sure > level).view(np.uint8), connectivity=4
+        )
+        if count < 2:
+            break
+        part = 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax())
+        left, top, wide, tall = stats[part, :4]
+        across = min(left + wide, box[2]) - max(left, box[0])
+        down = min(top + tall, box[3]) - max(top, box[1])
+        shared = max(across, 0.0) * max(down, 0.0)
+        iou = shared / (wide * tall + (box[2] - box[0]) * (box[3] - box[1]) - shared)
+        iou += _BETTER * (level == _MIDDLE)
+        if iou > best:
+            best, found = iou, np.asarray(parts == part)
+    return found
+
+
+def _object_mask(
+    sure: tuple[Floats, int, int] | None,
+    box: NDArray[np.float64],
+    size: tuple[int, int],
+    label: int,
+    score: float,
 ) -> Mask | None:
-    """The largest connected part of a bitmap; None if empty."""
-    count, parts, stats, _ = cv2.connectedComponentsWithStats(
-        bitmap.astype(np.uint8), connectivity=4
-    )
-    if count < 2:
+    """The mask of one object, whose box is in photo pixels; None where no pixel is its own."""
+    if sure is None:
         return None
-    part = 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax())
-    return tight_mask(np.asarray(parts == part), x, y, size, label, score)
+    field, x, y = sure
+    bitmap = _fill(field, box - np.array([x, y, x, y]))
+    return None if bitmap is None else tight_mask(bitmap, x, y, size, label, score)
 
 
 def decode_votes(
@@ -184,10 +220,9 @@ def decode_votes(
         for n, member in enumerate(members):
             if scores[member] < threshold:
                 continue
-            drawn = _object_mask(mask[k], owner, n, boxes[member], scale, size)
-            if drawn is None:
-                continue
-            found = _as_mask(*drawn, size, int(k) + 1, float(scores[member]))
+            box = boxes[member]
+            sure_of_it = _sureness(mask[k], owner, n, box, scale, size)
+            found = _object_mask(sure_of_it, box / scale, size, int(k) + 1, float(scores[member]))
             if found is not None:
                 stay.append(int(member))
                 masks.append(found)
