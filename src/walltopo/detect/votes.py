@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mask
-from walltopo.detect.found import Found, keep_best, tight_mask
+from walltopo.detect.found import Found, box_iou, keep_best, tight_mask
 
 __all__ = ["decode_votes", "vote_boxes"]
 
@@ -151,11 +151,8 @@ def _fill(sure: Floats, box: NDArray[np.float64]) -> NDArray[np.bool_] | None:
             break
         part = 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax())
         left, top, wide, tall = stats[part, :4]
-        across = min(left + wide, box[2]) - max(left, box[0])
-        down = min(top + tall, box[3]) - max(top, box[1])
-        shared = max(across, 0.0) * max(down, 0.0)
-        iou = shared / (wide * tall + (box[2] - box[0]) * (box[3] - box[1]) - shared)
-        iou += _BETTER * (level == _MIDDLE)
+        extent = np.array([[left, top, left + wide, top + tall]], np.float64)
+        iou = float(box_iou(extent, box[None])[0, 0]) + _BETTER * (level == _MIDDLE)
         if iou > best:
             best, found = iou, np.asarray(parts == part)
     return found
