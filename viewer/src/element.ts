@@ -123,7 +123,10 @@ export class WallTopo extends HTMLElement {
     this.build();
     await breath();
     if (signal.aborted) return;
+    const source = this.getAttribute("src");
     const coming = this.come(); // read while the stage is built
+    await breath();
+    if (signal.aborted) return;
     try {
       this.stage = new Stage(this.canvas);
     } catch {
@@ -133,7 +136,7 @@ export class WallTopo extends HTMLElement {
     this.canvas.after(this.overlay.root);
     this.wire(this.stage);
     this.applyTheme();
-    await this.load(coming);
+    await this.load(this.getAttribute("src") === source ? coming : undefined);
   }
 
   disconnectedCallback(): void {
@@ -301,6 +304,9 @@ export class WallTopo extends HTMLElement {
       await breath();
       if (signal.aborted) return;
       this.stage.show(wall, false);
+      await breath();
+      if (signal.aborted) return;
+      this.lay();
       this.loaded(this.stage);
     } catch (error) {
       if (!signal.aborted) this.fail(say().failed(reasonOf(error)));
@@ -320,13 +326,17 @@ export class WallTopo extends HTMLElement {
     return coming;
   }
 
-  private loaded(stage: Stage): void {
+  /** Everything around the picture, once the wall is known. */
+  private lay(): void {
     this.panel.sheet.set(this.tables.routes.size > 0 && this.arrangement.roomy ? "half" : "low");
     this.message.hide();
     this.arrange();
     this.choose(null, null);
     this.views!.wall(false);
     this.applyPlace(false);
+  }
+
+  private loaded(stage: Stage): void {
     if (this.hasAttribute("edit")) this.startEditor();
     else void this.askMoves(this.loading!.signal);
     stage.drawNow();
