@@ -315,4 +315,34 @@ export const page = {
     fine(log);
     await close();
   },
+
+  async "an expected wall is read once, before its element is there"(browser, { web }) {
+    const address = new URL("ahead.html", web).href;
+    const body = `<!doctype html><html lang="en"><title>Ahead</title><style>wall-topo{display:block;width:800px;height:500px}</style>
+      <body><script src="page/viewer.js" data-worker="file"></script>
+      <script>customElements.get("wall-topo").expect("page/first.glb")</script>`;
+    const prepare = (page) => page.route(address, (route) => route.fulfill({ contentType: "text/html", body }));
+    const { page, log, close } = await open(browser, address, { prepare, wait: false });
+    const asked = () => performance.getEntriesByType("resource").filter(({ name }) => /first\.glb$/.test(name)).length;
+    await page.waitForFunction(asked);
+    assert.equal(await page.evaluate(() => document.querySelector("wall-topo")), null);
+    await page.evaluate(() => {
+      const wall = document.createElement("wall-topo");
+      wall.setAttribute("src", "page/first.glb");
+      wall.setAttribute("heading", "Ahead");
+      document.body.append(wall);
+    });
+    await ready(page);
+    assert.equal(await ask(page, (wall) => wall.routes.length), 4);
+    assert.equal(await page.evaluate(asked), 1);
+    assert.ok(page.workers().every((worker) => worker.url().endsWith("/page/viewer.js")), "the script's own file, as its tag asks for");
+    // One that nobody waited for is dropped; what the element asks for is read.
+    await ask(page, (wall) => {
+      wall.constructor.expect("page/detail.glb");
+      wall.setAttribute("src", "page/first.glb?again");
+    });
+    await ready(page);
+    fine(log);
+    await close();
+  },
 };

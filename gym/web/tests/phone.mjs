@@ -15,6 +15,7 @@ import { signIn } from "./place.mjs";
 const SLOWER = 4;
 const LINE = { down: 9e6, up: 1.5e6, roundTrip: 60 };
 const QUIET_MS = 2000;
+const WINDOW_MS = 2500; // a new window first fills its own frame, which a phone's browser has no such of
 const PATIENCE_MS = 180_000;
 const UNANSWERED_MS = 20_000;
 const MOST_ASKED = 5;
@@ -44,6 +45,7 @@ function watch(selector) {
 /** Opens a page as a slow phone does. Milliseconds until `selector` was there, was drawn, and until the page answered taps for good. */
 async function opened(context, path, selector) {
   const page = await context.newPage();
+  await sleep(WINDOW_MS);
   const phone = await context.newCDPSession(page);
   await phone.send("Emulation.setCPUThrottlingRate", { rate: SLOWER });
   await page.addInitScript(watch, selector);
