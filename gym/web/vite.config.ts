@@ -17,7 +17,7 @@ const serviceWorker: Plugin = {
   },
 };
 
-/** In one classic script: not every browser runs modules as service workers. */
+/** In one classic script: not every browser runs modules as service workers, and modules wait for the page. */
 async function bundled(input: string): Promise<string> {
   const made = await build({
     configFile: false,
@@ -28,8 +28,28 @@ async function bundled(input: string): Promise<string> {
   return made.output[0].code;
 }
 
+const MARK = "<!--head-->";
+
+/** `wall/early.ts` as the page's first script, which waits for none of the app's. */
+const early: Plugin = {
+  name: "early",
+  apply: "build",
+  async buildStart() {
+    this.emitFile({ type: "asset", name: "early.js", source: await bundled("src/wall/early.ts") });
+  },
+  transformIndexHtml: {
+    order: "post",
+    handler(page, { bundle }) {
+      const file = Object.values(bundle ?? {}).find((made) => made.type === "asset" && made.names.includes("early.js"));
+      if (!file) throw new Error("early.js was not made");
+      // After the mark that the server replaces, as that says where the viewer is; before styles, which it would wait for.
+      return page.replace(MARK, `${MARK}<script src="/${file.fileName}"></script>`);
+    },
+  },
+};
+
 export default defineConfig({
-  plugins: [svelte(), serviceWorker],
+  plugins: [svelte(), early, serviceWorker],
   build: {
     target: "es2022",
     outDir: "../src/walltopo_gym/web",

@@ -1,6 +1,7 @@
 /** `<wall-topo src="wall.glb">`: the viewer as one element. Documented in docs/viewer.md. */
 
 import { Vector3 } from "three";
+import { readAhead, taken } from "./ahead";
 import { Arrangement } from "./arrange";
 import { Background } from "./background";
 import { breath } from "./breath";
@@ -161,6 +162,11 @@ export class WallTopo extends HTMLElement {
 
   // The JS API -----------------------------------------------------------------------------
 
+  /** Begin to read a wall that an element will soon show; `src` as that one will have it, with a `heading` of its own. */
+  static expect(src: string): void {
+    readAhead(src);
+  }
+
   /** The routes, as in `routes.json`. */
   get routes(): Route[] {
     return [...this.tables.routes.values()];
@@ -276,11 +282,16 @@ export class WallTopo extends HTMLElement {
     const source = this.getAttribute("src");
     this.loading?.abort();
     this.reader?.end();
-    this.reader = new Background();
-    const { signal } = (this.loading = new AbortController());
+    const ahead = taken(source ?? "");
+    this.reader = ahead?.reader ?? new Background();
+    const { signal } = (this.loading = ahead?.stop ?? new AbortController());
     this.removeAttribute("data-ready");
     if (!source) return null;
     const progress = this.message.waiting(this.getAttribute("heading"), this.getAttribute("poster"));
+    if (ahead) {
+      ahead.progress = progress;
+      return ahead.coming;
+    }
     const title = this.getAttribute("heading") ?? say().words.wall;
     const coming = readWall(this.reader!, source, { progress, title, signal });
     coming.catch(() => {}); // `load` tells it, once it is there to wait

@@ -176,7 +176,10 @@ export class Stage {
     this.redraw();
   }
 
-  /** Show a wall; a later, finer tier keeps the camera, the state and the picking surface. */
+  /**
+   * Show a wall. A later, finer tier keeps the camera, the state and the picking surface; the first is drawn
+   * once the camera is where it should be (`drawNow`).
+   */
   show(wall: Wall, refine: boolean): void {
     this.drawn?.dispose();
     this.drawn = new Drawn(wall.parts, this.scene, this.look);
@@ -190,9 +193,10 @@ export class Stage {
       this.picking = new Picking(wall.parts.map(({ geometry }) => geometry), this.worker);
       this.front = wall.front;
       this.limit(wall.box);
+    } else {
+      this.redraw();
+      this.relabel(this.regions);
     }
-    this.redraw();
-    if (refine) this.relabel(this.regions);
     if (wall.most > 0) this.shape();
   }
 
@@ -206,7 +210,9 @@ export class Stage {
       this.labels.set(geometry, labels);
       if (labels.apply(regions)) changed = true;
     }
-    if (changed) this.shape();
+    if (!changed) return;
+    this.redraw();
+    this.shape();
   }
 
   /** Room for ids up to this one. */
@@ -224,7 +230,6 @@ export class Stage {
 
   private shape(): void {
     this.shaping = true;
-    this.redraw();
     void this.drawn!.shape(this.worker, () => {
       this.shaping = false;
       this.redraw();

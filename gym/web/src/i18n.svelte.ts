@@ -60,6 +60,7 @@ async function learn(code: Language, loaders: Loaders): Promise<void> {
  */
 export async function addWords(loaders: Loaders): Promise<void> {
   LOADERS.push(loaders);
+  await begun;
   await learn(spoken, loaders);
 }
 
@@ -71,7 +72,13 @@ export async function speak(code: Language, keep = true): Promise<void> {
   if (keep) localStorage.setItem(KEPT, code);
 }
 
-export async function begin(): Promise<void> {
+let begun: Promise<void> | undefined;
+
+export function begin(): Promise<void> {
+  return (begun ??= start());
+}
+
+async function start(): Promise<void> {
   await i18next.init({
     fallbackLng: false,
     resources: {},

@@ -9,7 +9,7 @@ const past = () => import("./pages/PastPage.svelte");
 const embedded = () => import("./pages/Embedded.svelte");
 const widget = () => import("./hall/Widget.svelte");
 
-export const { p, navigate, route } = createRouter({
+export const { p, navigate, preload, route } = createRouter({
   "/": Home,
   "/sign-in": () => import("./pages/SignIn.svelte"),
   "/sign-up": () => import("./pages/SignUp.svelte"),

@@ -2,6 +2,7 @@
 
 import { answer, api, PREFIX, type Schemas } from "../api/client";
 import { loadingKept } from "../lib/loaded.svelte";
+import { KEPT } from "../offline/reception.svelte";
 import { part } from "../routes";
 import { expectViewer } from "./viewer";
 
@@ -12,9 +13,12 @@ export function publishedWall() {
   const path = $derived({ gym: part("gym"), wall: part("wall") });
   return loadingKept<Published>(async (how) => {
     const params = { path };
+    const ask = () => answer(api.GET("/api/v1/gyms/{gym}/walls/{wall}/published", { params, ...how }));
+    // Asking for what is kept costs nobody anything, where nothing is published neither.
+    const kept = how === KEPT ? ask() : null;
     const wall = await answer(api.GET("/api/v1/gyms/{gym}/walls/{wall}", { params, ...how }));
     if (!wall.published_scan_id) return { wall, version: null };
-    return { wall, version: await answer(api.GET("/api/v1/gyms/{gym}/walls/{wall}/published", { params, ...how })) };
+    return { wall, version: await (kept ?? ask()) };
   });
 }
 

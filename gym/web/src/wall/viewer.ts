@@ -1,5 +1,7 @@
 /** `<wall-topo>`, walltopo's viewer (docs/viewer.md): a script of its own, loaded when a wall is shown. */
 
+import { loadViewer } from "./script";
+
 export interface WallElement extends HTMLElement {
   selectedRoute: number | null;
   selectRoute(id: number | null, options?: { move?: boolean }): void;
@@ -12,18 +14,12 @@ export interface WallElement extends HTMLElement {
 
 let loaded: Promise<void> | undefined;
 
-/** Defines the element. The server says in the page where its script is. */
+/** Defines the element; asked again after it failed, it tries again. */
 export function defineViewer(): Promise<void> {
-  loaded ??= new Promise((resolve, reject) => {
-    const script = document.createElement("script");
-    script.src = document.querySelector<HTMLMetaElement>('meta[name="wall-viewer"]')?.content ?? "";
-    script.onload = () => resolve();
-    script.onerror = () => {
-      loaded = undefined;
-      script.remove();
-      reject(new TypeError("the viewer was not loaded"));
-    };
-    document.head.append(script);
+  loaded ??= window.wallViewer ?? loadViewer();
+  loaded.catch(() => {
+    loaded = undefined;
+    delete window.wallViewer;
   });
   return loaded;
 }

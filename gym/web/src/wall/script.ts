@@ -1,0 +1,40 @@
+/** The script that defines `<wall-topo>`, and the wall that was seen last: what `early.ts` and the app both need. */
+
+const KEPT = "walltopo-last-wall";
+
+export interface LastWall {
+  /** Path of its page; those of its routes begin with it. */
+  page: string;
+  /** Address of its first tier. */
+  first: string;
+}
+
+declare global {
+  interface Window {
+    /** The script is on its way: `early.ts` asked for it. */
+    wallViewer?: Promise<void>;
+  }
+}
+
+/** Notes what a wall's page shows, for when it is opened again. */
+export function rememberWall(wall: LastWall): void {
+  localStorage.setItem(KEPT, JSON.stringify(wall));
+}
+
+export function lastWall(): LastWall | null {
+  return JSON.parse(localStorage.getItem(KEPT) ?? "null") as LastWall | null;
+}
+
+/** Adds the script to the page. The server says in the page where it is. */
+export function loadViewer(): Promise<void> {
+  return new Promise((resolve, reject) => {
+    const script = document.createElement("script");
+    script.src = document.querySelector<HTMLMetaElement>('meta[name="wall-viewer"]')?.content ?? "";
+    script.onload = () => resolve();
+    script.onerror = () => {
+      script.remove();
+      reject(new TypeError("the viewer was not loaded"));
+    };
+    document.head.append(script);
+  });
+}

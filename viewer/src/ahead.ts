@@ -1,0 +1,47 @@
+/** Reading a wall before there is an element for it: whoever knows what will be shown need not wait for the page. */
+
+import { Background } from "./background";
+import { readWall } from "./load";
+import type { Wall } from "./load";
+
+const PATIENCE_MS = 60_000;
+
+export class Ahead {
+  readonly reader = new Background();
+  readonly stop = new AbortController();
+  readonly coming: Promise<Wall>;
+  /** Gets a share from 0 to 1 while the file comes. */
+  progress: (share: number) => void = () => {};
+  failed = false;
+
+  constructor(readonly source: string) {
+    const progress = (share: number): void => this.progress(share);
+    this.coming = readWall(this.reader, source, { progress, signal: this.stop.signal });
+    this.coming.catch(() => (this.failed = true)); // the element asks again, and tells it
+  }
+
+  drop(): void {
+    this.stop.abort();
+    this.reader.end();
+  }
+}
+
+let waiting: Ahead | null = null;
+
+/** Begins; what no element takes in a minute is dropped. */
+export function readAhead(source: string): void {
+  waiting?.drop();
+  const begun = (waiting = new Ahead(source));
+  setTimeout(() => {
+    if (waiting === begun) taken("");
+  }, PATIENCE_MS);
+}
+
+/** What was begun of this file; another one is not wanted any more. */
+export function taken(source: string): Ahead | null {
+  const found = waiting;
+  waiting = null;
+  if (found?.source === source && !found.failed) return found;
+  found?.drop();
+  return null;
+}
