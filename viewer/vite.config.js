@@ -3,7 +3,8 @@ import { defineConfig } from "vite";
 /**
  * The worker runs the viewer's own script once more: a page from disk has no file to start it from, and
  * the libraries inside a second time would be 55 kB more (gzip). The script is one function, whose text
- * is the worker's.
+ * is the worker's. A script tag with `data-worker="file"` has it started from its own file instead, which
+ * the browser keeps compiled: for pages whose content policy allows that.
  */
 const workerIsItself = {
   name: "worker-is-itself",
@@ -13,9 +14,10 @@ const workerIsItself = {
   generateBundle(_, bundle) {
     for (const chunk of Object.values(bundle)) {
       // Where there is no page there is no HTMLElement to extend.
-      const text = '["self.HTMLElement=class{};(",String(wallTopo),")()"]';
-      const url = `const wallTopoUrl=()=>URL.createObjectURL(new Blob(${text},{type:"text/javascript"}));`;
-      chunk.code = `(function wallTopo(){${url}${chunk.code}})();\n`;
+      const bare = "self.HTMLElement??=class{};";
+      const file = 'const wallTopoTag=self.document?.currentScript,wallTopoFile=wallTopoTag?.dataset.worker==="file"&&wallTopoTag.src;';
+      const blob = 'URL.createObjectURL(new Blob(["(",String(wallTopo),")()"],{type:"text/javascript"}))';
+      chunk.code = `(function wallTopo(){${bare}${file}const wallTopoUrl=()=>wallTopoFile||${blob};${chunk.code}})();\n`;
     }
   },
 };

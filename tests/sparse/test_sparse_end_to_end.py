@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,6 @@ from PIL import Image
 from walltopo.core import InputError, Silent, StageError
 from walltopo.core.files import hash_path
 from walltopo.measure.contract import ScaleSettings
-from walltopo.meshes.similarity import fit_similarity
 from walltopo.pipeline.runner import run_stage
 from walltopo.scans.aligned import Aligned
 from walltopo.scans.folder import ScanFolder
@@ -74,22 +72,6 @@ def test_a_second_run_reuses_features_and_is_the_same(reference: ScanFolder) -> 
     assert hash_path(reference.sparse_raw) == before
     assert not reference.aligned.exists(), "a scan that is no update any more"
     assert Steps.seen == ["register photos", "refine all together"]
-
-
-def test_all_at_once_gives_the_same_cameras(
-    reference: ScanFolder, gym_a: Path, tmp_path: Path
-) -> None:
-    again = ScanFolder(tmp_path / "scan")
-    shutil.copytree(reference.root, again.root)
-    settings = SparseSettings(**SETTINGS, mapping="global")
-    assert run_stage(again, "sparse", settings)["registered"] == len(GYM)
-    model = hash_path(again.sparse_raw)
-    found = np.array([view.centre for view in read_views(again.sparse_raw)])
-    truth = true_centres(gym_a, GYM)
-    apart = fit_similarity(found, truth).apply(found) - truth
-    assert np.linalg.norm(apart, axis=1).max() < 0.02
-    run_stage(again, "sparse", settings)
-    assert hash_path(again.sparse_raw) == model, "the same seed, one thread"
 
 
 def test_an_update_lands_in_the_frame_of_its_reference(

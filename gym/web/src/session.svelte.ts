@@ -1,6 +1,7 @@
 /** Who is signed in here. The secret is a cookie that no script can read; this is only whose it is. */
 
 import { answer, api, Problem, type Schemas } from "./api/client";
+import { forgetWall } from "./wall/script";
 import { forgetAnswers, isCutOff, KEPT, keeps } from "./offline/reception.svelte";
 
 const SIGNED_IN = "walltopo-signed-in";
@@ -21,6 +22,7 @@ export function signedIn(as: Schemas["Me"]): void {
 export function signedOut(): void {
   person = null;
   localStorage.removeItem(SIGNED_IN);
+  forgetWall();
   void forgetAnswers();
 }
 

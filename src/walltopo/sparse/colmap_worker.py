@@ -278,13 +278,6 @@ def _models(database: Path, job: Job, task: MapTask, options: Any) -> dict[int, 
     """`pycolmap.Reconstruction` by number."""
     from walltopo.colmap import pycolmap
 
-    if task.at_once and not task.reference:
-        from walltopo.sparse.global_mapping import map_at_once
-
-        _event(step="register at once", total=1)
-        found = map_at_once(database, job, task)
-        _event(advance=1)
-        return found
     _event(step="register", total=task.expected)
     return dict(
         pycolmap.incremental_mapping(

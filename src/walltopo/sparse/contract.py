@@ -75,14 +75,6 @@ class SparseSettings:
             expert=True,
         ),
     ] = 15
-    mapping: Annotated[
-        Literal["incremental", "global"],
-        about(
-            "how cameras are found: incremental takes photo after photo, global all at once (not "
-            "into a reference)",
-            expert=True,
-        ),
-    ] = "incremental"
     threads: Annotated[int, about("CPU threads; 0 = all", unit="threads", low=0, high=512)] = 0
     seed: Annotated[int, about("seed of every random step", low=0, high=2**31 - 1, expert=True)] = 0
     reference: Annotated[

@@ -67,8 +67,6 @@ class MapTask(msgspec.Struct, frozen=True):
     reference : folder of a model that is continued; "".
     constant_cameras, held_images : ids that stay exactly as they are there.
     only : names of the photos that take part; all where empty.
-    at_once : all cameras at once (`global_mapping`) rather than one after the other; not where a
-        reference is continued.
     """
 
     output: str
@@ -77,7 +75,6 @@ class MapTask(msgspec.Struct, frozen=True):
     constant_cameras: tuple[int, ...] = ()
     held_images: tuple[int, ...] = ()
     only: tuple[str, ...] = ()
-    at_once: bool = False
 
 
 class Sift(msgspec.Struct, frozen=True):

@@ -103,7 +103,7 @@ def _reconstruct(
         # Mapping gets a process of its own: COLMAP's random state would differ between a run that
         # matched photos first and one that found them matched.
         output = str(Path(job.database).with_name("mapping"))
-        task = MapTask(output, len(photos), at_once=settings.mapping == "global")
+        task = MapTask(output, len(photos))
         result = run_worker(mapping_job(job, task), context.progress)
         return result, camera_centres(open_model(Path(result.best))) if result.best else {}
 

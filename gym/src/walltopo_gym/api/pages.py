@@ -36,11 +36,17 @@ _MARK: Final = "<!--head-->"
 _FOR_EVER: Final = "public, max-age=31536000, immutable"
 
 # No script and no style but our own files. The wall's decoder is WebAssembly; its workers run the
-# viewer's own script once more, from a blob.
+# viewer's own script once more, under the policy that comes with that: a wall's pictures are read
+# there.
 _POLICY: Final = (
     "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; "
-    "img-src 'self' blob: data:; connect-src 'self' blob:; worker-src 'self' blob:; "
+    "img-src 'self' blob: data:; connect-src 'self' blob:; worker-src 'self'; "
     "manifest-src 'self'; frame-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors "
+)
+
+_WORKER_POLICY: Final = (
+    "default-src 'none'; script-src 'wasm-unsafe-eval'; connect-src 'self' blob:; "
+    "frame-ancestors 'none'"
 )
 
 # The first part of each address of the app (gym/web/src/routes.ts).
@@ -94,7 +100,10 @@ def _viewer() -> str:
 @router.api_route("/assets/{name}", methods=_READING)
 def read_asset(name: str, request: Request) -> Response:
     """A file that never changes under its name."""
-    return _sent(f"/assets/{name}", request, _FOR_EVER)
+    answer = _sent(f"/assets/{name}", request, _FOR_EVER)
+    if request.url.path == _viewer():
+        answer.headers["content-security-policy"] = _WORKER_POLICY
+    return answer
 
 
 @router.api_route("/{name}.webmanifest", methods=_READING)

@@ -9,9 +9,9 @@ interface Viewer {
   expect(src: string): void;
 }
 
-const last = lastWall();
-if (last && `${location.pathname}/`.startsWith(`${last.page}/`)) {
+const last = lastWall(location.pathname);
+if (last) {
   window.wallViewer = loadViewer();
-  const read = (): void => (customElements.get("wall-topo") as unknown as Viewer).expect(last.first);
+  const read = (): void => (customElements.get("wall-topo") as unknown as Viewer).expect(`${last.base}/page/first.glb`);
   window.wallViewer.then(read, () => undefined);
 }

@@ -5,8 +5,11 @@ const KEPT = "walltopo-last-wall";
 export interface LastWall {
   /** Path of its page; those of its routes begin with it. */
   page: string;
-  /** Address of its first tier. */
-  first: string;
+  /** Where its files lie. */
+  base: string;
+  title: string;
+  /** Address of its picture. */
+  poster: string;
 }
 
 declare global {
@@ -21,8 +24,14 @@ export function rememberWall(wall: LastWall): void {
   localStorage.setItem(KEPT, JSON.stringify(wall));
 }
 
-export function lastWall(): LastWall | null {
-  return JSON.parse(localStorage.getItem(KEPT) ?? "null") as LastWall | null;
+/** The wall of this page or of one of its routes, where it was seen last. */
+export function lastWall(path: string): LastWall | null {
+  const last = JSON.parse(localStorage.getItem(KEPT) ?? "null") as LastWall | null;
+  return last && `${path}/`.startsWith(`${last.page}/`) ? last : null;
+}
+
+export function forgetWall(): void {
+  localStorage.removeItem(KEPT);
 }
 
 /** Adds the script to the page. The server says in the page where it is. */
@@ -30,6 +39,7 @@ export function loadViewer(): Promise<void> {
   return new Promise((resolve, reject) => {
     const script = document.createElement("script");
     script.src = document.querySelector<HTMLMetaElement>('meta[name="wall-viewer"]')?.content ?? "";
+    script.dataset.worker = "file"; // the page's policy allows it (`api/pages.py`)
     script.onload = () => resolve();
     script.onerror = () => {
       script.remove();

@@ -4,14 +4,13 @@
         --set cell=0.06 --set detail=0.4 --set lamps=3
     python -m walltopo_lab.benchmarks.hall stages HALL SCANS --photos 72 150 300
     python -m walltopo_lab.benchmarks.hall pairs HALL SCANS --photos 150 300
-    python -m walltopo_lab.benchmarks.hall mapping HALL SCANS --photos 72 150 300
     python -m walltopo_lab.benchmarks.hall sights HALL SCANS --photos 50 100 200 300
 
 A scan of N photos is one of the hall's first N, which are those of its first walls. `stages` makes
 the scans, each stage in a process of its own, in the folder SCANS, and goes on with what is there;
 CPU-seconds are those of the stage and its children with the start of the process, the peak is that
 of the largest process. `pairs` says how many of the pairs of photos that truly share surface are
-chosen to be matched; `mapping` maps the same matches both ways; `sights` draws photos from all
+chosen to be matched; `sights` draws photos from all
 triangles that N photos show, and from those that may lie in each.
 """
 
@@ -30,20 +29,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import InputError, Mesh, Silent, View
+from walltopo.core import InputError, Mesh, View
 from walltopo.core.files import read_json, write_json
 from walltopo.pipeline.stages import STAGES
 from walltopo.raycast import faces_before, own_vertices, render_ids, render_part
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.model import read_views
 from walltopo.scans.photo_list import Photo, PhotoList
-from walltopo.sparse.colmap_process import run_worker
 from walltopo.sparse.contract import SparseSettings
 from walltopo.sparse.feature_cache import database_of
-from walltopo.sparse.job import ImageEntry, MapTask, Pairing
-from walltopo.sparse.jobs import camera_entries, features_job, mapping_job, photo_ids
+from walltopo.sparse.job import Pairing
+from walltopo.sparse.jobs import photo_ids
 from walltopo.sparse.pairs import choose_pairs
-from walltopo_lab.evaluate.align import pose_metrics
 
 Pair = tuple[int, int]
 
@@ -184,32 +181,6 @@ def _matched(database: Any) -> set[Pair]:
     return {pycolmap.pair_id_to_image_pair(pair) for pair, count in rows if count}
 
 
-def show_mapping(scan: ScanFolder, truth: Mapping[str, View]) -> None:
-    """One row for each way of mapping: CPU-seconds, photos, errors of the camera centres."""
-    photos = scan_photos(scan)
-    cameras, indices = camera_entries(photos)
-    images = [ImageEntry(photo.name, index) for photo, index in zip(photos, indices, strict=True)]
-    with tempfile.TemporaryDirectory() as temporary:
-        work = Path(temporary)
-        copy = Path(shutil.copy(database_of(scan.work), work))
-        settings = SparseSettings()
-        job = features_job(copy, scan.photos, settings, cameras, images, photo_ids(photos))
-        for at_once in (False, True):
-            task = MapTask(str(work / "mapping"), len(photos), at_once=at_once)
-            before = os.times()
-            result = run_worker(mapping_job(job, task), Silent())
-            now = os.times()
-            spent = sum(now[2:4]) - sum(before[2:4])
-            views = {view.name: view for view in read_views(Path(result.best))}
-            off = pose_metrics(views, truth, similarity=True)
-            print(
-                f"| {len(photos)} | {'global' if at_once else 'incremental'} | {spent:.1f}"
-                f" | {off['registered']} | {off['centre_median_mm']:.1f} mm"
-                f" | {off['centre_max_mm']:.1f} mm |",
-                flush=True,
-            )
-
-
 def show_sights(hall: Path, views: Mapping[int, Sequence[View]]) -> None:
     """CPU-seconds of drawing a photo, at each number of photos."""
     truth = np.load(hall / "truth" / "gt.npz")
@@ -250,7 +221,7 @@ def _before(mesh: Mesh, view: View) -> NDArray[np.int64]:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("what", choices=("stages", "pairs", "mapping", "sights"))
+    parser.add_argument("what", choices=("stages", "pairs", "sights"))
     parser.add_argument("hall", type=Path, metavar="HALL")
     parser.add_argument("scans", type=Path, metavar="SCANS")
     parser.add_argument("--photos", type=int, nargs="+", default=[72, 150, 300], metavar="N")
@@ -264,23 +235,13 @@ def main() -> int:
         own_views = {n: [views[p.name] for p in first_photos(args.hall, n)] for n in places}
         show_sights(args.hall, own_views)
         return 0
-    if args.what == "pairs":
-        shares = " | ".join(f"found of those that share {share:.0%}" for share in SHARES)
-        print(
-            f"| photos | retrieved | pairs | {shares} | of those that match |\n|---|---|---|---|---|---|"
-        )
-    else:
-        print(
-            "| photos | mapping | CPU-s | registered | centres, median | worst |\n"
-            "|---|---|---|---|---|---|"
-        )
+    shares = " | ".join(f"found of those that share {share:.0%}" for share in SHARES)
+    print(
+        f"| photos | retrieved | pairs | {shares} | of those that match |\n|---|---|---|---|---|---|"
+    )
     for count, place in places.items():
-        scan = ScanFolder(place / "scan")
-        own = {path.name: views[path.name] for path in first_photos(args.hall, count)}
-        if args.what == "pairs":
-            show_pairs(args.hall, scan, list(own.values()))
-        else:
-            show_mapping(scan, own)
+        own = [views[path.name] for path in first_photos(args.hall, count)]
+        show_pairs(args.hall, ScanFolder(place / "scan"), own)
     return 0
 
 

@@ -1,1 +1,0 @@
-import{Ct as e,Mt as t,Nt as n,bt as r,vt as i}from"./Trouble-CZvaJKgo.js";var a=class{#e=n();get words(){return i(this.#e)}set words(e){t(this.#e,e,!0)}before=``;constructor(t){e(()=>{let e=t();r(()=>e&&this.follow(e))})}follow(e){this.words&&JSON.stringify(this.words)!==this.before||(this.words={...e},this.before=JSON.stringify(this.words))}};export{a as t};

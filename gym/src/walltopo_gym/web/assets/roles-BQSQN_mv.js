@@ -1,1 +1,0 @@
-function e(e){return e?.role===`setter`||e?.role===`owner`}function t(t){return t?.role===`judge`||e(t)}function n(e){return e?.role===`owner`}export{n,e as r,t};

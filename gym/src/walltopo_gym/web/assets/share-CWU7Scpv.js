@@ -1,1 +1,0 @@
-async function e(e,t){if(navigator.share)try{return await navigator.share({title:e,url:t}),`shared`}catch(e){if(e instanceof DOMException&&e.name===`AbortError`)return`not`}return await navigator.clipboard.writeText(t),`copied`}export{e as t};
