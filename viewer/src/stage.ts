@@ -278,8 +278,7 @@ export class Stage {
     const size = `${width} ${height} ${dense}`;
     if (width < 1 || height < 1 || size === this.size) return;
     this.size = size;
-    this.renderer.setPixelRatio(dense);
-    this.renderer.setSize(width, height, false);
+    this.renderer.setDrawingBufferSize(width, height, dense); // at once: each new size is a new canvas
     this.outlines.resize(width, height, dense);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();

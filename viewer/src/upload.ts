@@ -33,13 +33,17 @@ export async function upload(
   map.anisotropy = Math.min(8, capabilities.getMaxAnisotropy());
   map.generateMipmaps = false;
   renderer.initTexture(map);
+  const stripAt = (from: number): Promise<Uint8ClampedArray> => reader.ask("strip", { number, ...size, from });
+  let coming = stripAt(0);
   for (let from = 0; from < size.height; ) {
-    const pixels = await reader.ask("strip", { number, ...size, from });
-    await breath();
+    const pixels = await coming;
     if (signal.aborted) return false;
     const strip = new DataTexture(pixels, size.width, pixels.length / (4 * size.width));
     const at = new Vector2(0, from);
     from += strip.image.height;
+    if (from < size.height) coming = stripAt(from); // read while this one is sent
+    await breath();
+    if (signal.aborted) return false;
     // Smaller copies are made after the last strip alone.
     map.generateMipmaps = from >= size.height && map.minFilter !== LinearFilter && map.minFilter !== NearestFilter;
     renderer.copyTextureToTexture(strip, map, null, at);
