@@ -232,9 +232,9 @@ def test_a_surface_made_in_parts_is_the_same(monkeypatch: pytest.MonkeyPatch) ->
         pinhole = View(view.name, view.camera.pinhole(), view.cam_from_world)
         _, depth = render_ids(mesh.vertices, mesh.faces, pinhole.camera, view.cam_from_world)
         depth = np.where(np.isfinite(depth), depth, 0).astype(np.float32)
-        maps.append((depth, np.ones_like(depth), pinhole))
+        maps.append(DepthMap(depth, np.ones_like(depth), np.ones(depth.shape, np.uint8), pinhole))
     low, high = mesh.vertices.min(axis=0) - 0.1, mesh.vertices.max(axis=0) + 0.1
-    space = find_space([(depth, view) for depth, _, view in maps], low, high, 0.02, 0.08)
+    space = find_space([(item.depth, item.view) for item in maps], low, high, 0.02, 0.08)
     whole = extract(fused(space, maps, Silent()), 0.5)
     monkeypatch.setattr("walltopo.dense.tsdf._AT_ONCE", len(space.blocks) // 4)
     parts = list(fused(space, maps, Silent()))

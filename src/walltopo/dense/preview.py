@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, StageError, View
 from walltopo.dense.contract import DenseSettings
+from walltopo.dense.depth import DepthMap
 from walltopo.dense.marching_cubes import extract
 from walltopo.dense.remesh import finish
 from walltopo.dense.scene import Scene, surroundings
@@ -72,5 +73,8 @@ def preview_mesh(
     low, high = surroundings(scene)
     voxel = _COARSER * edge
     space = find_space(maps, low, high, voxel, _TRUNCATION_VOXELS * voxel)
-    weighted = [(depth, (depth > 0).astype(np.float32), view) for depth, view in maps]
+    weighted = [
+        DepthMap(depth, (depth > 0).astype(np.float32), np.zeros(depth.shape, np.uint8), view)
+        for depth, view in maps
+    ]
     return finish(extract(fused(space, weighted, progress), 0.5), settings, voxel, unit)

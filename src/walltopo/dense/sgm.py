@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,7 @@ from walltopo.dense.marching_cubes import extract
 from walltopo.dense.neighbours import choose_neighbours
 from walltopo.dense.remesh import finish
 from walltopo.dense.scene import Scene, surroundings
+from walltopo.dense.shelf import Shelf
 from walltopo.dense.stereo import clipped, match_pair, undistort
 from walltopo.dense.tsdf import find_space, fused
 
@@ -131,13 +133,13 @@ def depth_maps(
 
 
 def _consistent(
-    maps: list[DepthMap],
+    maps: Sequence[DepthMap],
     scene: Scene,
     partners: list[list[int]],
     edge: float,
     unless_pairs: int,
     progress: Progress,
-) -> list[DepthMap]:
+) -> Iterator[DepthMap]:
     """The depth maps without what the maps of their partners speak against (see `confirmed`)."""
     number = {item.view.name: k for k, item in enumerate(maps)}
     names = [view.name for view in scene.views]
@@ -147,12 +149,10 @@ def _consistent(
             asks[name].add(names[other])
             asks[names[other]].add(name)
     progress.step("checking depth maps against each other", len(maps))
-    result: list[DepthMap] = []
     for k, item in enumerate(maps):
         others = sorted(number[name] for name in asks[item.view.name] if name in number)
-        result.append(confirmed(k, maps, others, edge, unless_pairs))
+        yield confirmed(k, maps, others, edge, unless_pairs)
         progress.advance()
-    return result
 
 
 def _unless_pairs(settings: DenseSettings, few: bool) -> int:
@@ -171,6 +171,7 @@ def sgm_mesh(
     unit: float,
     progress: Progress,
     workers: Workers | None = None,
+    scratch: Path | None = None,
 ) -> Mesh:
     """A clean mesh of the scene.
 
@@ -179,17 +180,20 @@ def sgm_mesh(
     scene, load, settings, progress, workers : as in `depth_maps`.
     edge : edge length wanted, world units.
     unit : world units that `settings` calls a metre (see `stage.edge_and_unit`).
+    scratch : folder for depth maps, which take nine bytes a pixel of each photo, up to twice;
+        without one where temporary files are.
     """
     few = len(scene.views) <= _FEW_PHOTOS
     count = max(settings.neighbours, _FEW_PARTNERS if few else 0)
     partners = choose_neighbours(scene, count)
-    maps = list(depth_maps(scene, load, partners, settings, edge, progress, workers or Here()))
+    found = depth_maps(scene, load, partners, settings, edge, progress, workers or Here())
+    maps = Shelf(found, scratch)
     if settings.confirm != "never":
-        maps = _consistent(maps, scene, partners, edge, _unless_pairs(settings, few), progress)
+        enough = _unless_pairs(settings, few)
+        maps = Shelf(_consistent(maps, scene, partners, edge, enough, progress), scratch)
     low, high = surroundings(scene)
     voxel = edge / _VOXELS_PER_EDGE
     space = find_space(
         ((item.depth, item.view) for item in maps), low, high, voxel, _TRUNCATION_VOXELS * voxel
     )
-    volumes = fused(space, [(item.depth, item.weight, item.view) for item in maps], progress)
-    return finish(extract(volumes, _LEAST_WEIGHT), settings, edge, unit)
+    return finish(extract(fused(space, maps, progress), _LEAST_WEIGHT), settings, edge, unit)

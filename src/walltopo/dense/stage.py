@@ -64,7 +64,7 @@ def _mesh(
     """Run one backend."""
     if backend == "sgm":
         load, progress, workers = reads.photos.read_grey, context.progress, context.workers
-        return sgm_mesh(scene, load, settings, edge, unit, progress, workers)
+        return sgm_mesh(scene, load, settings, edge, unit, progress, workers, context.cache)
     if backend == "sparse":
         return preview_mesh(scene, settings, edge, unit, context.progress)
     other = colmap_mesh if backend == "colmap" else openmvs_mesh

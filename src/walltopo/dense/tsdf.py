@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Progress, StageError, View
+from walltopo.dense.depth import DepthMap
 from walltopo.kernels import in_ranges, kernel
 
 __all__ = ["BLOCK", "Space", "Volume", "find_space", "fused"]
@@ -271,23 +272,20 @@ def _too_fine(voxel: float) -> StageError:
     )
 
 
-def fused(
-    space: Space, maps: Sequence[tuple[Depth, Depth, View]], progress: Progress
-) -> Iterator[Volume]:
+def fused(space: Space, maps: Sequence[DepthMap], progress: Progress) -> Iterator[Volume]:
     """The space with the depth maps averaged into it, in as many parts as it needs.
 
     Parameters
     ----------
-    maps : (H, W) float32 z-depth, 0 = unknown; (H, W) float32 weight of each pixel; the map's
-        pinhole view.
+    maps : of all photos; gone through once a part.
     progress : told per map and part.
     """
     parts = (len(space.blocks) + _AT_ONCE - 1) // _AT_ONCE
     progress.step("fusing depth maps", parts * len(maps))
     progress.detail(f"{len(space.blocks)} blocks of voxels of {space.voxel:.4g}")
     for volume in _slabs(space):
-        for depth, confidence, view in maps:
-            _fuse(volume, depth, confidence, view)
+        for item in maps:
+            _fuse(volume, item.depth, item.weight, item.view)
             progress.advance()
         yield volume
         del volume
