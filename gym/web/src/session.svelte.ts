@@ -14,7 +14,7 @@ export function me(): Schemas["Me"] | null {
 
 export function signedIn(as: Schemas["Me"]): void {
   // What was said before was said to somebody else.
-  if (person?.id !== as.id) void forgetAnswers();
+  if (person?.id !== as.id) forget();
   person = as;
   localStorage.setItem(SIGNED_IN, "yes");
 }
@@ -22,6 +22,10 @@ export function signedIn(as: Schemas["Me"]): void {
 export function signedOut(): void {
   person = null;
   localStorage.removeItem(SIGNED_IN);
+  forget();
+}
+
+function forget(): void {
   forgetWall();
   void forgetAnswers();
 }

@@ -130,6 +130,24 @@ export const publishing = {
     await guest.close();
   },
 
+  async "the wall seen last is read before the app asks for it, and forgotten when somebody signs in"(browser, places) {
+    const guest = await visit(browser, places);
+    const last = () => guest.page.evaluate(() => localStorage.getItem("walltopo-last-wall"));
+    await guest.page.goto(`${places.address}/g/${places.gym}/w/${places.wall}`);
+    await wallDrawn(guest.page);
+    await guest.page.reload();
+    await wallDrawn(guest.page);
+    const [tiers, answers] = await guest.page.evaluate(() =>
+      [/page\/first\.glb$/, /\/published$/].map((name) => performance.getEntriesByType("resource").filter((entry) => name.test(entry.name)).map(({ startTime }) => startTime)),
+    );
+    assert.equal(tiers.length, 1);
+    assert.ok(tiers[0] < Math.min(...answers), `${tiers} is not before ${answers}`);
+    assert.ok(await last());
+    await signIn(guest, places, places.member);
+    assert.equal(await last(), null);
+    await guest.close();
+  },
+
   async "opens without reception"(browser, places) {
     const guest = await visit(browser, places);
     await guest.go("/");
