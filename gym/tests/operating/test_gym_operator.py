@@ -6,6 +6,7 @@ import json
 import logging
 import logging.config
 import os
+import re
 import time
 from datetime import timedelta
 from pathlib import Path
@@ -118,6 +119,14 @@ def test_a_network_that_asks_too_often_waits(server: Server) -> None:
     statuses = [client.get("/health").status_code for _ in range(7)]
     assert statuses == [200] * 5 + [429] * 2
     assert client.get("/health").headers["retry-after"] == "60"
+
+
+def test_the_apps_files_are_not_counted(server: Server) -> None:
+    client = _again(server, requests_per_minute=5)
+    files = re.findall(r'"(/assets/[^"]+)"', client.get("/").text)
+    assert len(files) > 3
+    assert {client.get(file).status_code for file in files * 5} == {200}
+    assert client.get("/health").status_code == 200
 
 
 def test_a_body_that_is_too_long_is_refused(world: World) -> None:

@@ -1,7 +1,7 @@
 // A wall in review: the table by keyboard alone, publication, and what a climber sees of it.
 
 import assert from "node:assert/strict";
-import { grave, signIn, visit, wallDrawn } from "./place.mjs";
+import { grave, managed, signIn, visit, wallDrawn } from "./place.mjs";
 
 async function typeTable(page) {
   await page.locator("[data-field=name]").first().focus();
@@ -151,7 +151,7 @@ export const publishing = {
   async "opens without reception"(browser, places) {
     const guest = await visit(browser, places);
     await guest.go("/");
-    await guest.page.evaluate(() => navigator.serviceWorker.ready.then(() => undefined));
+    await managed(guest.page);
     await guest.page.waitForFunction(async () => (await caches.keys()).length > 0 && (await caches.match("/")) !== undefined);
     await guest.page.reload();
     await guest.context.setOffline(true);

@@ -20,6 +20,9 @@ from walltopo_gym.api.services import network_of
 __all__ = ["LONGEST_BODY", "Bounds"]
 
 LONGEST_BODY: Final = 2_000_000  # bytes; a photo's are bounded by what was announced
+# The app's files cost nothing to send, and a phone that installs the app asks for all of them at
+# once: a few at a hall's entrance would be as many requests as one network may make.
+_FREE: Final = "/assets/"
 
 
 class Bounds:
@@ -36,10 +39,11 @@ class Bounds:
         self._counter = SlidingWindowCounterRateLimiter(MemoryStorage())
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        if scope["type"] != "http":
+        is_free = scope["type"] != "http" or scope["path"].startswith(_FREE)
+        if is_free or self._limit is None:
             await self._app(scope, receive, send)
             return
-        if self._limit and not self._counter.hit(self._limit, network_of(Request(scope))):
+        if not self._counter.hit(self._limit, network_of(Request(scope))):
             answer = problem(429, "too many requests", "Wait a minute.", {"retry-after": "60"})
             await answer(scope, receive, send)
             return
