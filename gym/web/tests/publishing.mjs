@@ -140,8 +140,7 @@ export const publishing = {
     const [tiers, answers] = await guest.page.evaluate(() =>
       [/page\/first\.glb$/, /\/published$/].map((name) => performance.getEntriesByType("resource").filter((entry) => name.test(entry.name)).map(({ startTime }) => startTime)),
     );
-    assert.equal(tiers.length, 1);
-    assert.ok(tiers[0] < Math.min(...answers), `${tiers} is not before ${answers}`);
+    assert.ok(Math.min(...tiers) < Math.min(...answers), `${tiers} is not before ${answers}`);
     assert.ok(await last());
     await signIn(guest, places, places.member);
     assert.equal(await last(), null);
