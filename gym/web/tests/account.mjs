@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { createHmac } from "node:crypto";
-import { grave, managed, signIn, visit, wallDrawn } from "./place.mjs";
+import { grave, signIn, visit, wallDrawn } from "./place.mjs";
 
 /** A call of the API as whoever is signed in there. */
 function ask(page, method, path, body) {
@@ -118,8 +118,11 @@ export const account = {
     const member = await visit(browser, places);
     const { page, context, go } = member;
     await signIn(member, places, places.member);
-    await managed(page);
-    await page.waitForFunction(() => Boolean(navigator.serviceWorker.controller));
+    await page.evaluate(async () => {
+      const { active } = await navigator.serviceWorker.ready;
+      if (!navigator.serviceWorker.controller) await new Promise((resolve) => navigator.serviceWorker.addEventListener("controllerchange", resolve, { once: true }));
+      return active.state;
+    });
     const { told } = await ask(page, "GET", "/me");
     // Seen before: the profile. Never seen: messages, one's own page.
     await go("/me/profile");

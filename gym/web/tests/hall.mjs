@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { join } from "node:path";
-import { grave, managed, signIn, visit, wallDrawn } from "./place.mjs";
+import { grave, signIn, visit, wallDrawn } from "./place.mjs";
 
 const TURNS = 200;
 
@@ -101,7 +101,7 @@ export const hall = {
       assert.ok(Math.max(...wide) <= 0, `${name}: ${wide} pixels too large`);
       await seen.page.screenshot({ path: join(places.shots, `hall-screen-${name}.png`) });
       if (name === "across") {
-        await managed(seen.page);
+        await seen.page.evaluate(() => navigator.serviceWorker.ready.then(() => undefined));
         await seen.page.reload(); // with the worker, which keeps what comes now
         await seen.page.locator("[data-slide]").waitFor();
         await seen.context.setOffline(true);

@@ -49,11 +49,6 @@ export async function wallDrawn(page) {
   await page.waitForSelector("wall-topo[data-ready=first], wall-topo[data-ready=detail]", { timeout: PATIENCE_MS });
 }
 
-/** Until the service worker is there, which has the app's files then. */
-export async function managed(page) {
-  await page.waitForFunction(async () => Boolean((await navigator.serviceWorker.getRegistration())?.active));
-}
-
 /** The secret of the last link that was mailed: the operator's console shows mails that nobody sends. */
 export async function mailed(places, path) {
   for (const end = Date.now() + PATIENCE_MS; Date.now() < end; ) {
