@@ -27,7 +27,7 @@ __all__ = ["TIERS", "KeptTier", "TierShelf"]
 
 TIERS = "tiers"  # the folder's name, in `work/`
 
-VERSION = 3  # raised when tiers are made otherwise
+VERSION = 4  # raised when tiers are made otherwise
 # Beyond this share of the mesh's triangles a change is no edit: another lift, say.
 MOST_CHANGED = 0.05
 _SURFACE = tuple(field.name for field in fields(Surface))

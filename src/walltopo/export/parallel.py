@@ -7,12 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import Camera, Mesh
+from walltopo.core import Mesh
 
-__all__ = ["Axes", "axes_towards", "front_direction", "render_parallel"]
+__all__ = ["Axes", "axes_towards", "front_direction", "on_screen", "render_parallel"]
 
 Floats = NDArray[np.float64]
-FAR = 2000.0  # distance of the drawing camera in wall sizes: as good as parallel rays
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +56,21 @@ def axes_towards(towards: Floats, up: Floats) -> Axes:
     return Axes(right, np.cross(towards, right), towards)
 
 
+def on_screen(positions: Floats, axes: Axes, origin: Floats, scale: float, far: float) -> Floats:
+    """(V, 3) points as `draw_screen` wants them: column, row, and pixels before a plane.
+
+    Parameters
+    ----------
+    positions : (V, 3).
+    origin : (2,) plane coordinates of the picture's top-left corner.
+    scale : pixels per world unit.
+    far : depth of that plane along `axes.towards`, world units, behind all points.
+    """
+    screen = positions @ (np.stack([axes.right, axes.down, -axes.towards]) * scale).T
+    screen += scale * np.append(-origin, far)
+    return screen
+
+
 def render_parallel(
     positions: Floats,
     triangles: NDArray[np.int32],
@@ -69,21 +83,14 @@ def render_parallel(
 
     Parameters
     ----------
-    origin : (2,) plane coordinates of the picture's top-left corner.
-    scale : pixels per world unit.
+    origin, scale : see `on_screen`.
     size : width, height in pixels.
 
     Returns
     -------
     (H, W) int32, -1 = none.
     """
-    from walltopo.raycast import render_ids
+    from walltopo.raycast import draw_screen
 
-    middle = float((positions @ axes.towards).mean())
-    distance = FAR * float(np.ptp(positions, axis=0).max() + 1e-6)
-    # A camera far away whose ray through the corner pixel starts at `origin`. From so far away
-    # depth is too coarse to be of use.
-    rotation = np.stack([axes.right, axes.down, axes.towards])
-    camera = Camera("SIMPLE_PINHOLE", *size, (scale * distance, 0.0, 0.0))
-    pose = np.column_stack([rotation, [-origin[0], -origin[1], distance - middle]])
-    return render_ids(positions, triangles, camera, pose)[0]
+    far = float((positions @ axes.towards).max(initial=0.0)) + 1.0
+    return draw_screen(on_screen(positions, axes, origin, scale, far), triangles, *size)[0]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -68,11 +69,16 @@ def export_wall(
         return data
 
     progress.step("glTF tiers", 3)
-    for name in ("archive", "detail", "first"):
-        builder.surface(name)  # while the picture of the one before is encoded
-        progress.advance()
     glb, assets, page = scratch / "wall.glb", scratch / "page", scratch / "index.html"
-    glb.write_bytes(made("archive", "glb"))
+    # The simplifier takes one core: the archive, which needs none of the page's tiers, is made
+    # beside it, and pictures are encoded while the next tier is made.
+    with ThreadPoolExecutor(1) as beside:
+        archive = beside.submit(lambda: glb.write_bytes(made("archive", "glb")))
+        for name in ("detail", "first"):
+            builder.surface(name)
+            progress.advance()
+        archive.result()
+        progress.advance()
     assets.mkdir()
     write_tier(assets, "detail", made("detail", "detail"))
     write_tier(assets, "first", made("first", "first"))

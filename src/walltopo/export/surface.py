@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh
 from walltopo.export.meshopt import available, simplify_indices
+from walltopo.meshes.corners import shared_corners
 
 __all__ = ["Look", "Surface", "mixed_triangles", "simplify", "split_at_borders"]
 
@@ -88,29 +89,24 @@ def split_at_borders(
         texture) share a vertex.
     guessed : (F,) bool; given, no vertex is shared by guessed and other triangles.
     """
-    ids = face_instance.astype(np.int64)
+    ids = face_instance.astype(np.uint64)
     if guessed is not None:
         ids = 2 * ids + guessed
-    span = int(ids.max(initial=0)) + 1
-    key = (mesh.faces.astype(np.int64) * span + ids[:, None]).ravel()
+    values = np.broadcast_to(ids[:, None], mesh.faces.shape)
     if uv is not None:
-        # Rank first, so that vertex, id and texture position fit one 64-bit key.
-        rank = np.unique(key, return_inverse=True)[1].astype(np.uint64)
-        grid = np.rint(np.clip(uv, 0.0, 1.0) * 65535.0).astype(np.uint64).reshape(-1, 2)
-        packed = (rank << np.uint64(32)) | (grid[:, 0] << np.uint64(16)) | grid[:, 1]
-    else:
-        packed = key.astype(np.uint64)
-    _, first, inverse = np.unique(packed, return_index=True, return_inverse=True)
+        grid = np.rint(np.clip(uv, 0.0, 1.0) * 65535.0).astype(np.uint64)
+        values = (values << np.uint64(32)) | (grid[..., 0] << np.uint64(16)) | grid[..., 1]
+    first, triangles = shared_corners(mesh.faces, values, len(mesh.vertices))
     source = mesh.faces.ravel()[first]
     colours = mesh.vertex_colours
     return Surface(
         positions=mesh.vertices[source].astype(np.float32),
-        triangles=inverse.reshape(-1, 3).astype(np.uint32),
-        feature=np.repeat(face_instance, 3)[first].astype(np.int32),
+        triangles=triangles,
+        feature=face_instance[first // 3].astype(np.int32),
         normals=_smooth_normals(mesh)[source],
         uv=None if uv is None else uv.reshape(-1, 2)[first].astype(np.float32),
         colours=None if colours is None or uv is not None else colours[source],
-        guessed=None if guessed is None else np.repeat(guessed, 3)[first].astype(np.uint8),
+        guessed=None if guessed is None else guessed[first // 3].astype(np.uint8),
     )
 
 

@@ -5,6 +5,6 @@ Importing this package imports numba (about half a second): import it where it i
 
 from walltopo.raycast.bvh import Bvh
 from walltopo.raycast.part import faces_before, own_vertices, render_part
-from walltopo.raycast.zbuffer import render_ids
+from walltopo.raycast.zbuffer import draw_screen, render_ids
 
-__all__ = ["Bvh", "faces_before", "own_vertices", "render_ids", "render_part"]
+__all__ = ["Bvh", "draw_screen", "faces_before", "own_vertices", "render_ids", "render_part"]

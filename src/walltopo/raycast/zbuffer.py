@@ -14,7 +14,7 @@ from walltopo.kernels import in_ranges, kernel
 from walltopo.raycast.clip import clip_near
 from walltopo.raycast.screen import screen_vertices
 
-__all__ = ["render_ids"]
+__all__ = ["draw_screen", "render_ids"]
 
 Floats = NDArray[np.float64]
 BAND_ROWS = 32
@@ -49,22 +49,40 @@ def render_ids(
     local += cam_from_world[:, 3]
     triangles, owner, local = clip_near(local, faces)
     screen = screen_vertices(local, camera)
-    face_id = np.full((camera.height, camera.width), -1, dtype=np.int32)
-    inverse = np.zeros((camera.height, camera.width), dtype=np.float64)
-    if len(triangles):
-        bands = (camera.height + BAND_ROWS - 1) // BAND_ROWS
-        starts, order = _into_bands(screen, triangles, camera.width, camera.height, bands)
-        # Few triangles are drawn sooner than threads are started.
-        least = 1 if len(triangles) > CHUNK else bands
-        in_ranges(
-            _draw_bands, bands, screen, triangles, starts, order, face_id, inverse, least=least
-        )
-        if owner is not None:
-            drawn = face_id >= 0
-            face_id[drawn] = owner[face_id[drawn]]
+    face_id, inverse = draw_screen(screen, triangles, camera.width, camera.height)
+    if owner is not None:
+        drawn = face_id >= 0
+        face_id[drawn] = owner[face_id[drawn]]
     with np.errstate(divide="ignore"):
         depth = (1.0 / inverse).astype(np.float32)
     return face_id, depth
+
+
+def draw_screen(
+    screen: Floats, triangles: NDArray[np.int32], width: int, height: int
+) -> tuple[NDArray[np.int32], Floats]:
+    """Draw triangles whose vertices are on the screen already.
+
+    Parameters
+    ----------
+    screen : (V, 3) x and y in pixels, and how near: above 0 and the larger the nearer, affine on
+        the screen (1/z, or minus a distance along parallel rays); 0 = not to be drawn.
+    triangles : (T, 3) int32.
+
+    Returns
+    -------
+    (height, width) int32, the nearest triangle at each pixel's centre, -1 = none; and how near
+    (height, width), 0 where none. As of `render_ids`.
+    """
+    face_id = np.full((height, width), -1, dtype=np.int32)
+    near = np.zeros((height, width), dtype=np.float64)
+    if len(triangles):
+        bands = (height + BAND_ROWS - 1) // BAND_ROWS
+        starts, order = _into_bands(screen, triangles, width, height, bands)
+        # Few triangles are drawn sooner than threads are started.
+        least = 1 if len(triangles) > CHUNK else bands
+        in_ranges(_draw_bands, bands, screen, triangles, starts, order, face_id, near, least=least)
+    return face_id, near
 
 
 def _into_bands(

@@ -15,6 +15,7 @@ from walltopo.export.parallel import Axes
 from walltopo.export.surface import Look, Surface
 from walltopo.imaging.packing import fit_scale
 from walltopo.kernels import in_ranges, kernel
+from walltopo.meshes.corners import shared_corners
 from walltopo.meshes.neighbours import face_neighbours, patches
 
 __all__ = ["retexture"]
@@ -206,14 +207,13 @@ def _filled_atlas(
 
 def _split(surface: Surface, chart: NDArray[np.int64], uv: NDArray[np.float32]) -> Surface:
     """One vertex a (vertex, chart)."""
-    triangles = surface.triangles.astype(np.int64)
-    key = triangles * (int(chart.max()) + 1) + chart[:, None]
-    _, first, inverse = np.unique(key.ravel(), return_index=True, return_inverse=True)
-    source = triangles.ravel()[first]
+    of_corner = np.broadcast_to(chart[:, None], surface.triangles.shape)
+    first, triangles = shared_corners(surface.triangles, of_corner, len(surface.positions))
+    source = surface.triangles.ravel()[first]
     return replace(
         surface,
         positions=surface.positions[source],
-        triangles=inverse.reshape(-1, 3).astype(np.uint32),
+        triangles=triangles,
         feature=surface.feature[source],
         normals=surface.normals[source],
         uv=uv.reshape(-1, 2)[first],

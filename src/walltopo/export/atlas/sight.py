@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
-from walltopo.export.parallel import Axes, render_parallel
+from walltopo.export.parallel import Axes, on_screen
 from walltopo.kernels import in_ranges, kernel
+from walltopo.raycast import draw_screen
 
 __all__ = ["Sight"]
 
@@ -17,61 +18,59 @@ Floats = NDArray[np.float64]
 
 SLACK = 8.0  # mean edges of the detailed mesh that the simplified surface may lie behind it
 PASSES = 2  # of leaving out what hides the surface
-GRAZING = 0.1  # cosine below which a pixel's depth on a face is not to be trusted
-
-
-def _planes(mesh: Mesh, axes: Axes) -> Floats:
-    """(F, 3) depth of each face's plane along `axes.towards` at the drawing's origin, and how much
-    less it is to the right and down; NaN where the face is seen at a grazing angle.
-    """
-    slope = mesh.normals @ axes.towards
-    slope[np.abs(slope) < GRAZING] = np.nan
-    # A place (u, v) at depth t is u right + v down + t towards; its plane holds corner 0.
-    offset = np.einsum("ij,ij->i", mesh.normals, mesh.vertices[mesh.faces[:, 0]]) / slope
-    across, along = mesh.normals @ axes.right / slope, mesh.normals @ axes.down / slope
-    return np.column_stack([offset, across, along])
+TILE = 16  # pixels
 
 
 @kernel
-def _before(
-    row: Any, column: Any, near: Any, face: Any, coarse: Any, detailed: Any, low: Any, scale: Any,
-    slack: Any,
-) -> Any:  # fmt: skip
-    """Whether the face at a pixel lies before the surface that is asked for."""
-    own, asked = face[row, column], near[row, column]
-    if own < 0 or asked < 0:
-        return False
-    u, v = low[0] + (column + 0.5) / scale, low[1] + (row + 0.5) / scale
-    depth = detailed[own, 0] - u * detailed[own, 1] - v * detailed[own, 2]
-    limit = coarse[asked, 0] - u * coarse[asked, 1] - v * coarse[asked, 2] - slack
-    return depth < limit
+def _in_reach(
+    begin: Any, end: Any, faces: Any, screen: Any, slope: Any, tiles: Any, found: Any
+) -> None:
+    """Set `found` for faces that look at the eye and whose surroundings hold a wanted tile."""
+    rows, columns = tiles.shape
+    for f in range(begin, end):
+        if not slope[f] < 0.0:
+            continue
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        left = min(screen[a, 0], screen[b, 0], screen[c, 0]) / TILE
+        right = max(screen[a, 0], screen[b, 0], screen[c, 0]) / TILE
+        top = min(screen[a, 1], screen[b, 1], screen[c, 1]) / TILE
+        bottom = max(screen[a, 1], screen[b, 1], screen[c, 1]) / TILE
+        for row in range(int(max(top, 0.0)), int(min(bottom, rows - 1.0)) + 1):
+            for column in range(int(max(left, 0.0)), int(min(right, columns - 1.0)) + 1):
+                if tiles[row, column]:
+                    found[f] = True
+
+
+def _tiles(wanted: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Squares of `TILE` pixels in which some pixel is wanted."""
+    across = np.logical_or.reduceat(wanted, np.arange(0, wanted.shape[1], TILE), axis=1)
+    return np.logical_or.reduceat(across, np.arange(0, len(wanted), TILE), axis=0)
 
 
 @kernel
-def _count_before(
-    near: Any, face: Any, coarse: Any, detailed: Any, low: Any, scale: Any, slack: Any
-) -> Any:
-    """(2, F) pixels at which each face is drawn over `near`, and of them those where before it."""
-    counts = np.zeros((2, len(detailed)), dtype=np.int32)
-    for row in range(near.shape[0]):
-        for column in range(near.shape[1]):
-            if near[row, column] >= 0 and face[row, column] >= 0:
+def _count_before(surface: Any, face: Any, near: Any, slack: Any, count: Any) -> Any:
+    """(2, count) pixels at which each face is drawn over the surface, and those far before it."""
+    counts = np.zeros((2, count), dtype=np.int32)
+    for row in range(face.shape[0]):
+        for column in range(face.shape[1]):
+            if surface[row, column] > 0.0 and face[row, column] >= 0:
                 counts[0, face[row, column]] += 1
-                if _before(row, column, near, face, coarse, detailed, low, scale, slack):
+                if near[row, column] > surface[row, column] + slack:
                     counts[1, face[row, column]] += 1
     return counts
 
 
 @kernel
-def _leave_out(
-    begin: Any, end: Any, near: Any, face: Any, coarse: Any, detailed: Any, low: Any, scale: Any,
-    slack: Any,
-) -> None:  # fmt: skip
-    """Set pixels of `face` to -1 where what they show lies before `near`."""
+def _number(
+    begin: Any, end: Any, surface: Any, face: Any, near: Any, slack: Any, numbers: Any
+) -> None:
+    """Give the faces of a drawing their numbers in the mesh; -1 far before the surface."""
     for row in range(begin, end):
-        for column in range(near.shape[1]):
-            if _before(row, column, near, face, coarse, detailed, low, scale, slack):
-                face[row, column] = -1
+        for column in range(face.shape[1]):
+            if face[row, column] >= 0:
+                there = surface[row, column]
+                hides = there > 0.0 and near[row, column] > there + slack
+                face[row, column] = -1 if hides else numbers[face[row, column]]
 
 
 class Sight:
@@ -104,7 +103,7 @@ class Sight:
         Parameters
         ----------
         part : which faces of the simplified surface are drawn from this direction.
-        low, scale : see `render_parallel`.
+        low, scale : see `on_screen`.
         wanted : (H, W) pixels that matter.
 
         Returns
@@ -112,25 +111,26 @@ class Sight:
         (H, W) int32, -1 = none.
         """
 
-        def seen(mesh: Mesh, chosen: NDArray[np.int64]) -> NDArray[np.int32]:
-            size = (wanted.shape[1], wanted.shape[0])
-            drawn = render_parallel(mesh.vertices, mesh.faces[chosen], axes, low, scale, size)
-            # Numbers of the mesh's faces; -1 is the last, and stays.
-            return np.append(chosen, -1).astype(np.int32)[drawn]
-
-        near = seen(self._coarse, np.flatnonzero(part))
-        near[~wanted] = -1
-        kept = np.flatnonzero(self._detailed.normals @ axes.towards < 0)
-        planes = _planes(self._coarse, axes), _planes(self._detailed, axes)
+        height, width = wanted.shape
+        coarse, detailed, slack = self._coarse, self._detailed, self._slack * scale
+        # The simplified surface has vertices of the detailed one.
+        far = float((detailed.vertices @ axes.towards).max()) + 1.0
+        screen = on_screen(coarse.vertices, axes, low, scale, far)
+        _, surface = draw_screen(screen, coarse.faces[part], width, height)
+        surface[~wanted] = 0.0
+        screen = on_screen(detailed.vertices, axes, low, scale, far)
+        shown = np.zeros(len(detailed.faces), dtype=bool)
+        slope, tiles = detailed.normals @ axes.towards, _tiles(wanted)
+        in_ranges(_in_reach, len(shown), detailed.faces, screen, slope, tiles, shown)
+        kept = np.flatnonzero(shown)
         for number in range(PASSES):
-            face = seen(self._detailed, kept)
-            given = near, face, *planes, low, scale, self._slack
+            face, near = draw_screen(screen, detailed.faces[kept], width, height)
             if number == PASSES - 1:
                 break
-            shown, before = _count_before(*given)
-            hiding = 2 * before > shown
+            pixels, before = _count_before(surface, face, near, slack, len(kept))
+            hiding = 2 * before > pixels
             if not hiding.any():
                 break
-            kept = kept[~hiding[kept]]
-        in_ranges(_leave_out, len(near), *given)
+            kept = kept[~hiding]
+        in_ranges(_number, height, surface, face, near, slack, kept)
         return face
