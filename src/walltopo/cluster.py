@@ -128,8 +128,10 @@ class RayWorkers:
         prepare: Callable[[], Shared],
         work: Callable[[Shared, Item], Result],
         items: Sequence[Item],
+        *,
+        threaded: bool = False,
     ) -> Iterator[Result]:
-        """See `Workers.map`.
+        """See `Workers.map`; each task is a thread of a process of its own in any case.
 
         Raises
         ------

@@ -11,6 +11,8 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Protocol, TypeVar
 
+from walltopo.core.ahead import ahead
+
 __all__ = ["Here", "Workers"]
 
 Shared = TypeVar("Shared")
@@ -33,6 +35,8 @@ class Workers(Protocol):
         prepare: Callable[[], Shared],
         work: Callable[[Shared, Item], Result],
         items: Sequence[Item],
+        *,
+        threaded: bool = False,
     ) -> Iterator[Result]:
         """The result of each item, in their order.
 
@@ -41,6 +45,7 @@ class Workers(Protocol):
         prepare : makes what all items share: opens a model, holds the cameras.
         work : gets that and an item. Both may be carried to another process, so they name files
             by path and hold no pictures.
+        threaded : `work` takes one thread and may be called from several at once.
 
         Raises
         ------
@@ -49,7 +54,7 @@ class Workers(Protocol):
 
 
 class Here:
-    """This process, one item after the other."""
+    """This process: one item after the other, or where `work` allows, one a core."""
 
     threads = 0
 
@@ -62,8 +67,13 @@ class Here:
         prepare: Callable[[], Shared],
         work: Callable[[Shared, Item], Result],
         items: Sequence[Item],
+        *,
+        threaded: bool = False,
     ) -> Iterator[Result]:
         """See `Workers.map`."""
         shared = prepare()
+        if threaded:
+            yield from ahead(lambda item: work(shared, item), items)
+            return
         for item in items:
             yield work(shared, item)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress
+from walltopo.core.ahead import ahead
 from walltopo.dense.membrane import membrane
 from walltopo.dense.openings import Opening, find_openings
 from walltopo.dense.scene import Scene
@@ -83,8 +84,7 @@ def guess_holes(
     normals = _border_normals(mesh, edges)
     inner = _inner_edges(edges, len(mesh.vertices))
     spans = []
-    for opening in openings:
-        span = _span(mesh, opening, normals, inner, edge)
+    for span in ahead(lambda opening: _span(mesh, opening, normals, inner, edge), openings):
         if span is not None:
             spans.append(span)
         progress.advance()

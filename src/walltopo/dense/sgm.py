@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +23,7 @@ from walltopo.dense.scene import Scene, surroundings
 from walltopo.dense.shelf import Shelf
 from walltopo.dense.stereo import clipped, match_pair, undistort
 from walltopo.dense.tsdf import find_space, fused
+from walltopo.imaging.threads import opencv_in_one_thread
 
 __all__ = ["depth_maps", "sgm_mesh"]
 
@@ -61,6 +62,8 @@ class _Stereo:
     partners: list[list[int]]
     settings: DenseSettings
     edge: float
+    _kept: dict[int, tuple[Image, View]] = field(default_factory=dict)
+    _lock: threading.Lock = field(default_factory=threading.Lock)
 
     def map_of(self, k: int) -> tuple[DepthMap, int] | None:
         """The depth map of photo `k` and from how many pairs; None without a partner."""
@@ -78,19 +81,16 @@ class _Stereo:
 
     def _seen(self, k: int) -> tuple[Image, View]:
         """A photo as stereo sees it: grey, undistorted, not larger than asked for."""
-        if k not in self._kept:
-            if len(self._kept) >= _KEPT:
-                del self._kept[next(iter(self._kept))]
-            view = self.scene.views[k]
-            camera = view.camera
-            factor = min(1.0, self.settings.max_size / max(camera.width, camera.height))
-            size = (round(camera.width * factor), round(camera.height * factor))
-            self._kept[k] = undistort(self.load(view.name), view, size)
-        return self._kept[k]
-
-    @cached_property
-    def _kept(self) -> dict[int, tuple[Image, View]]:
-        return {}
+        with self._lock:
+            if k not in self._kept:
+                if len(self._kept) >= _KEPT:
+                    del self._kept[next(iter(self._kept))]
+                view = self.scene.views[k]
+                camera = view.camera
+                factor = min(1.0, self.settings.max_size / max(camera.width, camera.height))
+                size = (round(camera.width * factor), round(camera.height * factor))
+                self._kept[k] = undistort(self.load(view.name), view, size)
+            return self._kept[k]
 
 
 def depth_maps(
@@ -119,17 +119,23 @@ def depth_maps(
             "no two photos overlap at a useful angle; no depth can be measured",
             "Move sideways between photos: about one arm's length at 3 m from the wall.",
         )
-    shared = _Stereo(scene, load, partners, settings, edge)
+
+    def prepared() -> _Stereo:
+        return _Stereo(scene, load, partners, settings, edge)
+
     progress.step("matching stereo pairs", sum(len(p) for p in partners))
-    found = workers.map(lambda: shared, _Stereo.map_of, range(len(scene.views)))
-    for view, own, made in zip(scene.views, partners, found, strict=True):
-        progress.advance(len(own))
-        if made is None:
-            progress.detail(f"{view.name}: no stereo partner")
-            continue
-        item, pairs = made
-        progress.detail(f"{view.name}: {pairs} pairs, {(item.depth > 0).mean():.0%} with depth")
-        yield item
+    photos = range(len(scene.views))
+    # OpenCV's matching gains little from a second thread, and everything from a second photo.
+    with opencv_in_one_thread():
+        found = workers.map(prepared, _Stereo.map_of, photos, threaded=True)
+        for view, own, made in zip(scene.views, partners, found, strict=True):
+            progress.advance(len(own))
+            if made is None:
+                progress.detail(f"{view.name}: no stereo partner")
+                continue
+            item, pairs = made
+            progress.detail(f"{view.name}: {pairs} pairs, {(item.depth > 0).mean():.0%} with depth")
+            yield item
 
 
 def _consistent(

@@ -14,6 +14,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from walltopo.imaging.threads import opencv_in_one_thread
+
 __all__ = ["calibration_s", "picture"]
 
 _WIDTH, _HEIGHT = 1600, 1200
@@ -33,16 +35,12 @@ def picture() -> NDArray[np.uint8]:
 def calibration_s(repeats: int = 5) -> float:
     """Seconds of wall clock, the best of some."""
     image, sift = picture(), cv2.SIFT.create(nfeatures=8192)
-    threads = cv2.getNumThreads()
-    cv2.setNumThreads(1)
     best = np.inf
-    try:
+    with opencv_in_one_thread():
         for _ in range(repeats):
             begun = time.perf_counter()
             sift.detectAndCompute(image, None)
             best = min(best, time.perf_counter() - begun)
-    finally:
-        cv2.setNumThreads(threads)
     return float(best)
 
 
