@@ -5,21 +5,38 @@ it waits little, nothing here is compiled with `parallel=True`, which takes numb
 as long: a kernel takes a range, and `in_ranges` calls it from threads. Division by zero gives inf
 or nan, as in NumPy.
 
+Kernels are compiled for a common kind of processor and not for this one: so those that another
+machine compiled (a wheel carries them, see `walltopo_lab.compiled_wheel`) run here, too.
+
 Importing this module imports numba (about half a second).
 """
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 from typing import Any
 
-from numba import njit
+from llvmlite.binding import get_host_cpu_features
 
 from walltopo.core.cores import cores
 
-__all__ = ["in_ranges", "kernel"]
+__all__ = ["PROCESSOR", "in_ranges", "kernel"]
+
+# Intel's and AMD's processors from about 2013 and 2015 on, and what tells them.
+PROCESSOR = "x86-64-v3"
+_HAS = ("avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe")
+
+# Who has imported numba before us, or says for what it compiles, has decided.
+if "numba" not in sys.modules and "NUMBA_CPU_NAME" not in os.environ:
+    _features = get_host_cpu_features()
+    if all(_features.get(name) for name in _HAS):
+        os.environ.update(NUMBA_CPU_NAME=PROCESSOR, NUMBA_CPU_FEATURES="")
+
+from numba import njit  # noqa: E402
 
 kernel = njit(nogil=True, error_model="numpy", cache=True)
 
