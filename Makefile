@@ -100,6 +100,7 @@ site: $(VENV)/dev-ready
 
 wheels: $(VENV)/dev-ready
 	$(BIN)/python -m build --outdir dist .
+	$(BIN)/python -m walltopo_lab.compiled_wheel dist/walltopo-$$(cat VERSION)-py3-none-any.whl
 	$(BIN)/python -m build --outdir dist lab
 	$(BIN)/python -m build --outdir dist gym
 

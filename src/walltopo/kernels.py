@@ -13,14 +13,13 @@ Importing this module imports numba (about half a second).
 
 from __future__ import annotations
 
-import os
-import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 from typing import Any
 
 from llvmlite.binding import get_host_cpu_features
+from numba import config, njit
 
 from walltopo.core.cores import cores
 
@@ -30,13 +29,11 @@ __all__ = ["PROCESSOR", "in_ranges", "kernel"]
 PROCESSOR = "x86-64-v3"
 _HAS = ("avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe")
 
-# Who has imported numba before us, or says for what it compiles, has decided.
-if "numba" not in sys.modules and "NUMBA_CPU_NAME" not in os.environ:
+# Who says for what numba compiles has decided.
+if config.CPU_NAME is None and config.CPU_FEATURES is None:
     _features = get_host_cpu_features()
     if all(_features.get(name) for name in _HAS):
-        os.environ.update(NUMBA_CPU_NAME=PROCESSOR, NUMBA_CPU_FEATURES="")
-
-from numba import njit  # noqa: E402
+        config.CPU_NAME, config.CPU_FEATURES = PROCESSOR, ""
 
 kernel = njit(nogil=True, error_model="numpy", cache=True)
 

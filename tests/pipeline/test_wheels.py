@@ -17,6 +17,10 @@ import urllib.request
 from pathlib import Path
 
 import pytest
+from numba import config
+
+from walltopo.kernels import PROCESSOR
+from walltopo_lab.compiled_wheel import compiled_wheel
 
 ROOT = Path(__file__).parents[2]
 # Served until Ctrl-C: begun, waited for, stopped.
@@ -173,3 +177,41 @@ def test_the_lab_and_the_platform_add_their_commands(checkout: Path, venv: Path)
     assert "walltopo-lab" in told
     type_in(checkout, "pip install -q --no-deps ./lab", venv)
     assert "--preset" in type_in(checkout, "walltopo synth --help", venv)
+
+
+COUNT = """
+from numba.core import event
+from walltopo.pipeline.warm_up import TABLE, compile_line
+
+compiled = []
+
+class Listener(event.Listener):
+    def on_start(self, event):
+        compiled.append(event.data["dispatcher"])
+
+    def on_end(self, event):
+        pass
+
+event.register("numba:compile", Listener())
+lines = TABLE.read_text().splitlines()
+for line in lines:
+    compile_line(line)
+print(len(lines), len(compiled))
+"""
+
+
+@pytest.mark.skipif(config.CPU_NAME != PROCESSOR, reason="kernels for an older processor")
+def test_a_wheel_that_carries_its_kernels(checkout: Path, venv: Path, tmp_path: Path) -> None:
+    """Nothing is compiled where it is installed, though nothing was compiled there before."""
+    type_in(checkout, f"pip wheel -q --no-deps -w '{tmp_path}' .", venv)
+    (pure,) = tmp_path.glob("*.whl")
+    carrying = compiled_wheel(pure)
+    assert carrying.name.startswith(pure.name.removesuffix("-py3-none-any.whl"))
+    # What the tests before left there compiled goes, too.
+    package = type_in(tmp_path, "python -c 'import walltopo; print(*walltopo.__path__)'", venv)
+    shutil.rmtree(package.strip())
+    type_in(tmp_path, f"pip install -q --no-deps --force-reinstall '{carrying}'", venv)
+    (tmp_path / "count.py").write_text(COUNT)
+    kernels, compiled = type_in(tmp_path, "python count.py", venv).split()[-2:]
+    assert int(kernels) > 50
+    assert int(compiled) == 0

@@ -17,6 +17,8 @@ import sys
 import tempfile
 from pathlib import Path
 
+from numba import config
+
 from walltopo.core import EnvironmentLacksError, InputError
 from walltopo.kernels import PROCESSOR
 
@@ -57,7 +59,7 @@ def compiled_wheel(pure: Path) -> Path:
     """
     if not pure.is_file() or not pure.name.endswith("-py3-none-any.whl"):
         raise InputError(f"{pure}: not a wheel of pure Python", "make wheels")
-    if sys.platform != "linux" or os.environ.get("NUMBA_CPU_NAME") != PROCESSOR:
+    if sys.platform != "linux" or config.CPU_NAME != PROCESSOR:
         raise EnvironmentLacksError(f"kernels are compiled on Linux, on an {PROCESSOR} processor")
     with tempfile.TemporaryDirectory() as temporary:
         room = Path(temporary)

@@ -29,6 +29,7 @@ __all__ = ["EVENT", "main"]
 
 EVENT = "@walltopo "
 _REFINE_ITERATIONS = 40
+_GROWTH = 1.4
 _LEAST_ERROR_PX = 0.05
 _BLOCK = 100  # pairs matched between two progress lines, and lost at most by a kill
 
@@ -264,6 +265,9 @@ def _incremental(job: Job, task: MapTask) -> Any:
     options.min_num_matches = job.min_matches
     options.min_model_size = 3
     options.ba_min_num_residuals_for_cpu_multi_threading = 2**31 - 1
+    # All cameras are adjusted again after this growth (COLMAP: a tenth). `refine` has the last
+    # word, and on generated gyms the poses came out the same.
+    options.ba_global_frames_ratio = options.ba_global_points_ratio = _GROWTH
     options.image_names = list(task.only)
     if task.reference:
         # Photos of the reference without a match must be known to the mapper all the same.

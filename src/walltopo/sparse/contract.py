@@ -48,7 +48,7 @@ class SparseSettings:
             high=2000,
             expert=True,
         ),
-    ] = 200
+    ] = 60
     sequential: Annotated[
         int,
         about(

@@ -1,6 +1,6 @@
 """Which pairs of photos are matched.
 
-Up to a few hundred photos every pair; beyond, neighbours in name order (phones number photos as
+Of few photos every pair; beyond, neighbours in name order (phones number photos as
 they are taken) and the photos that look most alike (`likeness`), so that photos stripped of their
 GPS can still be paired.
 """
