@@ -27,8 +27,8 @@ class Triangles:
     """
 
     def __init__(self, mesh: Mesh) -> None:
-        self._mesh = mesh
-        self._centroids = mesh.centroids
+        # Of the mesh itself nothing is kept: it ends when whoever made it lets go of it.
+        self._vertices, self._faces, self._centroids = mesh.vertices, mesh.faces, mesh.centroids
         self._axis = int(np.ptp(mesh.vertices, axis=0).argmax()) if len(mesh.vertices) else 0
 
     @cached_property
@@ -72,7 +72,9 @@ class Triangles:
 
     @cached_property
     def _cells(self) -> _Cells | None:
-        return _Cells.of(self._mesh) if len(self._centroids) else None
+        if len(self._centroids) == 0:
+            return None
+        return _Cells.of(self._vertices, self._faces, self._centroids)
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,8 +93,7 @@ class _Cells:
     radius: Floats
 
     @classmethod
-    def of(cls, mesh: Mesh) -> _Cells:
-        centroids = mesh.centroids
+    def of(cls, vertices: Floats, faces: NDArray[np.int32], centroids: Floats) -> _Cells:
         size = max(float(np.ptp(centroids, axis=0).max()) / CELLS, 1e-9)
         cube = ((centroids - centroids.min(axis=0)) / size).astype(np.int64)
         number = (cube[:, 0] * (CELLS + 1) + cube[:, 1]) * (CELLS + 1) + cube[:, 2]
@@ -103,8 +104,8 @@ class _Cells:
         middle = np.add.reduceat(places, first) / count[:, None]
         own = np.repeat(middle, count, axis=0)
         radius = np.zeros(len(first))
-        for corner in mesh.faces[rows].T:
-            reach = np.linalg.norm(mesh.vertices[corner] - own, axis=1)
+        for corner in faces[rows].T:
+            reach = np.linalg.norm(vertices[corner] - own, axis=1)
             radius = np.maximum(radius, np.maximum.reduceat(reach, first))
         return cls(rows, np.append(first, len(rows)), middle, radius)
 

@@ -33,6 +33,7 @@ from walltopo.meshes.topology import (
     split_fans,
     vertex_parts,
 )
+from walltopo.routes.simplify_worker import simplified, simplified_apart
 
 __all__ = [
     "PROXY_FACES",
@@ -48,6 +49,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 PROXY_FACES = 20_000  # triangles of the stand-in that a scan uses
+APART = 250_000  # triangles from which a process of its own simplifies: its memory is given back
 MAX_LOOP = 60  # edges of the longest boundary loop that is filled
 FLOATER = 2e-3  # share of the wall's area below which a loose part is a crumb
 MARGIN = 2e-3  # anchors keep this barycentric distance from edges, so that no triangle is empty
@@ -85,15 +87,13 @@ def simplify(vertices: Floats, faces: NDArray[np.integer], target: int) -> tuple
     """Quadric simplification to about `target` triangles (unchanged if there are fewer)."""
     if len(faces) <= target:
         return vertices.astype(np.float64), faces.astype(np.int64)
-    import fast_simplification
-
     # Centred first: the simplifier works in float32.
     centre = vertices.mean(axis=0)
-    points, triangles = fast_simplification.simplify(
+    work = simplified_apart if len(faces) > APART else simplified
+    points, triangles = work(
         np.ascontiguousarray(vertices - centre, dtype=np.float32),
         np.ascontiguousarray(faces, dtype=np.int32),
-        target_count=target,
-        agg=5,
+        target,
     )
     return np.asarray(points, np.float64) + centre, np.asarray(triangles, np.int64)
 

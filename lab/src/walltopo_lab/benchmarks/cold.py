@@ -1,11 +1,13 @@
 """What the first scan on a machine costs more than the second: compiling kernels.
 
     python -m walltopo_lab.benchmarks.cold examples/demo-photos
+    python -m walltopo_lab.benchmarks.cold examples/demo-photos --installed
     python -m walltopo_lab.benchmarks.cold examples/demo-photos --record
 
 Two scans of the same photos, the first with numba's cache empty; seconds per stage of both, and how
-long the scan itself compiled (what `pipeline.warm_up` did not take off it). `--record` writes the
-table of kernels that the warm-up goes by.
+long the scan itself compiled (what `pipeline.warm_up` did not take off it). `--installed` leaves
+numba's files where they are: just after the wheel that carries them was installed, the first scan
+is that of whoever installs it. `--record` writes the table of kernels that the warm-up goes by.
 """
 
 from __future__ import annotations
@@ -31,15 +33,16 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("photos", type=Path)
     parser.add_argument("--record", action="store_true", help="write the warm-up's table")
+    parser.add_argument("--installed", action="store_true", help="as the package was installed")
     args = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
         root = Path(temporary)
-        cold = _scan(args.photos, root, "cold")
+        cold = _scan(args.photos, root, "cold", args.installed)
         if args.record:
             TABLE.write_text("".join(f"{line}\n" for line in cold["kernels"]), encoding="utf-8")
             print(f"{len(cold['kernels'])} kernels in {TABLE}")
             return 0
-        warm = _scan(args.photos, root, "warm")
+        warm = _scan(args.photos, root, "warm", args.installed)
     print("| stage | first s | second s | more s |\n|---|---|---|---|")
     for stage, seconds in warm["stages"].items():
         first = cold["stages"][stage]
@@ -56,10 +59,12 @@ def main() -> int:
     return 0
 
 
-def _scan(photos: Path, root: Path, name: str) -> dict[str, Any]:
-    """Scan in a process of its own, numba's cache in `root`; seconds per stage, what it compiled."""
+def _scan(photos: Path, root: Path, name: str, installed: bool) -> dict[str, Any]:
+    """Scan in a process of its own, numba's cache in `root`, or where it is; seconds per stage, and
+    what was compiled."""
     told = root / f"{name}.json"
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(root / "kernels")}
+    own = {} if installed else {"NUMBA_CACHE_DIR": str(root / "kernels")}
+    environment = {**os.environ, **own}
     command = [sys.executable, "-m", __spec__.name if __spec__ else __name__, "--watched"]
     subprocess.run([*command, photos, root / name, told], check=True, env=environment)
     stages = read_json(root / name / "scan.json")["stages"]
