@@ -91,21 +91,16 @@ class Mesh:
         return crosses
 
     @cached_property
-    def _lengths(self) -> Floats:
-        x, y, z = self._crosses.T
-        return np.sqrt(x * x + y * y + z * z)
-
-    @cached_property
     def areas(self) -> Floats:
         """(F,) triangle areas, square metres."""
-        return 0.5 * self._lengths
+        x, y, z = self._crosses.T
+        return 0.5 * np.sqrt(x * x + y * y + z * z)
 
     @cached_property
     def normals(self) -> Floats:
         """(F, 3) unit normals; zeros for triangles without area."""
-        # Where the length is zero, so is the product.
-        lengths = np.where(self._lengths > 0, self._lengths, 1.0)
-        return self._crosses / lengths[:, None]
+        lengths, normals = 2.0 * self.areas[:, None], np.zeros_like(self._crosses)
+        return np.divide(self._crosses, lengths, out=normals, where=lengths > 0)
 
     @cached_property
     def measured(self) -> NDArray[np.bool_]:
