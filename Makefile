@@ -38,7 +38,7 @@ $(VENV)/pip-ready:
 	$(PYTHON) -m venv $(VENV)
 	@touch $@
 
-$(VENV)/core-ready: $(VENV)/pip-ready pyproject.toml lab/pyproject.toml gym/pyproject.toml VERSION constraints.txt
+$(VENV)/core-ready: $(VENV)/pip-ready pyproject.toml climb/pyproject.toml lab/pyproject.toml gym/pyproject.toml VERSION constraints.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e .
 	@command -v c++ >/dev/null || $(MAKE) --no-print-directory system-compiler || true
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[web]' \
@@ -47,7 +47,7 @@ $(VENV)/core-ready: $(VENV)/pip-ready pyproject.toml lab/pyproject.toml gym/pypr
 
 $(VENV)/dev-ready: $(VENV)/core-ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt \
-	  -e '.[dev]' -e './lab[train,tune,dev]' -e './gym[dev]'
+	  -e '.[dev]' -e ./climb -e './lab[train,tune,dev]' -e './gym[dev]'
 	@touch $@
 
 demo: $(VENV)/core-ready
@@ -55,7 +55,7 @@ demo: $(VENV)/core-ready
 
 # The gym is kept in demo-gym: the second start takes seconds.
 gym: $(VENV)/core-ready
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ./gym
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ./climb -e ./gym
 	$(BIN)/walltopo gym demo --data demo-gym --photos examples/demo-photos
 
 test: $(VENV)/dev-ready browser database
@@ -64,7 +64,7 @@ test: $(VENV)/dev-ready browser database
 # Ultralytics is AGPL-3.0, so it is no part of `make test`.
 test-ultralytics: $(VENV)/dev-ready
 	$(PYTHON) -m venv $(VENV)-ultralytics
-	$(VENV)-ultralytics/bin/python -m pip install --quiet --disable-pip-version-check -e '.[dev]' -e './lab[train,tune,ultralytics]'
+	$(VENV)-ultralytics/bin/python -m pip install --quiet --disable-pip-version-check -e '.[dev]' -e ./climb -e './lab[train,tune,ultralytics]'
 	$(VENV)-ultralytics/bin/python -m pytest lab/tests -m ultralytics
 
 # The quick tests of the product on each newer Python that is here and that the wheels exist for.
@@ -73,22 +73,22 @@ test-pythons:
 	  command -v python$$version >/dev/null && python$$version -c '' 2>/dev/null \
 	    || { echo "no python$$version here: not tested"; continue; }; \
 	  python$$version -m venv $(VENV)-$$version \
-	    && $(VENV)-$$version/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]' -e ./lab \
-	    && $(VENV)-$$version/bin/python -m pytest tests/core tests/graphs tests/imaging tests/inference tests/meshes \
-	         tests/raycast tests/scans tests/photos tests/lifting tests/holds tests/routes tests/resets tests/cli \
-	         --deselect tests/scans/test_scans_schemas.py::test_what_a_scan_writes_is_valid \
+	    && $(VENV)-$$version/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]' -e ./climb -e ./lab \
+	    && $(VENV)-$$version/bin/python -m pytest tests/core tests/geometry tests/images tests/scan tests/reconstruct/ingest tests/segment/lift \
+	         tests/describe tests/cli \
+	         --deselect tests/scan/test_scans_schemas.py::test_what_a_scan_writes_is_valid \
 	    || exit 1; \
 	done
 
 lint: $(VENV)/dev-ready
-	$(BIN)/ruff format --check src lab gym tests examples conftest.py
-	$(BIN)/ruff check src lab gym tests examples conftest.py
+	$(BIN)/ruff format --check src climb lab gym tests examples conftest.py
+	$(BIN)/ruff check src climb lab gym tests examples conftest.py
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
 docs: $(VENV)/dev-ready
 	COLUMNS=1000 $(BIN)/walltopo settings --markdown > docs/settings.md
-	$(BIN)/python -m walltopo.scans.schemas docs/schemas
+	$(BIN)/python -m walltopo.scan.schemas docs/schemas
 	$(BIN)/python -m walltopo_lab.benchmarks.bad_input > docs/bad-input.md
 	$(BIN)/python -m walltopo_lab.benchmarks.tables --page
 	$(BIN)/python -m walltopo_lab.benchmarks.figures
@@ -101,6 +101,7 @@ site: $(VENV)/dev-ready
 wheels: $(VENV)/dev-ready
 	$(BIN)/python -m build --outdir dist .
 	$(BIN)/python -m walltopo_lab.compiled_wheel dist/walltopo-$$(cat VERSION)-py3-none-any.whl
+	$(BIN)/python -m build --outdir dist climb
 	$(BIN)/python -m build --outdir dist lab
 	$(BIN)/python -m build --outdir dist gym
 
@@ -108,7 +109,7 @@ wheels: $(VENV)/dev-ready
 sbom: $(VENV)/dev-ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[release]'
 	rm -rf build/released && $(PYTHON) -m venv build/released && mkdir -p dist
-	build/released/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt . ./gym
+	build/released/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt . ./climb ./gym
 	build/released/bin/python -m pip uninstall --quiet -y pip setuptools
 	$(BIN)/cyclonedx-py environment build/released --output-file dist/walltopo-$$(cat VERSION).cdx.json
 	$(BIN)/pip-licenses --python build/released/bin/python --format markdown --with-urls \

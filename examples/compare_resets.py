@@ -11,9 +11,9 @@ import sys
 from collections import Counter
 from pathlib import Path
 
-from walltopo.resets.inventory import changes, load_scan
-from walltopo.resets.routes import compare
-from walltopo.scans.routes import Routes
+from walltopo.describe.matching.inventory import changes, load_scan
+from walltopo.describe.matching.routes import compare
+from walltopo.scan.routes import Routes
 
 
 def main(old_scan: Path, new_scan: Path) -> None:

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 import walltopo
-from walltopo.lifting.inputs import attach_masks, read_cameras, read_masks
+from walltopo.segment.lift_files import attach_masks, read_cameras, read_masks
 
 
 def main(mesh_file: Path, cameras: Path, mask_files: Path) -> None:

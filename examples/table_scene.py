@@ -21,7 +21,7 @@ import numpy as np
 import trimesh
 
 from walltopo.core import Camera, View
-from walltopo.raycast import render_ids
+from walltopo.geometry.zbuffer import render_ids
 
 UNIT = 137.0  # the model's unit is 1/137 m: the lift is not told
 

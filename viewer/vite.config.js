@@ -27,7 +27,7 @@ export default defineConfig({
   plugins: [workerIsItself],
   build: {
     target: "es2022",
-    outDir: "../src/walltopo/export/page",
+    outDir: "../src/walltopo/publish/page",
     emptyOutDir: false,
     copyPublicDir: false,
     lib: {

@@ -28,24 +28,24 @@ from walltopo.core import (
 )
 
 if TYPE_CHECKING:
-    from walltopo.lifting import LiftParams, lift
-    from walltopo.meshes.ply import read_mesh
+    from walltopo.geometry.ply import read_mesh
     from walltopo.pipeline.runner import scan
     from walltopo.pipeline.settings import Settings, load_settings
-    from walltopo.scans.detections import read_coco_masks
-    from walltopo.scans.model import read_views
+    from walltopo.scan.colmap_model import read_views
+    from walltopo.scan.detections import read_coco_masks
+    from walltopo.segment.lift import LiftParams, lift
 
     __version__: str
 
 # Name to the module that has it; no room of the package has one of these names.
 _LAZY = {
-    "LiftParams": "walltopo.lifting",
+    "LiftParams": "walltopo.segment.lift",
     "Settings": "walltopo.pipeline.settings",
-    "lift": "walltopo.lifting",
+    "lift": "walltopo.segment.lift",
     "load_settings": "walltopo.pipeline.settings",
-    "read_coco_masks": "walltopo.scans.detections",
-    "read_mesh": "walltopo.meshes.ply",
-    "read_views": "walltopo.scans.model",
+    "read_coco_masks": "walltopo.scan.detections",
+    "read_mesh": "walltopo.geometry.ply",
+    "read_views": "walltopo.scan.colmap_model",
     "scan": "walltopo.pipeline.runner",
 }
 

@@ -12,7 +12,7 @@ import pytest
 from walltopo.cli import main
 from walltopo.cli.console import Terminal
 from walltopo.cli.qr import qr_lines, show_qr
-from walltopo.export.server.run import Server
+from walltopo.publish.server.run import Server
 
 TOKEN = "x" * 32
 

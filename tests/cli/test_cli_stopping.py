@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from walltopo.scans.manifest import Manifest
+from walltopo.scan.manifest import Manifest
 
 SWALLOWS = """
     try:
@@ -34,13 +34,13 @@ RAISES_ANOTHER = """
         raise ImportError("could not import the other library")
 """
 AFTER_COLMAP = """
-    from walltopo.colmap import pycolmap
+    from walltopo.geometry.colmap import pycolmap
     ready()
     time.sleep(600)
 """
 AFTER_COLMAP_IN_A_THREAD = """
     import importlib, threading
-    importing = threading.Thread(target=importlib.import_module, args=("walltopo.colmap",))
+    importing = threading.Thread(target=importlib.import_module, args=("walltopo.geometry.colmap",))
     importing.start()
     importing.join()
     ready()

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from walltopo.colmap import pycolmap
 from walltopo.core import Camera, InputError
+from walltopo.geometry.colmap import pycolmap
 
 MODELS = {
     "SIMPLE_PINHOLE": (900.0, 640.0, 480.0),

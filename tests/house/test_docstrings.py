@@ -13,7 +13,7 @@ MODULES = (
     "walltopo.core.mask",
     "walltopo.core.mesh",
     "walltopo.core.view",
-    "walltopo.lifting",
+    "walltopo.segment.lift",
     "walltopo.pipeline.settings",
     "walltopo_lab.evaluate.instances",
     "walltopo_lab.site.docstrings",

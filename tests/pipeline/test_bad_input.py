@@ -45,7 +45,7 @@ def test_no_space_left(
     def full(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("walltopo.photos.stage.decode_files", full)
+    monkeypatch.setattr("walltopo.reconstruct.ingest.selection.decode_files", full)
     capsys.readouterr()
     code, output = _run([str(folder), "-o", str(out), "--to", "ingest", "--force"], capsys)
     assert code == 5

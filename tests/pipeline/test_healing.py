@@ -12,13 +12,13 @@ import pytest
 
 from walltopo.cli import main
 from walltopo.core import InputError
+from walltopo.core.hashes import Ledger
 from walltopo.pipeline.health import stages_health
-from walltopo.pipeline.ledger import Ledger
 from walltopo.pipeline.runner import scan
 from walltopo.pipeline.settings import load_settings
 from walltopo.pipeline.stages import STAGES
-from walltopo.scans.folder import ScanFolder
-from walltopo.scans.manifest import Manifest
+from walltopo.scan.folder import ScanFolder
+from walltopo.scan.manifest import Manifest
 
 SETTINGS = load_settings(None, ["sparse.threads=1", "texture.size=512"])  # of `tiny_scan`
 
@@ -34,8 +34,8 @@ def outputs(folder: Path) -> list[tuple[str, str]]:
     scan_folder = ScanFolder(folder)
     found = []
     for stage in STAGES:
-        for name in stage.writes:
-            path: Path = getattr(scan_folder, name)
+        for item in stage.writes:
+            path = item.in_folder(scan_folder)
             files = sorted(path.rglob("*")) if path.is_dir() else [path] if path.exists() else []
             found += [(stage.name, str(f.relative_to(folder))) for f in files if f.is_file()]
     return found

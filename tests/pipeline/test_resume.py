@@ -6,62 +6,60 @@ import shutil
 import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import pytest
 
 from walltopo.core import EnvironmentLacksError, InputError, StageError
 from walltopo.core.files import read_json
-from walltopo.photos.sources import find_sources
 from walltopo.pipeline.runner import scan
 from walltopo.pipeline.settings import Settings
-from walltopo.pipeline.stages import Stage
-from walltopo.scans.aligned import Aligned
-from walltopo.scans.context import Context
-from walltopo.scans.folder import ScanFolder
-from walltopo.scans.manifest import Metrics
-from walltopo.scans.model import SparseModel
-from walltopo.scans.photo_list import Photo, PhotoList
-from walltopo.scans.photo_set import PhotoSet
-from walltopo.scans.routes import Route, Routes
-from walltopo.scans.scale import Frame
+from walltopo.pipeline.stage import Stage
+from walltopo.scan.artifacts import figures, of
+from walltopo.scan.colmap_model import SparseModel
+from walltopo.scan.context import Context
+from walltopo.scan.folder import ScanFolder
+from walltopo.scan.manifest import Metrics
+from walltopo.scan.photos import Photo, PhotoList, PhotoSet
+from walltopo.scan.routes import Route, Routes
+from walltopo.scan.scale import Aligned, Frame
+from walltopo.scan.sources import SourceList
 
 
 @dataclass(frozen=True)
 class IngestReads:
-    sources: tuple[Path, ...]
+    sources: SourceList = of(ScanFolder.sources)
 
 
 @dataclass(frozen=True)
 class IngestWrites:
-    photos: PhotoSet
-    photo_list: PhotoList
-    metrics: Metrics
+    photos: PhotoSet = of(ScanFolder.photos)
+    photo_list: PhotoList = of(ScanFolder.photo_list)
+    metrics: Metrics = figures()
 
 
 @dataclass(frozen=True)
 class SparseReads:
-    photos: PhotoSet
+    photos: PhotoSet = of(ScanFolder.photos)
 
 
 @dataclass(frozen=True)
 class SparseWrites:
-    sparse_raw: SparseModel
-    aligned: Aligned | None
-    metrics: Metrics
+    sparse_raw: SparseModel = of(ScanFolder.sparse_raw)
+    aligned: Aligned | None = of(ScanFolder.aligned)
+    metrics: Metrics = figures()
 
 
 @dataclass(frozen=True)
 class RoutesReads:
-    sparse_raw: SparseModel
-    aligned: Aligned | None
+    sparse_raw: SparseModel = of(ScanFolder.sparse_raw)
+    aligned: Aligned | None = of(ScanFolder.aligned)
 
 
 @dataclass(frozen=True)
 class RoutesWrites:
-    routes: Routes
-    metrics: Metrics
+    routes: Routes = of(ScanFolder.routes)
+    metrics: Metrics = figures()
 
 
 class Pipeline:
@@ -76,7 +74,7 @@ class Pipeline:
         self.ran.append("ingest")
         folder = context.scratch / "photos"
         folder.mkdir()
-        files = find_sources(reads.sources).files
+        files = [source.file for source in reads.sources.files]
         for source in files:
             (folder / source.name).write_bytes(source.read_bytes())
         photos = tuple(Photo(s.name, 640, 480, None, s.name, 1.0) for s in files)
@@ -112,18 +110,11 @@ class Pipeline:
 @pytest.fixture
 def pipeline(monkeypatch: pytest.MonkeyPatch) -> Pipeline:
     fake = Pipeline()
-    rooms: dict[str, tuple[type, type, Any]] = {
-        "ingest": (IngestReads, IngestWrites, fake.ingest),
-        "sparse": (SparseReads, SparseWrites, fake.sparse),
-        "routes": (RoutesReads, RoutesWrites, fake.routes),
-    }
-    for name, (reads, writes, run) in rooms.items():
-        contract, stage = ModuleType(f"fake_{name}.contract"), ModuleType(f"fake_{name}.stage")
-        vars(contract).update(Reads=reads, Writes=writes)
-        vars(stage).update(run=run)
-        for module in (contract, stage):
-            monkeypatch.setitem(sys.modules, module.__name__, module)
-    stages = tuple(Stage(name, f"fake_{name}") for name in rooms)
+    stages = (
+        Stage("ingest", IngestReads, IngestWrites, fake.ingest),
+        Stage("sparse", SparseReads, SparseWrites, fake.sparse),
+        Stage("routes", RoutesReads, RoutesWrites, fake.routes),
+    )
     monkeypatch.setattr("walltopo.pipeline.runner.STAGES", stages)
     monkeypatch.setattr("walltopo.pipeline.stages.STAGES", stages)
     return fake

@@ -30,9 +30,9 @@ def test_every_line_is_a_kernel_with_types(line: str) -> None:
 
 
 def test_a_kernel_of_the_table_is_compiled() -> None:
-    line = next(line for line in LINES if "lifting.by_face _count " in line)
+    line = next(line for line in LINES if "lift.by_face _count " in line)
     compile_line(line)
-    from walltopo.lifting import by_face
+    from walltopo.segment.lift import by_face
 
     kinds = [str(kinds) for kinds in by_face._count.signatures]
     assert any("int32" in kind for kind in kinds)
@@ -41,8 +41,8 @@ def test_a_kernel_of_the_table_is_compiled() -> None:
 @pytest.mark.parametrize(
     ("line", "error"),
     [
-        ("walltopo.lifting.by_face nothing ()", AttributeError),
-        ("walltopo.lifting.by_face _count (secret(1),)", ValueError),
+        ("walltopo.segment.lift.vote nothing ()", AttributeError),
+        ("walltopo.segment.lift.by_face _count (secret(1),)", ValueError),
     ],
 )
 def test_a_wrong_line_is_an_error(line: str, error: type[Exception]) -> None:

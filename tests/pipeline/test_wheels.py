@@ -19,7 +19,7 @@ from pathlib import Path
 import pytest
 from numba import config
 
-from walltopo.kernels import PROCESSOR
+from walltopo.geometry.kernels import PROCESSOR
 from walltopo_lab.compiled_wheel import compiled_wheel
 
 ROOT = Path(__file__).parents[2]
@@ -161,7 +161,7 @@ def test_the_researchers_page(folder: Path, venv: Path) -> None:
 
 def test_what_is_no_python_is_installed_too(folder: Path, venv: Path) -> None:
     inside = (
-        "import walltopo.export as e, walltopo, pathlib; root = pathlib.Path(e.__file__).parent; "
+        "import walltopo.publish as e, walltopo, pathlib; root = pathlib.Path(e.__file__).parent; "
         "print(len(list(root.rglob('*.jinja'))), (root / 'page' / 'viewer.js').is_file(), "
         "len(list((root.parent / 'models').glob('*.onnx'))))"
     )

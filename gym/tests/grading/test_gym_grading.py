@@ -17,12 +17,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sqlalchemy import delete, select, update
 
-from walltopo.grades.calibrate import Known
-from walltopo.grades.font import FONT, V_OF
-from walltopo.grades.model import Errors, Learnt
-from walltopo.scans import routes as found
-from walltopo.scans.folder import ScanFolder
-from walltopo.scans.holds import Holds, hold_rows
+from walltopo.scan import routes as found
+from walltopo.scan.folder import ScanFolder
+from walltopo.scan.holds import Holds, hold_rows
+from walltopo_climb.grades.calibrate import Known
+from walltopo_climb.grades.font import FONT, V_OF
+from walltopo_climb.grades.model import Errors, Learnt
 from walltopo_gym.climbing.models import Opinion
 from walltopo_gym.clock import now
 from walltopo_gym.editing.models import ScanEdits

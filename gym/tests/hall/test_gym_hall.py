@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from icalendar import Calendar
 
-from walltopo.holds.palette import REFERENCE
+from walltopo.describe.classify.palette import REFERENCE
 from walltopo_gym.accounts.models import Profile
 from walltopo_gym.api.rules import KIOSK
 from walltopo_gym.climbing.counting import recount

@@ -15,7 +15,7 @@ from gym.tests.worlds import Server, World, make_world
 from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
-from tests.photos.made_files import picture, write_film
+from tests.reconstruct.ingest.made_files import picture, write_film
 
 from walltopo_gym.uploads.looking import look_at_some
 from walltopo_gym.uploads.overlap import Overlaps

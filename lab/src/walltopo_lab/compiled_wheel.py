@@ -4,7 +4,7 @@
 
 Writes, beside the given one, a wheel for this Python on 64-bit Linux on x86 that holds numba's
 files for all kernels of `walltopo/pipeline/kernels.txt`. They serve where numba is of the version
-that is installed here and the processor is of the kind `walltopo.kernels.PROCESSOR` or newer;
+that is installed here and the processor is of the kind `walltopo.geometry.kernels.PROCESSOR` or newer;
 elsewhere the scan compiles, as it does from a wheel without.
 """
 
@@ -20,7 +20,7 @@ from pathlib import Path
 from numba import config
 
 from walltopo.core import EnvironmentLacksError, InputError
-from walltopo.kernels import PROCESSOR
+from walltopo.geometry.kernels import PROCESSOR
 
 __all__ = ["compiled_wheel", "main"]
 

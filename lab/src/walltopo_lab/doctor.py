@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.util
 from collections.abc import Iterator
 
-from walltopo.doctor import Finding
+from walltopo.cli.diagnosis import Finding
 from walltopo_lab.extras import EXTRAS
 
 __all__ = ["examine"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from walltopo.detect.found import Found
+from walltopo.segment.detect.found import Found
 from walltopo_lab.benchmarks.detectors import by_size, coco_rows
 from walltopo_lab.datasets.model import Annotation, Dataset, Photo
 from walltopo_lab.evaluate.detector import evaluate_detections

@@ -10,15 +10,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from walltopo.core import InputError
-from walltopo.holds.classifier_meaning import (
+from walltopo.describe.classify.classifier import (
+    GREY,
     Meaning,
+    judge,
     meanings_from_json,
     meanings_of,
     read_classes,
+    square,
     to_json,
 )
-from walltopo.holds.classifier_model import judge
-from walltopo.holds.classifier_picture import GREY, square
 
 
 @given(st.integers(1, 90), st.integers(1, 90), st.integers(32, 96))

@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 
 from walltopo.core import EnvironmentLacksError, InputError, Silent
-from walltopo.detect.contract import DetectSettings
-from walltopo.detect.detector import open_detector
-from walltopo.detect.found import Found
+from walltopo.segment.detect.detector import open_detector
+from walltopo.segment.detect.found import Found
+from walltopo.segment.detect.settings import DetectSettings
 from walltopo_lab.detectors.fetch import SAM_WEIGHTS, Weights, cache_folder, fetch
 
 PHOTO = np.random.default_rng(0).integers(0, 255, (80, 100, 3), dtype=np.uint8)

@@ -12,8 +12,8 @@ from PIL import Image
 
 from walltopo.core import Camera, InputError, SettingsError
 from walltopo.core.outputs import Target, claimed_folder
-from walltopo.scans.detections import read_coco_masks
-from walltopo.scans.model import open_model, read_views
+from walltopo.scan.colmap_model import open_model, read_views
+from walltopo.scan.detections import read_coco_masks
 from walltopo_lab.cli import synth as synth_cli
 from walltopo_lab.synth import PhotoSettings, generate, tiny_recipe
 from walltopo_lab.synth.path import look_at
@@ -141,7 +141,7 @@ def test_resume_gives_the_same_bytes(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_colmap_registers_the_tiny_gym(tiny_gym: Path, tmp_path: Path) -> None:
-    from walltopo.colmap import pycolmap
+    from walltopo.geometry.colmap import pycolmap
 
     database = tmp_path / "database.db"
     pycolmap.extract_features(

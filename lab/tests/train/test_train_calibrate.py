@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from walltopo.detect.found import Found
+from walltopo.segment.detect.found import Found
 from walltopo_lab.train.calibrate import least_scores, network_offset
 from walltopo_lab.train.choose import Truth
 

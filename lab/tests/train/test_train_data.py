@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from walltopo.core import InputError, Mask
-from walltopo.detect.votes import decode_votes
-from walltopo.scans.detections import Detections
+from walltopo.scan.detections import Detections
+from walltopo.segment.detect.votes import decode_votes
 from walltopo_lab.train.audit import TURNS, judge, turn_boxes
 from walltopo_lab.train.augment import Crop, crop_sample, shift_colours
 from walltopo_lab.train.batches import source_of, split_sources

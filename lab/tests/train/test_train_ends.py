@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from walltopo.routes import ends, hands
+from walltopo.describe.routes import start_and_top as ends
+from walltopo.describe.routes import start_and_top as hands
 from walltopo_lab.train.ends.fit import Regression, fit_ends, fit_hands, rows_of
 from walltopo_lab.train.ends.seen import SeenGym, see, true_gym
 

@@ -11,10 +11,10 @@ import pytest
 import torch
 
 from walltopo.core import InputError, Silent
-from walltopo.detect.contract import DetectSettings
-from walltopo.detect.found import Found
-from walltopo.detect.onnx_detector import OnnxDetector
-from walltopo.imaging.photo_file import read_rgb
+from walltopo.images.files import read_rgb
+from walltopo.segment.detect.found import Found
+from walltopo.segment.detect.onnx_detector import OnnxDetector
+from walltopo.segment.detect.settings import DetectSettings
 from walltopo_lab.train.choose import Truth, ap_of
 from walltopo_lab.train.detector import Job, plot_history, train_detector
 from walltopo_lab.train.export import export_onnx, fuse

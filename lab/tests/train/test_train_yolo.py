@@ -12,7 +12,7 @@ import pytest
 
 from walltopo.core import EnvironmentLacksError, InputError, SettingsError, Silent
 from walltopo.core.files import read_json
-from walltopo.detect.onnx_model import open_onnx
+from walltopo.segment.detect.onnx_detector import open_onnx
 from walltopo_lab.train.detector import Job
 from walltopo_lab.train.params import AUGMENTS, YoloSettings, is_yolo
 from walltopo_lab.train.sets import open_sets

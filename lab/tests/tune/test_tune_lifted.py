@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from walltopo.core import Mask, Silent, View
-from walltopo.lifting import LiftParams, lift
-from walltopo.lifting.blocks import blocks_of
-from walltopo.lifting.contract import Method
-from walltopo.lifting.evidence import Sampling, gather_evidence
-from walltopo.lifting.labels import drawing_order
+from walltopo.segment.lift import LiftParams, lift
+from walltopo.segment.lift.blocks import blocks_of
+from walltopo.segment.lift.evidence import Sampling, gather_evidence
+from walltopo.segment.lift.label_image import drawing_order
+from walltopo.segment.lift.settings import Method
 from walltopo_lab.tune.lift_problem import LiftProblem, LiftWall, load_lift_wall
 from walltopo_lab.tune.lifted import Lifted
 from walltopo_lab.tune.seen import SeenOnce

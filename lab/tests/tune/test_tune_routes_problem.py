@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from walltopo.core import Mesh
-from walltopo.routes.proxy import PROXY_FACES, build_proxy
+from walltopo.describe.routes.proxy import PROXY_FACES, build_proxy
 from walltopo_lab.tune.routes_problem import RoutesProblem, RoutesWall
 from walltopo_lab.tune.walls import scan_names
 

@@ -19,8 +19,6 @@ from walltopo.cli.parser import Parser
 from walltopo.cli.quiet import quiet_libraries
 from walltopo.cli.stopping import STOPPED, Stop, stoppable
 
-__all__ = ["build_parser", "main"]
-
 GROUPS = (
     "scan",
     "batch",
@@ -34,8 +32,6 @@ GROUPS = (
     "export",
     "palette",
     "inventory",
-    "moves",
-    "setting",
     "completion",
 )
 
@@ -43,6 +39,10 @@ GROUPS = (
 ENTRY_POINTS = "walltopo.commands"
 # Theirs where they are not installed: what they are for, and what to install.
 ELSEWHERE = {
+    "moves": ("how each route may be climbed", "walltopo-climb"),
+    "grade": ("a range of grades for each route", "walltopo-climb"),
+    "problem": ("propose new problems", "walltopo-climb"),
+    "ease": ("make a route one grade easier or harder", "walltopo-climb"),
     "synth": ("generate gyms with exact truth", "walltopo-lab"),
     "dataset": ("make and check training data", "walltopo-lab"),
     "train": ("train a detector or a classifier", "walltopo-lab"),

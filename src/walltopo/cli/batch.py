@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from walltopo.cli.options import Number
 
 if TYPE_CHECKING:
-    from walltopo.batch.job import Job, Outcome
+    from walltopo.pipeline.batch.job import Job, Outcome
 
 __all__ = ["register"]
 
@@ -80,10 +80,10 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 def _batch(args: argparse.Namespace) -> int:
     import msgspec
 
-    from walltopo.batch.job import settings_of_job
-    from walltopo.batch.listed import read_list
     from walltopo.cli.console import console, error_console
     from walltopo.core import SettingsError
+    from walltopo.pipeline.batch.job import settings_of_job
+    from walltopo.pipeline.batch.listed import read_list
 
     if args.ray is not None and args.jobs is not None:
         raise SettingsError("--jobs is for this machine", "With --ray, say --cores and --memory.")
@@ -120,8 +120,8 @@ def _with_common(job: Job, args: argparse.Namespace) -> Job:
 
 
 def _run(jobs: Sequence[Job], args: argparse.Namespace) -> Iterator[Outcome]:
-    from walltopo.batch.run import jobs_for_here, run_here, run_on_cluster
-    from walltopo.cluster import on_cluster
+    from walltopo.pipeline.batch.run import jobs_for_here, run_here, run_on_cluster
+    from walltopo.pipeline.ray_workers import on_cluster
 
     with ExitStack() as stack:
         if args.ray is None:

@@ -19,14 +19,14 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 from rich.console import Console
 
-from walltopo.batch.job import Job, Outcome, settings_of_job
 from walltopo.cli.scan_progress import ScanListener
 from walltopo.core import BusyError, WalltopoError
-from walltopo.core.parent import end_with_parent
+from walltopo.core.children import end_with_parent
+from walltopo.pipeline.batch.job import Job, Outcome, settings_of_job
 
 if TYPE_CHECKING:
     from walltopo.pipeline.forecast import Forecast
-    from walltopo.scans.manifest import StageRecord
+    from walltopo.scan.manifest import StageRecord
 
 __all__ = ["LOG", "main"]
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from walltopo.cli.options import add_options, options_given
 from walltopo.cli.outputs import add_overwrite, target
-from walltopo.detect.contract import DetectSettings
+from walltopo.segment.detect.settings import DetectSettings
 
 __all__ = ["register"]
 
@@ -46,8 +46,8 @@ def run(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.cli.listener import TerminalListener
     from walltopo.core.outputs import written_file, written_folder
-    from walltopo.detect.detector import open_detector
-    from walltopo.detect.stage import detect_photos, photos_in
+    from walltopo.segment.detect.detector import open_detector
+    from walltopo.segment.detect.photos import detect_photos, photos_in
 
     photos = [p for given in args.photos for p in (photos_in(given) if given.is_dir() else [given])]
     detector = open_detector(settings)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from walltopo.doctor import Finding
+    from walltopo.cli.diagnosis import Finding
 
 __all__ = ["register"]
 
@@ -25,7 +25,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 
 
 def _doctor(args: argparse.Namespace) -> int:
-    from walltopo.doctor import examine
+    from walltopo.cli.diagnosis import examine
 
     findings = tuple(examine(Path.cwd()))
     ready = all(finding.state != "problem" for finding in findings)

@@ -14,7 +14,7 @@ from walltopo.cli.outputs import add_overwrite, target
 from walltopo.core import InputError, SettingsError
 
 if TYPE_CHECKING:
-    from walltopo.scans.folder import ScanFolder
+    from walltopo.scan.folder import ScanFolder
 
 __all__ = ["register"]
 
@@ -34,7 +34,7 @@ examples:
   walltopo scan right/ -o s2 --reference s1
   walltopo merge s1 s2 -o gym
 """
-# As in walltopo.export.convert.FORMATS, which would import NumPy here.
+# As in walltopo.publish.convert.FORMATS, which would import NumPy here.
 KINDS = ("glb", "glb-web", "usdz", "obj", "ply", "painted-ply", "geojson", "csv", "labelme", "page",
          "site")  # fmt: skip
 WHOLE_MESH = ("glb", "obj", "ply", "painted-ply")  # the others have fewer triangles, or none
@@ -105,12 +105,11 @@ def _export(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.cli.listener import TerminalListener
     from walltopo.core.outputs import written_file, written_folder
-    from walltopo.export.convert import FOLDERS, FORMATS, convert
-    from walltopo.export.crop import crop_route, crop_section
-    from walltopo.export.files.listings import routes_beside
-    from walltopo.export.wall import read_wall
-    from walltopo.scans.folder import ScanFolder
-    from walltopo.scans.in_words import count_words
+    from walltopo.publish.convert import FOLDERS, FORMATS, convert, crop_route, crop_section
+    from walltopo.publish.files.listings import routes_beside
+    from walltopo.publish.wall_data import read_wall
+    from walltopo.scan.folder import ScanFolder
+    from walltopo.scan.holds import count_words
 
     scan = ScanFolder(args.scan)
     name, section = args.scan.resolve().name, None
@@ -152,7 +151,7 @@ def _size(made: Path) -> str:
 
 def _check_frames(scans: Sequence[ScanFolder]) -> None:
     """All must lie in one world frame, or what they show would be joined at a wrong place."""
-    from walltopo.scans.world_frame import world_frame
+    from walltopo.scan.folder import world_frame
 
     ways = "say --same-frame if you know better"
     frames: dict[str, list[str]] = {}
@@ -175,15 +174,13 @@ def _merge(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.core import Silent
     from walltopo.core.outputs import written_folder
-    from walltopo.export.contract import ExportSettings
-    from walltopo.export.merge import join_textures, merge_walls
-    from walltopo.export.stage import export_wall
-    from walltopo.export.wall import read_wall
-    from walltopo.scans.artifacts import store_artifact
-    from walltopo.scans.folder import ScanFolder
-    from walltopo.scans.holds import Holds
-    from walltopo.scans.in_words import count_words
-    from walltopo.scans.routes import Routes
+    from walltopo.publish.merge import join_textures, merge_walls
+    from walltopo.publish.outputs import export_wall
+    from walltopo.publish.settings import ExportSettings
+    from walltopo.publish.wall_data import read_wall
+    from walltopo.scan.folder import ScanFolder
+    from walltopo.scan.holds import Holds, count_words
+    from walltopo.scan.routes import Routes
 
     scans = [ScanFolder(path) for path in args.scans]
     if not args.same_frame:
@@ -196,10 +193,11 @@ def _merge(args: argparse.Namespace) -> int:
         walls = join_textures([read_wall(scan) for scan in scans], out.texture)
         wall = merge_walls(walls, args.near, args.output.resolve().name)
         made = export_wall(wall, ExportSettings(), Path(scratch), Silent())
-        for name in ("glb", "page_assets", "page"):
-            store_artifact(out, name, getattr(made, name))
-        store_artifact(out, "holds", Holds(metric=wall.metric, holds=tuple(wall.holds)))
-        store_artifact(out, "routes", Routes(routes=tuple(wall.routes)))
+        made.glb.save(out.glb)
+        made.page_assets.save(out.page_assets)
+        made.page.save(out.page)
+        Holds(metric=wall.metric, holds=tuple(wall.holds)).save(out.holds)
+        Routes(routes=tuple(wall.routes)).save(out.routes)
     page = ScanFolder(args.output).page
     console.print(
         f"{page}: {count_words(len(wall.routes), wall.holds)}, "

@@ -43,9 +43,9 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 def run(args: argparse.Namespace) -> int:
     """Print or write the inventory; exit code 0."""
     from walltopo.core import SettingsError
-    from walltopo.resets.inventory import changes, count_holds, load_scan, wall_area
-    from walltopo.routes.contract import RoutesSettings
-    from walltopo.scans.units import unit_of
+    from walltopo.describe.matching.inventory import changes, count_holds, load_scan, wall_area
+    from walltopo.describe.routes.settings import RoutesSettings
+    from walltopo.scan.scale import unit_of
 
     if args.changed and args.since is None:
         raise SettingsError("--changed needs --since OLD")
@@ -73,7 +73,7 @@ def _emit(
 
     from walltopo.cli.console import console
     from walltopo.core.outputs import written_file
-    from walltopo.resets.inventory import to_csv
+    from walltopo.describe.matching.inventory import to_csv
 
     if args.format == "table" and args.out is None:
         console.print(_table(rows))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from walltopo.cli.options import Number, add_options, options_given
 from walltopo.cli.outputs import add_overwrite, target
-from walltopo.lifting.contract import LiftParams
+from walltopo.segment.lift.settings import LiftParams
 
 if TYPE_CHECKING:
     from walltopo.core import Instances, Mesh
@@ -58,12 +58,17 @@ def run(args: argparse.Namespace) -> int:
 
     from walltopo.cli.console import console
     from walltopo.core.outputs import written_folder
-    from walltopo.lifting import lift
-    from walltopo.lifting.inputs import attach_masks, read_cameras, read_masks
-    from walltopo.lifting.outputs import write_coloured
-    from walltopo.lifting.refine import refine_borders
-    from walltopo.lifting.stage import records_of, table_of
-    from walltopo.meshes.ply import read_mesh, write_ply
+    from walltopo.geometry.ply import read_mesh, write_ply
+    from walltopo.segment.lift import lift
+    from walltopo.segment.lift.refine import refine_borders
+    from walltopo.segment.lift_files import (
+        attach_masks,
+        read_cameras,
+        read_masks,
+        records_of,
+        table_of,
+        write_coloured,
+    )
 
     place = target(args, args.output, "lift", inputs=(args.mesh, args.cameras, args.masks))
     with written_folder(place) as out:

@@ -11,7 +11,7 @@ from walltopo.cli.options import Number
 from walltopo.cli.outputs import add_overwrite, target
 
 if TYPE_CHECKING:
-    from walltopo.measure.markers import Detection
+    from walltopo.reconstruct.scale.markers import Detection
 
 __all__ = ["register"]
 
@@ -71,8 +71,8 @@ def _print(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.core import SettingsError
     from walltopo.core.outputs import written_file
-    from walltopo.measure.plate_pdf import PAPERS, draw_plate, to_pdf
-    from walltopo.measure.plates import built_in_plates, read_plates
+    from walltopo.reconstruct.scale.plate_pdf import PAPERS, draw_plate, to_pdf
+    from walltopo.reconstruct.scale.plates import built_in_plates, read_plates
 
     if args.plates:
         kinds = read_plates(args.plates)
@@ -96,9 +96,9 @@ def _detect(args: argparse.Namespace) -> int:
 
     from walltopo.cli.console import console
     from walltopo.core import Silent
-    from walltopo.measure.plates import built_in_plates, read_plates
-    from walltopo.measure.stage import detect_in_photos
-    from walltopo.scans.photo_set import PhotoSet
+    from walltopo.reconstruct.scale.plates import built_in_plates, read_plates
+    from walltopo.reconstruct.scale.world_frame import detect_in_photos
+    from walltopo.scan.photos import PhotoSet
 
     plates = read_plates(args.plates) if args.plates else built_in_plates()
     table = Table("photo", "plate", "markers", "shortest side")
@@ -136,7 +136,7 @@ def _shortest(detections: Sequence[Detection]) -> float:
 def _plates(args: argparse.Namespace) -> int:
     import sys
 
-    from walltopo.measure.plates import BUILT_IN
+    from walltopo.reconstruct.scale.plates import BUILT_IN
 
     sys.stdout.write(BUILT_IN)
     return 0

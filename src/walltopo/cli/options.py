@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from walltopo.core import SettingField, settings_of
-from walltopo.core.setting import out_of_bounds
+from walltopo.core.settings import out_of_bounds
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance

@@ -46,8 +46,8 @@ def run_learn(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.core import InputError
     from walltopo.core.outputs import written_file
-    from walltopo.holds.palette import palette_of_holds, write_palette
-    from walltopo.resets.inventory import load_scan
+    from walltopo.describe.classify.palette import palette_of_holds, write_palette
+    from walltopo.describe.matching.inventory import load_scan
 
     scan, holds, _ = load_scan(args.scan)
     out = args.out or scan.root / "palette.toml"

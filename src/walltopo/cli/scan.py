@@ -85,9 +85,9 @@ def _register_scan(commands: Commands[argparse.ArgumentParser]) -> None:
 def _scan(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.cli.profiling import ProfiledListener, profiled
-    from walltopo.cluster import RayWorkers, on_cluster
     from walltopo.core import SettingsError
     from walltopo.core.workers import Here, Workers
+    from walltopo.pipeline.ray_workers import RayWorkers, on_cluster
     from walltopo.pipeline.runner import scan
     from walltopo.pipeline.settings import load_settings
 
@@ -147,11 +147,9 @@ def _show_result(root: Path) -> None:
     from rich.table import Table
 
     from walltopo.cli.console import console
-    from walltopo.scans.folder import ScanFolder
-    from walltopo.scans.holds import Holds
-    from walltopo.scans.in_words import count_words, steepness_words
-    from walltopo.scans.route_name import route_name
-    from walltopo.scans.routes import Routes
+    from walltopo.scan.folder import ScanFolder
+    from walltopo.scan.holds import Holds, count_words, steepness_words
+    from walltopo.scan.routes import Routes, route_name
 
     folder = ScanFolder(root)
     routes, holds = Routes.load(folder.routes).routes, Holds.load(folder.holds)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from walltopo.cli.options import Number
 from walltopo.core import InputError
@@ -16,6 +18,9 @@ examples:
   walltopo view wall --host 192.168.1.20           on a phone: scan the code that is shown
   walltopo view wall --host 192.168.1.20 --edit    the code has the token: it lets a phone edit
 """
+
+if TYPE_CHECKING:
+    from starlette.routing import BaseRoute
 
 Commands = argparse._SubParsersAction  # argparse has no public name for it
 
@@ -51,11 +56,23 @@ def register(commands: Commands[argparse.ArgumentParser]) -> None:
     view.set_defaults(run=_view)
 
 
+def _editor(args: argparse.Namespace) -> tuple[Sequence[BaseRoute], Callable[[], None]]:
+    """Return the editor's routes and what ends its session; none without `--edit`."""
+    if not args.edit:
+        return (), lambda: None
+    from walltopo.editing.http import editor_routes
+    from walltopo.pipeline.edit_session import open_session
+    from walltopo.scan.folder import ScanFolder
+
+    session = open_session(ScanFolder(args.scan))
+    return editor_routes(session), session.close
+
+
 def _view(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console, error_console
     from walltopo.cli.qr import show_qr
-    from walltopo.export.server.run import Server
-    from walltopo.scans.folder import ScanFolder
+    from walltopo.publish.server.run import Server
+    from walltopo.scan.folder import ScanFolder
 
     if not ScanFolder(args.scan).page.is_file():
         raise InputError(
@@ -65,12 +82,7 @@ def _view(args: argparse.Namespace) -> int:
     def tell(text: str) -> None:
         error_console.print(text, soft_wrap=True)
 
-    desk = None
-    if args.edit:
-        from walltopo.desk.desk import Desk
-
-        desk = Desk(ScanFolder(args.scan))
-    server = Server(args.scan, args.port, args.host, args.embed, tell, desk)
+    server = Server(args.scan, args.port, args.host, args.embed, tell, *_editor(args))
     console.print(server.url, style="bold", soft_wrap=True)
     for line in server.notes():
         console.print(line, soft_wrap=True)

@@ -13,7 +13,7 @@ from walltopo.core.instances import Instance, Instances
 from walltopo.core.mask import Mask
 from walltopo.core.mesh import Mesh
 from walltopo.core.progress import Progress, Silent
-from walltopo.core.setting import SettingField, about, check_settings, settings_of
+from walltopo.core.settings import SettingField, about, check_settings, settings_of
 from walltopo.core.view import View
 
 __all__ = [

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core.errors import InputError
-from walltopo.core.picture_size import check_picture_size
+from walltopo.core.mask import check_picture_size
 
 __all__ = ["CAMERA_MODELS", "Camera"]
 

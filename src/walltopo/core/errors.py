@@ -7,12 +7,14 @@ from contextlib import contextmanager
 
 __all__ = [
     "BusyError",
+    "EditsChangedError",
     "EnvironmentLacksError",
     "InputError",
     "SettingsError",
     "StageError",
     "WalltopoError",
     "naming",
+    "problem_key",
 ]
 
 
@@ -62,6 +64,19 @@ class EnvironmentLacksError(WalltopoError):
 
 class BusyError(EnvironmentLacksError):
     """Another run is at work on the same scan."""
+
+
+class EditsChangedError(InputError):
+    """Other edits were saved since the version that these edits were made on."""
+
+
+def problem_key(error: Exception) -> str:
+    """Return the key by which a page states a problem in its own language; "" where none."""
+    if isinstance(error, EditsChangedError):
+        return "changed"
+    if isinstance(error, BusyError):
+        return "busy"
+    return "lacks" if isinstance(error, EnvironmentLacksError) else ""
 
 
 @contextmanager

@@ -1,16 +1,17 @@
-"""Files on disk: atomic writes, JSON, content hashes."""
+"""Files on disk: atomic writes, JSON, content hashes, and names that must stay in their folder."""
 
 from __future__ import annotations
 
 import hashlib
 import json
+import ntpath
 import os
 import shutil
 import stat
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 import msgspec
@@ -20,9 +21,11 @@ from walltopo.core.errors import EnvironmentLacksError, InputError
 __all__ = [
     "as_text",
     "atomic_path",
+    "check_name",
     "files_below",
     "hash_path",
     "is_special",
+    "join_inside",
     "move_into_place",
     "read_json",
     "scratch_beside",
@@ -177,3 +180,49 @@ def move_into_place(made: Path, path: Path) -> None:
     """Let `path` be what lies at `made` (on the same disk); what was there goes; atomic."""
     with atomic_path(path) as temporary:
         made.rename(temporary)
+
+
+def check_name(name: str) -> str:
+    """A relative name such as `a.jpg` or `cam1/a.jpg`, as it was given.
+
+    Raises
+    ------
+    InputError : it is empty, absolute (also by Windows' rules), has `..` in it, or a character
+        that no file name has.
+    """
+    parts = PurePosixPath(name.replace("\\", "/")).parts
+    if not parts:
+        raise InputError("a file without a name")
+    if name.startswith(("/", "\\")) or ntpath.splitdrive(name)[0] or ".." in parts:
+        raise InputError(f"{name!r} leads out of its folder; expected a relative name without ..")
+    if any(ord(letter) < 32 or ord(letter) == 127 for letter in name) or _no_text(name):
+        raise InputError(f"{name!r} is no file name: it has a control character")
+    if max(len(part.encode()) for part in parts) > 255:
+        raise InputError(f"{name[:40]!r}... is no file name: it is longer than 255 bytes")
+    return name
+
+
+def _no_text(name: str) -> bool:
+    """Whether a half of a surrogate pair is in it."""
+    return any(0xD800 <= ord(letter) < 0xE000 for letter in name)
+
+
+def join_inside(root: Path, name: str) -> Path:
+    """`root / name` for a name that a data file gave: every such path is made here.
+
+    A link within `root` that leads out of it is followed for the file itself (folders of links to
+    photos are common, and renaming over a link replaces the link), never for a folder on the way.
+
+    Raises
+    ------
+    InputError : see `check_name`; or a folder on the way is a link that leads out of `root`.
+    """
+    path = root / check_name(name)
+    if not path.parent.resolve().is_relative_to(root.resolve()):
+        raise InputError(f"{name!r} leads out of {root} by a link")
+    return path
+
+
+def shipped_file(name: str) -> Path:
+    """Return the path of a model that comes with walltopo."""
+    return Path(__file__).parents[1] / "models" / name

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from walltopo.core.errors import InputError
 
-__all__ = ["Mask"]
+__all__ = ["MOST_PIXELS", "MOST_SIDE", "Mask", "check_picture_size"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,3 +87,25 @@ class Mask:
         """x, y, w, h in pixels (COCO's bbox)."""
         h, w = self.bitmap.shape
         return self.x, self.y, w, h
+
+
+MOST_SIDE = 65_535  # what a JPEG can have
+
+# More than any phone's sensor (200 million) and than the largest texture (16384 px squared) have.
+MOST_PIXELS = 280_000_000
+
+
+def check_picture_size(width: int, height: int) -> None:
+    """Refuse sizes that no picture of a phone has: arrays are made of such numbers.
+
+    Raises
+    ------
+    InputError : a side is not positive, or the picture is beyond `MOST_SIDE` or `MOST_PIXELS`.
+    """
+    if width <= 0 or height <= 0:
+        raise InputError(f"picture size must be positive, got {width}x{height}")
+    if max(width, height) > MOST_SIDE or width * height > MOST_PIXELS:
+        raise InputError(
+            f"a picture of {width}x{height} is too large; "
+            f"at most {MOST_SIDE} a side and {MOST_PIXELS // 10**6} megapixels"
+        )

@@ -1,17 +1,18 @@
-"""TOML files: read, or refused by name."""
+"""TOML files, and a limit on how deep their values are nested."""
 
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 from walltopo.core.errors import InputError
-from walltopo.core.nesting import deeper_than
 
-__all__ = ["read_toml"]
+__all__ = ["deeper_than", "read_toml"]
 
 _MOST_BYTES = 4 << 20  # tomllib's time grows with the square of some files' length
+
 _DEEPEST = 32
 
 
@@ -45,3 +46,19 @@ def read_toml(path: Path, hint: str = "") -> dict[str, Any]:
     if deeper_than(_DEEPEST, table):
         raise InputError(f"{path}: not valid TOML (nested too deeply)")
     return table
+
+
+def deeper_than(most: int, value: Any) -> bool:
+    """Whether lists and tables lie in each other more than `most` deep; without recursion."""
+    level: list[Any] = [value]
+    for _ in range(most + 1):
+        level = [item for outer in level for item in _items(outer)]
+        if not level:
+            return False
+    return True
+
+
+def _items(value: Any) -> Iterable[Any]:
+    if isinstance(value, dict):
+        return value.values()
+    return value if isinstance(value, (list, tuple)) else ()

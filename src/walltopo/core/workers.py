@@ -1,22 +1,25 @@
-"""Work on many items that do not need each other: here one after the other, elsewhere on a cluster.
+"""Work on many independent items: in this process, in threads, or on a cluster.
 
-The one seam between a stage and whoever computes for it. A stage says what all items share
-(`prepare`, called once in each process that works) and what is done with each (`work`); results
-come in the order of the items, so that a stage cannot tell where they were made.
+A stage declares what all items share (`prepare`, called once in each worker process) and what is
+done with each item (`work`). Results come in the order of the items, so a stage cannot tell where
+they were made.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+import os
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Protocol, TypeVar
 
-from walltopo.core.ahead import ahead
-
-__all__ = ["Here", "Workers"]
+__all__ = ["Here", "Workers", "ahead", "cores"]
 
 Shared = TypeVar("Shared")
+
 Item = TypeVar("Item")
+
 Result = TypeVar("Result")
 
 
@@ -77,3 +80,30 @@ class Here:
             return
         for item in items:
             yield work(shared, item)
+
+
+def ahead(work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
+    """`work(item)` of each item, in their order; as many at a time as there are cores.
+
+    No more results wait than that, so that memory stays bounded. What `work` raises is raised at
+    its item's turn.
+    """
+    with ThreadPoolExecutor(cores()) as pool:
+        waiting: deque[Future[Result]] = deque()
+        try:
+            for item in items:
+                if len(waiting) >= cores():
+                    yield waiting.popleft().result()
+                waiting.append(pool.submit(work, item))
+            while waiting:
+                yield waiting.popleft().result()
+        finally:
+            for left in waiting:
+                left.cancel()
+
+
+def cores() -> int:
+    """How many processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

@@ -4,70 +4,55 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from walltopo.core import settings_of
-from walltopo.core.files import as_text, files_below
-from walltopo.photos.sources import find_sources
-from walltopo.pipeline.ledger import Ledger
+from walltopo.core.files import files_below
+from walltopo.core.hashes import Ledger
 from walltopo.pipeline.settings import Settings
-from walltopo.pipeline.stages import STAGES, Stage
-from walltopo.scans.artifacts import ARTIFACTS
-from walltopo.scans.folder import ScanFolder
-from walltopo.scans.manifest import Output, StageRecord
+from walltopo.pipeline.stage import Stage
+from walltopo.scan.artifacts import Artifact
+from walltopo.scan.folder import ScanFolder
+from walltopo.scan.manifest import Output, StageRecord
 
 __all__ = ["changed_outputs", "input_hash", "outputs_of"]
 
 
-def input_hash(
-    folder: ScanFolder, stage: Stage, settings: Settings, sources: Sequence[Path], ledger: Ledger
-) -> str:
-    """Hash of what a stage's outputs follow from: inputs, settings, version of its code.
-
-    Parameters
-    ----------
-    sources : where ingest finds its files.
-
-    Raises
-    ------
-    InputError : ingest would find nothing there that it may read.
-    """
+def input_hash(folder: ScanFolder, stage: Stage, settings: Settings, ledger: Ledger) -> str:
+    """Return a hash of what a stage's outputs follow from: inputs, settings, code version."""
     section = settings.as_dict()[stage.name]
     parts: list[Any] = [stage.name, stage.version, section]
     # A setting that names a file (a model, a palette, a reference) counts by its content.
     parts += [ledger.hash(path) for path in _named_paths(getattr(settings, stage.name))]
-    if stage.name == STAGES[0].name:
-        files = find_sources(sources, folder.root).files
-        parts += [[as_text(path.name), ledger.hash(path)] for path in files]
-    parts += [[name, ledger.hash(getattr(folder, name))] for name in stage.reads]
+    parts += [[item.name, ledger.hash(item.in_folder(folder))] for item in stage.reads]
     text = json.dumps(parts, sort_keys=True, default=str)
     return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
 
 
 def outputs_of(folder: ScanFolder, stage: Stage, ledger: Ledger) -> dict[str, Output]:
     """What a stage's outputs are at this moment, by the names of the artifacts."""
-    return {name: _output(getattr(folder, name), ledger) for name in stage.writes}
+    return {item.name: _output(item.in_folder(folder), ledger) for item in stage.writes}
 
 
 def changed_outputs(
     folder: ScanFolder, stage: Stage, record: StageRecord, ledger: Ledger
-) -> list[str]:
-    """Names of the artifacts that are missing, or not what the stage left.
+) -> list[Artifact[Any]]:
+    """Return the artifacts that are missing, or not what the stage left.
 
     A record without hashes (of an older walltopo) tells only what is missing.
     """
     found = []
-    for name in stage.writes:
-        path: Path = getattr(folder, name)
-        left = record.outputs.get(name)
+    for item in stage.writes:
+        path = item.in_folder(folder)
+        left = record.outputs.get(item.name)
         if left is not None:
             changed = ledger.hash(path) != left.hash
         else:
-            changed = not (path.exists() or ARTIFACTS[name].optional)
+            changed = not (path.exists() or item.optional)
         if changed:
-            found.append(name)
+            found.append(item)
     return found
 
 

@@ -9,13 +9,17 @@ from typing import Literal
 import msgspec
 
 from walltopo.core import InputError
+from walltopo.core.hashes import Ledger
 from walltopo.pipeline.freshness import changed_outputs, input_hash
-from walltopo.pipeline.ledger import Ledger
 from walltopo.pipeline.settings import Settings
-from walltopo.pipeline.stages import STAGES, Stage
+from walltopo.pipeline.stage import Stage
+from walltopo.pipeline.stages import STAGES
+from walltopo.pipeline.stages.ingest import INGEST
 from walltopo.pipeline.workplace import is_held
-from walltopo.scans.folder import ScanFolder
-from walltopo.scans.manifest import Manifest, StageRecord
+from walltopo.reconstruct.ingest.sources import list_sources
+from walltopo.scan.folder import ScanFolder
+from walltopo.scan.manifest import Manifest, StageRecord
+from walltopo.scan.sources import SourceList
 
 __all__ = ["StageHealth", "stages_health"]
 
@@ -83,15 +87,23 @@ def _state(
         return record.state, record.error.strip().splitlines()[-1] if record.error else ""
     changed = changed_outputs(folder, stage, record, ledger)
     if changed:
-        names = ", ".join(getattr(folder, name).name for name in changed)
+        names = ", ".join(item.in_folder(folder).name for item in changed)
         return "damaged", f"not as the stage left it: {names}"
     if settings is None:
         return "stale", "made with settings that this walltopo does not know"
-    moved_away = stage.name == STAGES[0].name and not any(path.exists() for path in sources)
-    if moved_away:
-        return "done", ""
-    try:
-        fresh = input_hash(folder, stage, settings, sources, ledger) == record.input_hash
-    except InputError as error:  # of the photos' folder
-        return "stale", error.message.splitlines()[0]
+    problem = _sources_problem(folder, sources, ledger) if stage is INGEST else ""
+    if problem:
+        return "stale", problem
+    fresh = input_hash(folder, stage, settings, ledger) == record.input_hash
     return ("done", "") if fresh else ("stale", "what it was made from has changed")
+
+
+def _sources_problem(folder: ScanFolder, given: list[Path], ledger: Ledger) -> str:
+    """Say how the user's photos differ from `sources.json`; "" where they do not, or are gone."""
+    if not any(path.exists() for path in given):
+        return ""
+    try:
+        listed = list_sources(given, folder.root, ledger.hash)
+        return "" if listed == SourceList.load(folder.sources) else "the photos have changed"
+    except InputError as error:
+        return error.message.splitlines()[0]

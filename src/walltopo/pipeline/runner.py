@@ -10,7 +10,7 @@ from __future__ import annotations
 import tempfile
 import time
 import traceback
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass, field
 from importlib.metadata import version
@@ -19,27 +19,24 @@ from typing import Any, Protocol
 
 import msgspec
 
-from walltopo.core import (
-    InputError,
-    Progress,
-    Silent,
-    WalltopoError,
-)
-from walltopo.core.files import as_text, told_when_full
+from walltopo.core import InputError, Progress, Silent, WalltopoError
+from walltopo.core.files import as_text, hash_path, told_when_full
+from walltopo.core.hashes import Ledger
 from walltopo.core.workers import Here, Workers
-from walltopo.photos.sources import find_sources, is_video
 from walltopo.pipeline.forecast import Forecast, photos_of
 from walltopo.pipeline.freshness import changed_outputs, input_hash, outputs_of
-from walltopo.pipeline.ledger import Ledger
 from walltopo.pipeline.memory import peak_mb, reset_peak
 from walltopo.pipeline.settings import Settings
-from walltopo.pipeline.stages import SOURCES, STAGES, Stage, stage_index
+from walltopo.pipeline.stage import Stage
+from walltopo.pipeline.stages import STAGES, stage_index, stage_named
+from walltopo.pipeline.stages.ingest import INGEST
 from walltopo.pipeline.warm_up import warming_up
 from walltopo.pipeline.workplace import held, set_aside
-from walltopo.scans.artifacts import load_artifact, store_artifact
-from walltopo.scans.context import Context
-from walltopo.scans.folder import ScanFolder
-from walltopo.scans.manifest import Manifest, Metrics, StageRecord
+from walltopo.reconstruct.ingest.sources import is_video, list_sources
+from walltopo.scan.artifacts import Artifact, Load, artifacts_of, load_artifact, load_bundle
+from walltopo.scan.context import Context
+from walltopo.scan.folder import ScanFolder
+from walltopo.scan.manifest import Manifest, Metrics, StageRecord
 
 __all__ = [
     "Listener",
@@ -50,9 +47,6 @@ __all__ = [
     "scan",
     "stale_stages",
 ]
-
-
-Load = Callable[[ScanFolder, str], Any]
 
 
 class Listener(Progress, Protocol):
@@ -132,6 +126,7 @@ def scan(
         if not sources:
             raise InputError(f"{folder.root}: no photos given, and none were ingested before")
         ledger = Ledger(folder.work / "hashes.json", trust=not verify)
+        note_sources(folder, sources, ledger)
         runner = _Runner(folder, manifest, settings, sources, listener, ledger, accept_changes)
         runner.workers = workers or runner.workers
         first = 0 if force else len(STAGES) if from_stage is None else stage_index(from_stage)
@@ -155,6 +150,15 @@ def scan(
         return ScanResult(folder, metrics, tuple(runner.ran))
 
 
+def note_sources(folder: ScanFolder, given: Sequence[Path], ledger: Ledger | None = None) -> None:
+    """Write `sources.json`; where the photos were moved away since, the old list stays."""
+    if folder.sources.exists() and not any(path.exists() for path in given):
+        return
+    listed = list_sources(given, folder.root, ledger.hash if ledger else hash_path)
+    folder.root.mkdir(exist_ok=True)
+    listed.save(folder.sources)
+
+
 def kept_settings(folder: ScanFolder) -> Settings:
     """The settings that a scan was made with.
 
@@ -174,7 +178,7 @@ def kept_settings(folder: ScanFolder) -> Settings:
 def stale_stages(folder: ScanFolder, names: Sequence[str]) -> list[str]:
     """Those of some stages that were run before and would run again."""
     runner = _kept_runner(folder, load_artifact)
-    stages = [STAGES[stage_index(name)] for name in names]
+    stages = [stage_named(name) for name in names]
     known = [stage for stage in stages if stage.name in runner.manifest.stages]
     return [stage.name for stage in runner.due(known, [])]
 
@@ -191,7 +195,7 @@ def refresh(folder: ScanFolder, names: Sequence[str], load: Load = load_artifact
     runner = _kept_runner(folder, load)
     try:
         for name in names:
-            runner.run(STAGES[stage_index(name)], forced=False)
+            runner.run(stage_named(name), forced=False)
     finally:
         with suppress(WalltopoError):
             runner.ledger.save()
@@ -230,7 +234,7 @@ class _Runner:
     def due(self, stages: Sequence[Stage], forced: Sequence[Stage]) -> list[Stage]:
         """The stages that will probably run; one that makes what it made before stops the rest."""
         found: list[Stage] = []
-        changed: set[str] = set()
+        changed: set[Artifact[Any]] = set()
         for stage in stages:
             record = self.manifest.stages.get(stage.name)
             if not (
@@ -251,10 +255,10 @@ class _Runner:
         names = [stage.name for stage in stages]
         before = dict(self.manifest.stages)
         photos = photos_of(before)
-        # Where the photos were moved away, `run` says what that means.
-        if STAGES[0].name in names and any(path.exists() for path in self.sources):
-            files = find_sources(self.sources, self.folder.root).files
-            photos = None if any(map(is_video, files)) else len(files)
+        if INGEST in stages:
+            with suppress(InputError):  # the run says it
+                files = [item.file for item in ScanFolder.sources.load(self.folder).files]
+                photos = None if any(map(is_video, files)) else len(files)
         return Forecast(names, photos, before)
 
     def run(self, stage: Stage, forced: bool) -> None:
@@ -306,7 +310,6 @@ class _Runner:
             stage,
             getattr(self.settings, stage.name),
             self.listener,
-            sources=self.sources,
             records=self.manifest.stages,
             load=self.load,
             workers=self.workers,
@@ -314,12 +317,7 @@ class _Runner:
 
     def _inputs(self, stage: Stage) -> str:
         """The hash of what the stage's outputs would follow from."""
-        if stage.name == STAGES[0].name and not any(path.exists() for path in self.sources):
-            # The photos were moved away after they were ingested; the copies serve.
-            record = self.manifest.stages.get(stage.name)
-            if record is not None and self.folder.photos.exists():
-                return record.input_hash
-        return input_hash(self.folder, stage, self.settings, self.sources, self.ledger)
+        return input_hash(self.folder, stage, self.settings, self.ledger)
 
     def _is_whole(self, stage: Stage, record: StageRecord, accept: bool) -> bool:
         """Whether the outputs are as the stage left them, or are accepted as they are.
@@ -327,16 +325,16 @@ class _Runner:
         What others changed is kept aside, so that nothing is lost that we did not write.
         """
         changed = changed_outputs(self.folder, stage, record, self.ledger)
-        present = [name for name in changed if getattr(self.folder, name).exists()]
+        present = [item for item in changed if item.in_folder(self.folder).exists()]
         if accept and changed and changed == present:
             record.outputs = outputs_of(self.folder, stage, self.ledger)
             self._put(stage, record)
             return True
-        if changed and stage.name == STAGES[0].name:
-            self._need_sources(changed)
-        for name in changed:
-            path: Path = getattr(self.folder, name)
-            if name not in present:
+        if present:  # nothing is moved away that cannot be made again
+            load_bundle(self.folder, stage.reads_type, self.load)
+        for item in changed:
+            path = item.in_folder(self.folder)
+            if item not in present:
                 self.listener.note(f"{path.name} is gone: {stage.name} makes it again")
                 continue
             kept = set_aside(self.folder, path)
@@ -346,16 +344,6 @@ class _Runner:
             )
         return not changed
 
-    def _need_sources(self, changed: Sequence[str]) -> None:
-        """What ingest made can only be made again from the photos."""
-        gone = [path for path in self.sources if not path.exists()]
-        if gone:
-            names = ", ".join(getattr(self.folder, name).name for name in changed)
-            raise InputError(
-                f"{self.folder.root}: {names} changed since ingest, and {gone[0]} is gone",
-                "Give the photos again, or go on with what is there by --accept-changes.",
-            )
-
 
 def run_stage(
     folder: ScanFolder,
@@ -363,7 +351,6 @@ def run_stage(
     settings: Any,
     progress: Progress | None = None,
     *,
-    sources: Sequence[Path] = (),
     records: Mapping[str, StageRecord] | None = None,
     load: Load = load_artifact,
     workers: Workers | None = None,
@@ -373,18 +360,16 @@ def run_stage(
     Parameters
     ----------
     settings : the stage's section.
-    sources : what ingest reads; records : what the stages said before, for the report.
-    load : gives an artifact of a scan by its name.
+    records : what the stages said before, for the report.
+    load : gives the value of an artifact of a scan.
     workers : see `scan`.
 
     Raises
     ------
     InputError : something that the stage reads is missing or damaged; and whatever it raises.
     """
-    stage = STAGES[stage_index(stage)] if isinstance(stage, str) else stage
-    given: dict[str, Any] = {name: load(folder, name) for name in stage.reads}
-    if stage.name == STAGES[0].name:
-        given[SOURCES] = tuple(sources)
+    stage = stage_named(stage) if isinstance(stage, str) else stage
+    reads = load_bundle(folder, stage.reads_type, load)
     folder.work.mkdir(parents=True, exist_ok=True)
     # On the scan's own disk, so that what is made there moves into place by a rename.
     with (
@@ -399,9 +384,9 @@ def run_stage(
             title=as_text(folder.root.resolve().name),
             records=records or {},
         )
-        made = stage.run(stage.contract.Reads(**given), settings, context)
-        for name in stage.writes:
-            store_artifact(folder, name, getattr(made, name))
+        made = stage.run(reads, settings, context)
+        for name, item in artifacts_of(stage.writes_type):
+            item.store(folder, getattr(made, name))
     metrics: Metrics = made.metrics
     return metrics
 

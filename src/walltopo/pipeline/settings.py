@@ -13,20 +13,20 @@ from typing import Any
 import msgspec
 
 from walltopo.core import SettingField, SettingsError, settings_of
-from walltopo.core.setting import checked_value
+from walltopo.core.settings import checked_value
 from walltopo.core.toml import read_toml
-from walltopo.dense.contract import DenseSettings
-from walltopo.detect.contract import DetectSettings
-from walltopo.edit.contract import EditSettings
-from walltopo.export.contract import ExportSettings
-from walltopo.holds.contract import ClassifySettings
-from walltopo.lifting.contract import LiftParams
-from walltopo.measure.contract import ScaleSettings
-from walltopo.photos.contract import IngestSettings
-from walltopo.propose.contract import ProposeSettings
-from walltopo.routes.contract import RoutesSettings
-from walltopo.sparse.contract import SparseSettings
-from walltopo.texture.contract import TextureSettings
+from walltopo.describe.classify.settings import ClassifySettings
+from walltopo.describe.routes.settings import RoutesSettings
+from walltopo.editing.settings import EditSettings
+from walltopo.publish.settings import ExportSettings
+from walltopo.reconstruct.dense.settings import DenseSettings
+from walltopo.reconstruct.ingest.settings import IngestSettings
+from walltopo.reconstruct.scale.settings import ScaleSettings
+from walltopo.reconstruct.sparse.settings import SparseSettings
+from walltopo.reconstruct.texture.settings import TextureSettings
+from walltopo.segment.detect.settings import DetectSettings
+from walltopo.segment.lift.settings import LiftParams
+from walltopo.segment.propose.settings import ProposeSettings
 
 __all__ = ["SECTIONS", "Settings", "allowed", "load_settings", "sections", "settings_markdown"]
 

@@ -19,7 +19,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from walltopo.core.parent import end_with_parent
+from walltopo.core.children import end_with_parent
 
 __all__ = ["TABLE", "compile_line", "warming_up"]
 

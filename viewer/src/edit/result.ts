@@ -1,4 +1,4 @@
-/** What a log of edits makes of the scan, as the server tells it (`walltopo.edit.result`). */
+/** What a log of edits makes of the scan, as the server tells it (`walltopo.editing.result`). */
 
 import { tablesOf } from "../tables";
 import type { Hold, Tables, Vec3 } from "../types";

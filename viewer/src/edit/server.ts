@@ -27,7 +27,7 @@ export interface State {
   key: string;
 }
 
-/** A problem that is proposed (`walltopo.setting.rows`). */
+/** A problem that is proposed (`walltopo_climb.problems.rows`). */
 export interface Proposal {
   hands: number[];
   start: number[];

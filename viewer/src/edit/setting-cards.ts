@@ -8,7 +8,7 @@ import { holdName } from "../words";
 import { choice } from "./form";
 import type { Proposal, Tweak } from "./server";
 
-/** `walltopo.setting.wish.Wish`. */
+/** `walltopo_climb.problems.wish.Wish`. */
 export interface Wish {
   grade: string;
   moves: number;
@@ -23,7 +23,7 @@ export interface Wish {
 const GRADES = "4 5 5+ 6A 6A+ 6B 6B+ 6C 6C+ 7A 7A+ 7B 7B+ 7C 7C+ 8A 8A+ 8B".split(" ");
 const KINDS = ["jugs", "crimps", "slopers", "pinches", "pockets", "small", "large"] as const;
 const STEEPNESS = ["slab", "vertical", "overhang", "steep"] as const;
-/** Heights of `walltopo.climbing.body.BODIES`. */
+/** Heights of `walltopo_climb.movement.body.BODIES`. */
 const BODIES = [["child", 1.3], ["short", 1.55], ["adult", 1.75], ["tall", 1.9]] as const;
 
 /** The fields; each change gives the whole wish anew. */

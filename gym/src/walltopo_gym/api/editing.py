@@ -14,12 +14,11 @@ from fastapi.responses import JSONResponse
 from sqlalchemy.orm import Session
 
 from walltopo.core import InputError
-from walltopo.export.server.desk import Crop, State
-from walltopo.scans.bounds import Label
-from walltopo.scans.document import parse
-from walltopo.scans.edits import EditLog, Place
-from walltopo.setting.ease import Way
-from walltopo.setting.wish import Wish
+from walltopo.editing.messages import Crop, RebuildStatus
+from walltopo.scan.document import Label, parse
+from walltopo.scan.edits import EditLog, Place
+from walltopo_climb.problems.ease import Way
+from walltopo_climb.problems.wish import Wish
 from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.api.routes import PublisherMay
 from walltopo_gym.api.rules import Access
@@ -118,7 +117,7 @@ def read_edit_state(scan: UUID, services: ServicesOf, access: PublisherMay) -> _
     with services.database.reading() as session:
         saved = read_log(session, scan)
     if not saved.is_pending:
-        return _Plain(State(False, False, str(saved.shown), ""))
+        return _Plain(RebuildStatus(False, False, str(saved.shown), ""))
     return _Plain(_opened(services, access, scan).state())
 
 

@@ -8,8 +8,8 @@ from uuid import UUID
 from fastapi import APIRouter
 from pydantic import BaseModel
 
-from walltopo.grades.font import FONT, V_OF
-from walltopo.grades.model import Range
+from walltopo_climb.grades.font import FONT, V_OF
+from walltopo_climb.grades.model import Range
 from walltopo_gym.api.routes import PublisherMay
 from walltopo_gym.api.scans import scan_of
 from walltopo_gym.api.services import Db

@@ -19,7 +19,7 @@ from fastapi import APIRouter, Request, Response
 from starlette.responses import HTMLResponse, RedirectResponse
 
 from walltopo.core import EnvironmentLacksError
-from walltopo.export.webpage import viewer_script
+from walltopo.publish.web_page import viewer_script
 from walltopo_gym.api.link_previews import head_of
 from walltopo_gym.api.services import ServicesOf
 from walltopo_gym.errors import NotFoundError

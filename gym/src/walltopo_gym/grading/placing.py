@@ -18,11 +18,11 @@ import msgspec
 from dbos import DBOS, SetWorkflowID
 from sqlalchemy import delete, func, or_, select
 
-from walltopo.cli.moves import read_wall
 from walltopo.core import InputError
-from walltopo.grades.model import shipped_identity, shipped_model
-from walltopo.grades.of_scan import Graded, place_routes
-from walltopo.scans.folder import ScanFolder
+from walltopo.scan.folder import ScanFolder
+from walltopo_climb.grades.model import shipped_identity, shipped_model
+from walltopo_climb.grades.of_scan import Graded, place_routes
+from walltopo_climb.wall_files import read_wall
 from walltopo_gym.database.engine import Database
 from walltopo_gym.editing.models import ScanEdits
 from walltopo_gym.errors import NotFoundError

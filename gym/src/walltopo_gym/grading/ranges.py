@@ -10,10 +10,10 @@ from uuid import UUID
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from walltopo.grades.calibrate import OWN_ERRORS
-from walltopo.grades.model import Learnt, Range
-from walltopo.grades.scale import GymScale
-from walltopo.scans.document import parse
+from walltopo.scan.document import parse
+from walltopo_climb.grades.calibrate import OWN_ERRORS
+from walltopo_climb.grades.model import Learnt, Range
+from walltopo_climb.grades.scale import GymScale
 from walltopo_gym.editing.models import ScanEdits
 from walltopo_gym.grading.models import PlacedRoute, ScanPlaces
 from walltopo_gym.grading.told import Span, ToldRoute, told_routes

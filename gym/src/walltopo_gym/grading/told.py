@@ -17,8 +17,8 @@ from uuid import UUID
 from sqlalchemy import and_, func, or_, select
 from sqlalchemy.orm import Session
 
-from walltopo.grades.calibrate import Known
-from walltopo.grades.font import grade_ends
+from walltopo_climb.grades.calibrate import Known
+from walltopo_climb.grades.font import grade_ends
 from walltopo_gym.climbing.crowd import ENOUGH
 from walltopo_gym.climbing.models import Opinion
 from walltopo_gym.clock import now

@@ -16,10 +16,9 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from walltopo.pipeline.settings import Settings
-from walltopo.scans.attributes import Attributes
-from walltopo.scans.folder import ScanFolder
-from walltopo.scans.scale import Scale
-from walltopo.scans.units import unit_of
+from walltopo.scan.attributes import Attributes
+from walltopo.scan.folder import ScanFolder
+from walltopo.scan.scale import Scale, unit_of
 from walltopo_gym.gyms.models import Wall
 from walltopo_gym.insights.models import Aims, Washing
 from walltopo_gym.insights.routes import OfRoute

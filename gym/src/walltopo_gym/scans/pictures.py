@@ -14,7 +14,7 @@ from uuid import UUID
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.scans.folder import ScanFolder
+from walltopo.scan.folder import ScanFolder
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.storage.files import FileStore
 
@@ -36,9 +36,9 @@ def keep_front(store: FileStore, scan: UUID, folder: ScanFolder) -> None:
     """Draw a finished scan from the front, and keep that."""
     from PIL import Image
 
-    from walltopo.export.parallel import front_direction
-    from walltopo.export.report.canvas import paper_view
-    from walltopo.export.wall import read_wall
+    from walltopo.publish.atlas.visible_faces import front_direction
+    from walltopo.publish.report.maps import paper_view
+    from walltopo.publish.wall_data import read_wall
 
     wall = read_wall(folder)
     canvas = paper_view(wall.mesh.vertices, wall.mesh.faces, -front_direction(wall.mesh), _UP,

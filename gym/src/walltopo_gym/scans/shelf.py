@@ -13,9 +13,9 @@ from typing import Any
 from uuid import UUID
 
 from walltopo.core.files import files_below
-from walltopo.export.kept_tiers import TIERS
-from walltopo.pipeline.stages import STAGES, stage_index
-from walltopo.scans.folder import ScanFolder
+from walltopo.pipeline.stages import stage_named
+from walltopo.publish.kept_tiers import TIERS
+from walltopo.scan.folder import ScanFolder
 from walltopo_gym.storage.files import FileStore, hash_of_file
 
 __all__ = ["shelve", "shelve_stage", "take_files", "take_scan", "take_visible"]
@@ -30,8 +30,8 @@ def _prefix(scan: UUID) -> str:
 
 def shelve_stage(store: FileStore, scan: UUID, folder: ScanFolder, stage: str) -> None:
     """Put on the shelf what a stage made."""
-    for name in STAGES[stage_index(stage)].writes:
-        shelve(store, scan, folder, getattr(folder, name))
+    for item in stage_named(stage).writes:
+        shelve(store, scan, folder, item.in_folder(folder))
     if stage == "export":  # can be made again, but an edit would take as long as an export
         shelve(store, scan, folder, folder.work / TIERS)
     store.put(f"{_prefix(scan)}/{folder.manifest.name}", folder.manifest)

@@ -17,11 +17,11 @@ import numpy as np
 from sqlalchemy import select, update
 
 from walltopo.core import Silent
-from walltopo.imaging.opening import open_picture
-from walltopo.photos.contract import IngestSettings
-from walltopo.photos.decoding import decode_files
-from walltopo.photos.job import Done
-from walltopo.photos.quality import LEAST_SHARPNESS
+from walltopo.images.files import open_picture
+from walltopo.reconstruct.ingest.decode_job import Done
+from walltopo.reconstruct.ingest.decoding import decode_files
+from walltopo.reconstruct.ingest.image_file import LEAST_SHARPNESS
+from walltopo.reconstruct.ingest.settings import IngestSettings
 from walltopo_gym.database.engine import Database
 from walltopo_gym.storage.files import FileStore
 from walltopo_gym.uploads.models import MOST_THUMBNAILS, Photo

@@ -2,7 +2,7 @@
 
 Whenever the usable photos of a scan change, `ask` counts up in the table; what was asked and has no
 answer yet is handed to DBOS, a workflow an asking. It looks at the thumbnails alone
-(`walltopo.photos.overlap`).
+(`walltopo.reconstruct.ingest.overlap`).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from sqlalchemy import exists, select, update
 from sqlalchemy.orm import Session
 
-from walltopo.photos.overlap import find_overlap
+from walltopo.reconstruct.ingest.overlap import find_overlap
 from walltopo_gym.database.engine import Database
 from walltopo_gym.storage.files import FileStore
 from walltopo_gym.uploads.models import Photo, PhotoOverlap

@@ -10,7 +10,7 @@ from sqlalchemy import func, select, update
 from sqlalchemy.orm import Session
 
 from walltopo.core import InputError
-from walltopo.photos.sources import PHOTO_SUFFIXES, VIDEO_SUFFIXES
+from walltopo.reconstruct.ingest.sources import PHOTO_SUFFIXES, VIDEO_SUFFIXES
 from walltopo_gym.database.engine import Database
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.storage.files import FileStore, hash_of_file

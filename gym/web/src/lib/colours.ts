@@ -1,4 +1,4 @@
-/** Names of hold paint, as `walltopo.holds.palette` has them; a gym's own names stay as they are. */
+/** Names of hold paint, as `walltopo.describe.classify.palette` has them; a gym's own names stay as they are. */
 
 import paint from "../../../src/walltopo_gym/hall/paint.json";
 import { t, type Key } from "../i18n.svelte";

@@ -542,7 +542,7 @@ def _mesh(content: bytes) -> Callable[[Path], list[str]]:
 
 def _cut_model(name: str, size: int) -> Callable[[Path], list[str]]:
     def make(root: Path) -> list[str]:
-        from walltopo.colmap import pycolmap
+        from walltopo.geometry.colmap import pycolmap
 
         options = pycolmap.SyntheticDatasetOptions(
             num_rigs=1, num_cameras_per_rig=1, num_frames_per_rig=3, num_points3D=4

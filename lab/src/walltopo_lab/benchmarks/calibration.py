@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.imaging.threads import opencv_in_one_thread
+from walltopo.reconstruct.dense.sgm import opencv_in_one_thread
 
 __all__ = ["calibration_s", "picture"]
 

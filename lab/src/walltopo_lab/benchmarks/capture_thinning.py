@@ -20,22 +20,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Camera, Silent, StageError, View
-from walltopo.measure.from_plates import measure_from_plates
-from walltopo.measure.markers import Detection
-from walltopo.measure.plates import Plate, built_in_plates
-from walltopo.measure.stage import detect_in_photos
-from walltopo.measure.upright import up_from_cameras
-from walltopo.meshes.similarity import Similarity
-from walltopo.raycast import render_ids
-from walltopo.scans.folder import ScanFolder
-from walltopo.scans.model import read_views
-from walltopo.scans.photo_list import PhotoList
-from walltopo.scans.photo_set import PhotoSet
-from walltopo.sparse.colmap_process import run_worker
-from walltopo.sparse.contract import SparseSettings
-from walltopo.sparse.feature_cache import database_of
-from walltopo.sparse.job import ImageEntry, MapTask
-from walltopo.sparse.jobs import camera_entries, features_job, mapping_job, photo_ids
+from walltopo.geometry.similarity import Similarity
+from walltopo.geometry.zbuffer import render_ids
+from walltopo.reconstruct.scale.from_plates import measure_from_plates
+from walltopo.reconstruct.scale.markers import Detection
+from walltopo.reconstruct.scale.plates import Plate, built_in_plates
+from walltopo.reconstruct.scale.upright import up_from_cameras
+from walltopo.reconstruct.scale.world_frame import detect_in_photos
+from walltopo.reconstruct.sparse.colmap_process import run_worker
+from walltopo.reconstruct.sparse.feature_cache import database_of
+from walltopo.reconstruct.sparse.jobs import (
+    ImageEntry,
+    MapTask,
+    camera_entries,
+    features_job,
+    mapping_job,
+    photo_ids,
+)
+from walltopo.reconstruct.sparse.settings import SparseSettings
+from walltopo.scan.colmap_model import read_views
+from walltopo.scan.folder import ScanFolder
+from walltopo.scan.photos import PhotoList, PhotoSet
 from walltopo_lab.benchmarks.reconstruction_poses import centres, fit_on_floor, load_truth, matched
 
 Floats = NDArray[np.float64]

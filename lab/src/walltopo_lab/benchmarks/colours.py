@@ -19,19 +19,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Camera, Mesh, Silent, View
-from walltopo.holds.colour import (
+from walltopo.describe.classify.colour import (
     HoldPaint,
     assign_colours,
     find_palette,
     paint_over_views,
     with_white,
 )
-from walltopo.holds.contract import ClassifySettings
-from walltopo.holds.geometry import measure_shapes
-from walltopo.holds.observe import observe
-from walltopo.holds.palette import Entry
-from walltopo.scans.model import read_views
-from walltopo.scans.photo_set import PhotoSet
+from walltopo.describe.classify.geometry import measure_shapes
+from walltopo.describe.classify.observe import observe
+from walltopo.describe.classify.palette import Entry
+from walltopo.describe.classify.settings import ClassifySettings
+from walltopo.scan.colmap_model import read_views
+from walltopo.scan.photos import PhotoSet
 from walltopo_lab.evaluate.truth import CLASS_IDS, read_truth
 
 CLASSES = {number: name for name, number in CLASS_IDS.items()}

@@ -33,22 +33,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Silent, View
-from walltopo.dense.contract import DenseSettings
-from walltopo.dense.scene import read_scene
-from walltopo.dense.sgm import sgm_mesh
-from walltopo.dense.stage import edge_and_unit
-from walltopo.imaging.photo_file import read_grey, read_rgb
-from walltopo.meshes.check import check_mesh
-from walltopo.meshes.ply import read_mesh
-from walltopo.meshes.topology import edges_of
+from walltopo.geometry.mesh_check import check_mesh
+from walltopo.geometry.ply import read_mesh
+from walltopo.geometry.topology import edges_of
+from walltopo.geometry.zbuffer import render_ids
+from walltopo.images.files import read_grey, read_rgb
 from walltopo.pipeline.settings import Settings
-from walltopo.raycast import render_ids
-from walltopo.scans.folder import ScanFolder
-from walltopo.scans.model import read_views
-from walltopo.scans.scale import Scale
-from walltopo.sparse.contract import SparseSettings
-from walltopo.texture.atlas import Texture, make_texture
-from walltopo.texture.contract import TextureSettings
+from walltopo.reconstruct.dense.backends import edge_and_unit
+from walltopo.reconstruct.dense.scene import read_scene
+from walltopo.reconstruct.dense.settings import DenseSettings
+from walltopo.reconstruct.dense.sgm import sgm_mesh
+from walltopo.reconstruct.sparse.settings import SparseSettings
+from walltopo.reconstruct.texture.atlas import Texture, make_texture
+from walltopo.reconstruct.texture.settings import TextureSettings
+from walltopo.scan.colmap_model import read_views
+from walltopo.scan.folder import ScanFolder
+from walltopo.scan.scale import Scale
 from walltopo_lab.benchmarks.reconstruction_poses import run_stages, run_to_scale
 
 Floats = NDArray[np.float64]
@@ -297,7 +297,7 @@ def held_out(scan: ScanFolder, every: int, within: float, folder: Path | None) -
     """
     from skimage.metrics import structural_similarity
 
-    from walltopo.dense.stereo import undistort
+    from walltopo.reconstruct.dense.stereo import undistort
 
     scene = read_scene(scan.sparse)
     middle = scene.views[len(scene.views) // 2].centre

@@ -23,11 +23,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.detect.contract import DetectSettings
-from walltopo.detect.detector import Detector, open_detector
-from walltopo.detect.found import Found, box_iou
-from walltopo.detect.onnx_detector import OnnxDetector
-from walltopo.imaging.photo_file import read_rgb
+from walltopo.images.files import read_rgb
+from walltopo.segment.detect.detector import Detector, open_detector
+from walltopo.segment.detect.found import Found, box_iou
+from walltopo.segment.detect.onnx_detector import OnnxDetector
+from walltopo.segment.detect.settings import DetectSettings
 from walltopo_lab.datasets.model import Annotation, Dataset, Photo
 from walltopo_lab.datasets.read import read_dataset
 from walltopo_lab.evaluate.detector import DetectorFigures, evaluate_detections

@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.holds.contract import ClassifySettings
-from walltopo.propose.evidence import CUES, EvidenceModel
+from walltopo.describe.classify.settings import ClassifySettings
+from walltopo.segment.propose.evidence import CUES, EvidenceModel
 from walltopo_lab.train.evidence import Samples, fit, prepare, samples_of
 
 

@@ -11,12 +11,12 @@ import sys
 import time
 from pathlib import Path
 
-from walltopo.export.contract import ExportSettings
-from walltopo.export.surface import mixed_triangles
-from walltopo.export.tiers import TIERS, TierBuilder
-from walltopo.export.wall import read_wall
-from walltopo.export.webpage import viewer_script
-from walltopo.scans.folder import ScanFolder
+from walltopo.publish.settings import ExportSettings
+from walltopo.publish.surface import mixed_triangles
+from walltopo.publish.tiers import TIERS, TierBuilder
+from walltopo.publish.wall_data import read_wall
+from walltopo.publish.web_page import viewer_script
+from walltopo.scan.folder import ScanFolder
 
 
 def report(folder: Path, script: int) -> None:

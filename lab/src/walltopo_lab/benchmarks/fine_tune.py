@@ -22,8 +22,8 @@ from rich.console import Console
 
 from walltopo.core import Camera, Silent, View
 from walltopo.core.files import read_json, write_json
-from walltopo.detect.contract import DetectSettings
-from walltopo.detect.detector import open_detector, shipped_model
+from walltopo.segment.detect.detector import open_detector, shipped_model
+from walltopo.segment.detect.settings import DetectSettings
 from walltopo_lab.benchmarks.detectors import LOW_SCORE, as_dataset, look, plain_boxes
 from walltopo_lab.datasets.model import Dataset, Photo
 from walltopo_lab.datasets.read import read_dataset, write_dataset

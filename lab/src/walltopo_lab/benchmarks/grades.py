@@ -24,10 +24,10 @@ import numpy as np
 import numpy.typing as npt
 from sklearn.ensemble import HistGradientBoostingRegressor
 
-from walltopo.grades.calibrate import Known, calibrate
-from walltopo.grades.features import FEATURES
-from walltopo.grades.font import FONT, V_OF
-from walltopo.grades.model import Errors, range_of
+from walltopo_climb.grades.calibrate import Known, calibrate
+from walltopo_climb.grades.features import FEATURES
+from walltopo_climb.grades.font import FONT, V_OF
+from walltopo_climb.grades.model import Errors, range_of
 from walltopo_lab.train.grades.board import SETUPS
 from walltopo_lab.train.grades.cached import boards
 from walltopo_lab.train.grades.fit import Board, Floats, regressor

@@ -31,16 +31,15 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh, View
 from walltopo.core.files import read_json, write_json
+from walltopo.geometry.zbuffer import faces_before, own_vertices, render_ids, render_part
 from walltopo.pipeline.stages import STAGES
-from walltopo.raycast import faces_before, own_vertices, render_ids, render_part
-from walltopo.scans.folder import ScanFolder
-from walltopo.scans.model import read_views
-from walltopo.scans.photo_list import Photo, PhotoList
-from walltopo.sparse.contract import SparseSettings
-from walltopo.sparse.feature_cache import database_of
-from walltopo.sparse.job import Pairing
-from walltopo.sparse.jobs import photo_ids
-from walltopo.sparse.pairs import choose_pairs
+from walltopo.reconstruct.sparse.feature_cache import database_of
+from walltopo.reconstruct.sparse.jobs import Pairing, photo_ids
+from walltopo.reconstruct.sparse.pairs import choose_pairs
+from walltopo.reconstruct.sparse.settings import SparseSettings
+from walltopo.scan.colmap_model import read_views
+from walltopo.scan.folder import ScanFolder
+from walltopo.scan.photos import Photo, PhotoList
 
 Pair = tuple[int, int]
 
@@ -142,7 +141,7 @@ def overlaps(hall: Path, views: Sequence[View]) -> NDArray[np.float64]:
 
 def show_pairs(hall: Path, scan: ScanFolder, views: Sequence[View]) -> None:
     """Which of the pairs that share surface are chosen, and which of those that matched."""
-    from walltopo.colmap import pycolmap
+    from walltopo.geometry.colmap import pycolmap
 
     shared = overlaps(hall, views)
     ids = photo_ids(scan_photos(scan))
@@ -175,7 +174,7 @@ def _above(shared: NDArray[np.float64], share: float) -> set[Pair]:
 
 def _matched(database: Any) -> set[Pair]:
     """Pairs of image ids with verified matches."""
-    from walltopo.colmap import pycolmap
+    from walltopo.geometry.colmap import pycolmap
 
     rows = zip(*database.read_two_view_geometry_num_inliers(), strict=True)
     return {pycolmap.pair_id_to_image_pair(pair) for pair, count in rows if count}

@@ -20,9 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Camera, Instances, Mask, Mesh, View
-from walltopo.lifting import LiftParams, lift
-from walltopo.lifting.refine import refine_borders
-from walltopo.raycast.bvh import Bvh
+from walltopo.geometry.rays import Bvh
+from walltopo.segment.lift import LiftParams, lift
+from walltopo.segment.lift.refine import refine_borders
 from walltopo_lab.benchmarks.lift_accuracy import against, load_gym
 from walltopo_lab.benchmarks.lift_scenes import MaskNoise, make_scene, spoil
 
@@ -51,8 +51,8 @@ def speed(data: Path) -> None:
         wall, cpu = timed(lambda p=params: lift(mesh, views, p))  # type: ignore[misc]
         fast[method] = cpu
         print(f"| {method} | {wall:.2f} | {cpu:.2f} |", flush=True)
-    from walltopo.graphs.louvain import louvain
-    from walltopo.lifting.literal import lift_reference
+    from walltopo.geometry.graphs import louvain
+    from walltopo.segment.lift.literal import lift_reference
 
     wall, cpu = timed(lambda: lift_reference(mesh, views, LiftParams(method="literal"), louvain), 1)
     print(f"| reference | {wall:.1f} | {cpu:.1f} |")

@@ -24,11 +24,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Instances, Mesh, View
-from walltopo.lifting import LiftParams, lift
-from walltopo.lifting.fast import literal_kept
-from walltopo.lifting.merge import projection_scores
-from walltopo.scans.detections import read_coco_masks
-from walltopo.scans.model import read_views
+from walltopo.scan.colmap_model import read_views
+from walltopo.scan.detections import read_coco_masks
+from walltopo.segment.lift import LiftParams, lift
+from walltopo.segment.lift.fast import literal_kept, projection_scores
 from walltopo_lab.benchmarks.lift_scenes import MaskNoise, Scene, make_scene, spoil
 from walltopo_lab.benchmarks.tables_lift import Plan, lift_rows, load_wall
 from walltopo_lab.evaluate.coco_ap import exact_ap

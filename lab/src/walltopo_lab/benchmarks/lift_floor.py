@@ -19,13 +19,13 @@ from typing import Any
 import numpy as np
 
 from walltopo.core import Mesh, Silent, View
-from walltopo.core.cores import cores
-from walltopo.kernels import kernel
-from walltopo.lifting import LiftParams, lift
-from walltopo.lifting.blocks import Blocks, blocks_of
-from walltopo.lifting.evidence import Evidence, slope_bounds
-from walltopo.lifting.robust import robust_evidence
-from walltopo.lifting.visibility import cull_blocks
+from walltopo.core.workers import cores
+from walltopo.geometry.kernels import kernel
+from walltopo.segment.lift import LiftParams, lift
+from walltopo.segment.lift.blocks import Blocks, blocks_of
+from walltopo.segment.lift.evidence import Evidence, slope_bounds
+from walltopo.segment.lift.robust import robust_evidence
+from walltopo.segment.lift.visibility import cull_blocks
 from walltopo_lab.benchmarks.lift import timed
 from walltopo_lab.benchmarks.lift_accuracy import load_gym
 

@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Silent, View
-from walltopo.lifting import LiftParams, lift
-from walltopo.lifting.blocks import blocks_of
-from walltopo.lifting.covisible import compare_projections
-from walltopo.lifting.evidence import Sampling, gather_evidence
-from walltopo.lifting.outputs import instance_colours
-from walltopo.lifting.tidy import tidy_order
-from walltopo.raycast import render_ids
+from walltopo.geometry.zbuffer import render_ids
+from walltopo.segment.lift import LiftParams, lift
+from walltopo.segment.lift.blocks import blocks_of
+from walltopo.segment.lift.evidence import Sampling, gather_evidence
+from walltopo.segment.lift.similarity import compare_projections
+from walltopo.segment.lift.tidy import tidy_order
+from walltopo.segment.lift_files import instance_colours
 from walltopo_lab.benchmarks.lift_scenes import MaskNoise, make_scene, spoil
 
 Colours = NDArray[np.uint8]

@@ -131,7 +131,7 @@ def _view(
 def _photograph(
     mesh: Mesh, face_instance: NDArray[np.int32], labels: dict[int, int], views: list[View]
 ) -> Scene:
-    from walltopo.raycast import render_ids
+    from walltopo.geometry.zbuffer import render_ids
 
     seen = np.zeros(len(mesh.faces), dtype=np.int32)
     done = []

@@ -26,12 +26,12 @@ from pathlib import Path
 
 import numpy as np
 
-from walltopo.cluster import RayWorkers, on_cluster
-from walltopo.detect.contract import DetectSettings
-from walltopo.detect.detector import Detector, open_detector
-from walltopo.imaging.photo_file import read_rgb
-from walltopo.scans.folder import ScanFolder
-from walltopo.scans.manifest import Manifest
+from walltopo.images.files import read_rgb
+from walltopo.pipeline.ray_workers import RayWorkers, on_cluster
+from walltopo.scan.folder import ScanFolder
+from walltopo.scan.manifest import Manifest
+from walltopo.segment.detect.detector import Detector, open_detector
+from walltopo.segment.detect.settings import DetectSettings
 
 GYMS = 10_000
 CORES_A_SCAN = 2

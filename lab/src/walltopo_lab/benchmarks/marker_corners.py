@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Camera, View
-from walltopo.imaging.photo_file import read_grey
-from walltopo.measure.markers import Detection, detect_markers
-from walltopo.measure.plates import built_in_plates
-from walltopo.meshes.similarity import fit_similarity
+from walltopo.geometry.similarity import fit_similarity
+from walltopo.images.files import read_grey
+from walltopo.reconstruct.scale.markers import Detection, detect_markers
+from walltopo.reconstruct.scale.plates import built_in_plates
 
 Floats = NDArray[np.float64]
 _GYM_A_K1 = 0.035  # of gym-a's lens; generated gyms tell theirs

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import View
-from walltopo.raycast import render_ids
-from walltopo.raycast.bvh import Bvh
+from walltopo.geometry.rays import Bvh
+from walltopo.geometry.zbuffer import render_ids
 from walltopo_lab.benchmarks.lift_accuracy import load_gym
 
 VIEWS = 10

@@ -22,12 +22,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import View
-from walltopo.pipeline.runner import run_stage
+from walltopo.pipeline.runner import note_sources, run_stage
 from walltopo.pipeline.settings import Settings
-from walltopo.scans.aligned import Aligned
-from walltopo.scans.folder import ScanFolder
-from walltopo.scans.model import read_views
-from walltopo.sparse.contract import SparseSettings
+from walltopo.reconstruct.sparse.settings import SparseSettings
+from walltopo.scan.colmap_model import read_views
+from walltopo.scan.folder import ScanFolder
+from walltopo.scan.scale import Aligned
 
 Floats = NDArray[np.float64]
 
@@ -139,9 +139,11 @@ def run_stages(
     """Run stages of a scan; prints wall and CPU seconds of each."""
     scan = ScanFolder(folder)
     folder.mkdir(parents=True, exist_ok=True)
+    if photos:
+        note_sources(scan, photos)
     for name in names:
         clock, cpu = time.perf_counter(), _cpu_seconds()
-        metrics = run_stage(scan, name, getattr(settings, name), sources=photos)
+        metrics = run_stage(scan, name, getattr(settings, name))
         spent = f"{time.perf_counter() - clock:6.1f} s, {_cpu_seconds() - cpu:6.1f} CPU-s"
         print(f"{folder.name} {name:7s} {spent}: {metrics}", flush=True)
 

@@ -22,13 +22,13 @@ import numpy as np
 from PIL import Image
 
 from walltopo.core import StageError
-from walltopo.imaging.photo_file import read_rgb
-from walltopo.meshes.similarity import fit_similarity
+from walltopo.geometry.similarity import fit_similarity
+from walltopo.images.files import read_rgb
 from walltopo.pipeline.runner import run_stage
-from walltopo.scans.folder import ScanFolder
-from walltopo.scans.model import read_views
-from walltopo.scans.photo_list import Photo, PhotoList
-from walltopo.sparse.contract import SparseSettings
+from walltopo.reconstruct.sparse.settings import SparseSettings
+from walltopo.scan.colmap_model import read_views
+from walltopo.scan.folder import ScanFolder
+from walltopo.scan.photos import Photo, PhotoList
 from walltopo_lab.benchmarks.reconstruction_poses import centres, load_truth
 
 Features = Literal["sift", "auto", "xfeat"]

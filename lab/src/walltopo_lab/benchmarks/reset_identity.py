@@ -20,15 +20,14 @@ from pathlib import Path
 
 import numpy as np
 
-from walltopo.meshes.ply import read_mesh
+from walltopo.describe.matching.holds import match_holds
+from walltopo.describe.matching.routes import Fate, compare, same_paint
+from walltopo.geometry.ply import read_mesh
 from walltopo.pipeline.settings import Settings
-from walltopo.resets.matching import match_holds
-from walltopo.resets.routes import Fate, compare, same_paint
-from walltopo.scans.attributes import Attributes, Hold
-from walltopo.scans.folder import ScanFolder
-from walltopo.scans.routes import Routes
-from walltopo.scans.scale import Scale
-from walltopo.scans.units import unit_of
+from walltopo.scan.attributes import Attributes, Hold
+from walltopo.scan.folder import ScanFolder
+from walltopo.scan.routes import Routes
+from walltopo.scan.scale import Scale, unit_of
 from walltopo_lab.evaluate.align import align_views
 from walltopo_lab.evaluate.carry import carry_truth, overlap_with_missing
 from walltopo_lab.evaluate.routes import match_pairs

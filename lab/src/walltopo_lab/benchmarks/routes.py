@@ -26,10 +26,10 @@ from numpy.typing import NDArray
 from sklearn.metrics import adjusted_rand_score
 
 from walltopo.core import Mesh
-from walltopo.routes.contract import RoutesSettings
-from walltopo.routes.stage import find_routes
-from walltopo.scans.attributes import Hold, Role
-from walltopo.scans.routes import Route
+from walltopo.describe.routes.find import find_routes
+from walltopo.describe.routes.settings import RoutesSettings
+from walltopo.scan.attributes import Hold, Role
+from walltopo.scan.routes import Route
 from walltopo_lab.benchmarks.routes_gyms import set_gym
 
 ROLES: dict[int, Role] = {-1: "volume", -2: "downclimb"}
@@ -118,9 +118,9 @@ def dim(folder: Path) -> None:
 
 def proxy(data: Path) -> None:
     """Errors of proxies of several sizes: against FlipOut on the full mesh of gym-a/lift."""
-    from walltopo.routes.geodesic import pair_lengths
-    from walltopo.routes.grouping import candidate_pairs
-    from walltopo.routes.proxy import PROXY_FACES, build_proxy
+    from walltopo.describe.routes.geodesic import pair_lengths
+    from walltopo.describe.routes.grouping import candidate_pairs
+    from walltopo.describe.routes.proxy import PROXY_FACES, build_proxy
 
     mesh, holds, truth = true_holds(data / "gym-a")
     present = np.unique(np.load(data / "gym-a" / "lift" / "gt.npz")["face_instance"])

@@ -17,15 +17,20 @@ import numpy as np
 from msgspec.structs import replace as changed
 
 from walltopo.core import Mesh, Silent
-from walltopo.holds.colour import assign_colours, find_palette, paint_over_views, with_white
-from walltopo.holds.contract import ClassifySettings
-from walltopo.holds.geometry import measure_shapes
-from walltopo.holds.light import TINT_RADIUS
-from walltopo.holds.observe import observe
-from walltopo.routes.contract import RoutesSettings
-from walltopo.routes.stage import find_routes
-from walltopo.scans.attributes import Hold
-from walltopo.scans.photo_set import PhotoSet
+from walltopo.describe.classify.colour import (
+    assign_colours,
+    find_palette,
+    paint_over_views,
+    with_white,
+)
+from walltopo.describe.classify.geometry import measure_shapes
+from walltopo.describe.classify.light import TINT_RADIUS
+from walltopo.describe.classify.observe import observe
+from walltopo.describe.classify.settings import ClassifySettings
+from walltopo.describe.routes.find import find_routes
+from walltopo.describe.routes.settings import RoutesSettings
+from walltopo.scan.attributes import Hold
+from walltopo.scan.photos import PhotoSet
 from walltopo_lab.benchmarks.colours import generated_scan, scale, true_scan
 from walltopo_lab.benchmarks.routes import rand_index
 from walltopo_lab.evaluate.truth import read_truth

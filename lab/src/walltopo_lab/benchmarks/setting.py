@@ -23,16 +23,16 @@ import numpy as np
 import numpy.typing as npt
 from msgspec import structs
 
-from walltopo.climbing.body import ADULT
-from walltopo.grades.font import FONT, parse_grade
-from walltopo.grades.model import GradeModel, Range
-from walltopo.grades.of_scan import Scale, climb_route
-from walltopo.scans.holds import hold_rows
-from walltopo.scans.routes import Route
-from walltopo.setting.pool import Pool
-from walltopo.setting.rows import Proposal
-from walltopo.setting.search import propose
-from walltopo.setting.wish import Wish
+from walltopo.scan.holds import hold_rows
+from walltopo.scan.routes import Route
+from walltopo_climb.grades.font import FONT, parse_grade
+from walltopo_climb.grades.model import GradeModel, Range
+from walltopo_climb.grades.of_scan import Scale, climb_route
+from walltopo_climb.movement.body import ADULT
+from walltopo_climb.problems.pool import Pool
+from walltopo_climb.problems.rows import Proposal
+from walltopo_climb.problems.search import propose
+from walltopo_climb.problems.wish import Wish
 from walltopo_lab.benchmarks.routes_gyms import set_gym
 from walltopo_lab.train.grades.cached import boards
 from walltopo_lab.train.grades.fit import Board

@@ -21,12 +21,11 @@ from pathlib import Path
 import numpy as np
 
 from walltopo.core import Silent
-from walltopo.holds.doubtful import Lifted
-from walltopo.holds.flatness import Rise, flat_instances, measure_rises
-from walltopo.lifting import LiftParams, lift
-from walltopo.meshes.ply import read_mesh
-from walltopo.scans.folder import ScanFolder
-from walltopo.scans.instances import InstanceRecords, InstanceTable
+from walltopo.describe.classify.low_confidence import Lifted, Rise, flat_instances, measure_rises
+from walltopo.geometry.ply import read_mesh
+from walltopo.scan.folder import ScanFolder
+from walltopo.scan.instances import InstanceRecords, InstanceTable
+from walltopo.segment.lift import LiftParams, lift
 from walltopo_lab.benchmarks.tables_lift import Plan, load_wall, scan_defaults
 from walltopo_lab.evaluate.align import align_views
 from walltopo_lab.evaluate.carry import carry_truth, overlap_with_missing

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from walltopo.scans.model import view_of_image
+from walltopo.scan.colmap_model import view_of_image
 from walltopo_lab.synth import PRESETS, PhotoSettings, gym_preset, make_gym
 
 # Seed and which photo of a walk of 12 each preset is shown with.
@@ -89,7 +89,7 @@ def speed(presets: Sequence[str]) -> None:
 
 def colmap(folder: Path) -> None:
     """Register the photos with pycolmap and print the errors against the truth."""
-    from walltopo.colmap import pycolmap
+    from walltopo.geometry.colmap import pycolmap
 
     truth = np.load(folder / "truth" / "gt.npz")
     with tempfile.TemporaryDirectory() as work:

@@ -24,7 +24,7 @@ from rich.console import Console
 
 from walltopo.core import Camera, View
 from walltopo.core.files import hash_path, read_json
-from walltopo.scans.folder import ScanFolder
+from walltopo.scan.folder import ScanFolder
 from walltopo_lab.benchmarks.detectors import LOW_SCORE, thresholds
 from walltopo_lab.benchmarks.results import RESULTS, Part, measured_now
 from walltopo_lab.benchmarks.tables_lift import (
@@ -93,8 +93,8 @@ def labels_from_paint(data: Path, args: argparse.Namespace) -> Row:
 
 def detectors(data: Path, args: argparse.Namespace) -> Row:
     """Table 2: the shipped detector on photos it never saw, ranked, and at its own thresholds."""
-    from walltopo.detect.contract import DetectSettings
-    from walltopo.detect.detector import open_detector
+    from walltopo.segment.detect.detector import open_detector
+    from walltopo.segment.detect.settings import DetectSettings
     from walltopo_lab.datasets.read import read_dataset
     from walltopo_lab.evaluate.detector import evaluate_detections
 

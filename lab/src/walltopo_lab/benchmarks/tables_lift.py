@@ -20,13 +20,13 @@ from rich.console import Console
 
 from walltopo.core import Silent
 from walltopo.core.files import hash_path, write_json
-from walltopo.detect.contract import DetectSettings
-from walltopo.detect.detector import open_detector, shipped_model
-from walltopo.detect.stage import detect_photos
-from walltopo.holds.contract import ClassifySettings
-from walltopo.lifting import LiftParams
-from walltopo.lifting.methods import run_method
+from walltopo.describe.classify.settings import ClassifySettings
 from walltopo.pipeline.settings import Settings as ScanSettings
+from walltopo.segment.detect.detector import open_detector, shipped_model
+from walltopo.segment.detect.photos import detect_photos
+from walltopo.segment.detect.settings import DetectSettings
+from walltopo.segment.lift import LiftParams
+from walltopo.segment.lift.methods import run_method
 from walltopo_lab.evaluate.instances import summarise_instances
 from walltopo_lab.evaluate.operating import at_score, operating_point
 from walltopo_lab.evaluate.overlap import Labelled

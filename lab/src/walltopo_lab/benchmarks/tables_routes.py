@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from walltopo.routes.proxy import PROXY_FACES, build_proxy
+from walltopo.describe.routes.proxy import PROXY_FACES, build_proxy
 from walltopo_lab.benchmarks.routes_gyms import set_gym
 from walltopo_lab.benchmarks.tables_lift import FIRST_SEED, PRESETS, USES
 from walltopo_lab.tune.routes_problem import RoutesProblem, RoutesWall, load_routes_wall

@@ -21,12 +21,12 @@ from pathlib import Path
 import numpy as np
 
 from walltopo.core import Mesh, Silent
-from walltopo.holds.classifier_model import CutoutClassifier, Verdict, judge, open_classifier
-from walltopo.holds.contract import ClassifySettings
-from walltopo.holds.observe import observe
-from walltopo.holds.types import shipped_model
-from walltopo.holds.verdicts import verdicts
-from walltopo.scans.photo_set import PhotoSet
+from walltopo.describe.classify.classifier import CutoutClassifier, Verdict, judge, open_classifier
+from walltopo.describe.classify.observe import observe
+from walltopo.describe.classify.settings import ClassifySettings
+from walltopo.describe.classify.types import shipped_model
+from walltopo.describe.classify.verdicts import verdicts
+from walltopo.scan.photos import PhotoSet
 from walltopo_lab.benchmarks.colours import true_scan
 from walltopo_lab.classifier.samples import read_cutouts
 from walltopo_lab.evaluate.truth import Truth, read_truth

@@ -19,10 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
-from walltopo.detect.contract import DetectSettings
-from walltopo.detect.detector import open_detector
-from walltopo.detect.found import box_iou
-from walltopo.imaging.photo_file import read_rgb
+from walltopo.images.files import read_rgb
+from walltopo.segment.detect.detector import open_detector
+from walltopo.segment.detect.found import box_iou
+from walltopo.segment.detect.settings import DetectSettings
 from walltopo_lab.benchmarks.detectors import SETS, boxes_of
 from walltopo_lab.datasets.read import read_dataset
 

@@ -15,13 +15,11 @@ from numpy.typing import NDArray
 from walltopo.core import InputError
 from walltopo.core.errors import naming
 from walltopo.core.files import read_json
-from walltopo.holds.classifier_meaning import Meaning, read_classes
-from walltopo.holds.classifier_picture import square
-from walltopo.imaging.opening import open_picture
-from walltopo.imaging.photo_file import read_rgb
-from walltopo.scans.attributes import Attributes
-from walltopo.scans.cutouts import Cutouts as StoredCutouts
-from walltopo.scans.folder import ScanFolder
+from walltopo.describe.classify.classifier import Meaning, read_classes, square
+from walltopo.images.files import open_picture, read_rgb
+from walltopo.scan.attributes import Attributes
+from walltopo.scan.folder import ScanFolder
+from walltopo.scan.pictures import Cutouts as StoredCutouts
 
 __all__ = ["LABELS", "Cutouts", "read_cutouts"]
 
@@ -192,7 +190,7 @@ def _truth_class(item: dict[str, Any], label: str) -> tuple[str, Meaning] | None
 
 def _of_truth(source: Path, label: str, side: int) -> Iterator[_Cutout]:
     """Cutouts by the true masks of the photos."""
-    from walltopo.scans.segmentation import decode_segmentation, parse_segmentation
+    from walltopo.scan.segmentation import decode_segmentation, parse_segmentation
 
     items = {int(item["id"]): item for item in read_json(source / "truth/scene.json")["instances"]}
     data = json.loads((source / "truth" / "masks.json").read_text(encoding="utf-8"))

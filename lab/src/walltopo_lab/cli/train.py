@@ -201,7 +201,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _pretrained(text: str | None, votes: bool) -> Path | None:
-    from walltopo.detect.detector import shipped_model
+    from walltopo.segment.detect.detector import shipped_model
 
     if text == "onnx":
         if not votes:

@@ -24,7 +24,7 @@ then replace src/walltopo/models/hold_types.onnx, and print the figures again:
 PAINT = """\
 example:
   walltopo train paint photos/
-Its numbers stand in src/walltopo/routes/paint.py, the resolution among them;
+Its numbers stand in src/walltopo/describe/routes/grouping.py, the resolution among them;
 their figure on other gyms is printed by
   python -m walltopo_lab.benchmarks.routes dim CHECK
 """

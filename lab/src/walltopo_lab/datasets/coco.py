@@ -11,12 +11,10 @@ import numpy as np
 
 from walltopo.core import InputError, Mask
 from walltopo.core.errors import naming
-from walltopo.core.files import read_json, write_json
-from walltopo.core.inside import join_inside
-from walltopo.core.nesting import deeper_than
-from walltopo.scans.bounds import Label, Side, check_once
-from walltopo.scans.document import parse
-from walltopo.scans.segmentation import (
+from walltopo.core.files import join_inside, read_json, write_json
+from walltopo.core.toml import deeper_than
+from walltopo.scan.document import Label, Side, check_once, parse
+from walltopo.scan.segmentation import (
     Rle,
     Segmentation,
     check_outlines,

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from walltopo.core import InputError
 from walltopo.core.errors import naming
 from walltopo.core.files import read_json, write_json
-from walltopo.scans.bounds import Level
-from walltopo.scans.document import parse
+from walltopo.scan.document import Level, parse
 
 __all__ = ["Legend", "Rgb", "object_colours", "read_legend", "write_legend"]
 

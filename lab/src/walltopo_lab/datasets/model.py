@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mask
 from walltopo.core.errors import naming
-from walltopo.core.inside import check_name
-from walltopo.core.picture_size import check_picture_size
-from walltopo.imaging.opening import open_picture
-from walltopo.scans.segmentation import check_outlines
+from walltopo.core.files import check_name
+from walltopo.core.mask import check_picture_size
+from walltopo.images.files import open_picture
+from walltopo.scan.segmentation import check_outlines
 
 __all__ = ["Annotation", "Dataset", "Photo", "Polygon"]
 

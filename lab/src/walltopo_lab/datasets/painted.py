@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from walltopo.core import InputError, Mesh
 from walltopo.core.errors import naming
 from walltopo.core.files import atomic_path
-from walltopo.meshes.foreign import int32_faces, load_foreign
+from walltopo.geometry.foreign import int32_faces, load_foreign
 from walltopo_lab.datasets.legend import Legend, Rgb, object_colours
 
 __all__ = ["Painted", "paint_instances", "read_painted", "write_painted"]
@@ -214,7 +214,7 @@ def write_painted(path: Path, mesh: Mesh, face_colours: NDArray[np.uint8]) -> No
     pairs, index = np.unique(corner, return_inverse=True)
     value = pairs % (1 << 24)
     colours = np.stack([value >> 16, (value >> 8) & 255, value & 255], axis=1).astype(np.uint8)
-    from walltopo.meshes.ply import write_ply
+    from walltopo.geometry.ply import write_ply
 
     with atomic_path(path) as temporary:
         split = Mesh(mesh.vertices[pairs >> 24], index.reshape(-1, 3).astype(np.int32), colours)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mask, Mesh, Progress, Silent, View
-from walltopo.core.inside import join_inside
+from walltopo.core.files import join_inside
 from walltopo_lab.datasets.model import Annotation, Dataset, Photo
 
 __all__ = ["masks_of_view", "project_labels"]
@@ -34,7 +34,7 @@ def masks_of_view(
     """
     from scipy.ndimage import find_objects
 
-    from walltopo.raycast import render_ids
+    from walltopo.geometry.zbuffer import render_ids
 
     face_id, _ = render_ids(mesh.vertices, mesh.faces, view.camera, view.cam_from_world)
     seen = np.where(face_id >= 0, face_instance[np.maximum(face_id, 0)], 0)

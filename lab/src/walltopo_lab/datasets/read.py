@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from walltopo.core import InputError
-from walltopo.core.files import atomic_path, read_json
-from walltopo.core.inside import join_inside
+from walltopo.core.files import atomic_path, join_inside, read_json
 from walltopo_lab.datasets.coco import is_coco, read_coco, write_coco
 from walltopo_lab.datasets.labelme import is_labelme, read_labelme, write_labelme
 from walltopo_lab.datasets.model import Dataset

@@ -10,9 +10,8 @@ import numpy as np
 
 from walltopo.core import InputError
 from walltopo.core.errors import naming
-from walltopo.core.files import atomic_path
-from walltopo.core.inside import join_inside
-from walltopo.imaging.opening import open_picture
+from walltopo.core.files import atomic_path, join_inside
+from walltopo.images.files import open_picture
 from walltopo_lab.datasets.model import Annotation, Dataset, Photo
 from walltopo_lab.datasets.shapes import box_of_polygons, joined, polygons_of
 

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mask, Silent
-from walltopo.detect.contract import DetectSettings
-from walltopo.detect.found import Found, keep_best, tight_mask
-from walltopo.detect.tiles import Tile, merge_tiles, tiles_of
-from walltopo.detect.yolo import box_masks
+from walltopo.segment.detect.found import Found, keep_best, tight_mask
+from walltopo.segment.detect.settings import DetectSettings
+from walltopo.segment.detect.tiles import Tile, merge_tiles, tiles_of
+from walltopo.segment.detect.yolo import box_masks
 from walltopo_lab.detectors.fetch import SAM_WEIGHTS, fetch
 from walltopo_lab.extras import need_ultralytics
 

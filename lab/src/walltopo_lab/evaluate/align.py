@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, View
-from walltopo.meshes.similarity import Similarity, fit_similarity
+from walltopo.geometry.similarity import Similarity, fit_similarity
 
 __all__ = ["align_views", "fit_heading", "pose_metrics"]
 

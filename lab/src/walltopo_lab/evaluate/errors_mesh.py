@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh
 from walltopo.core.files import atomic_path
-from walltopo.meshes.ply import write_ply
+from walltopo.geometry.ply import write_ply
 
 __all__ = ["COLOURS", "Outcome", "coloured_mesh", "outcome_of_faces", "write_errors"]
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from walltopo.scans.edits import EditLog
+    from walltopo.scan.edits import EditLog
 
 __all__ = ["TARGETS", "Files", "Target", "seeds", "warm"]
 
@@ -69,7 +69,7 @@ def warm() -> None:
 
 def _coco(folder: Path, name: str) -> None:
     from walltopo.core import Mask
-    from walltopo.scans.detections import Detections
+    from walltopo.scan.detections import Detections
 
     bitmap = np.random.default_rng(0).random((6, 8)) > 0.5
     mask = Mask.from_full(np.pad(bitmap, 6), 1, 0.75)
@@ -97,7 +97,7 @@ def _make_detections(root: Path) -> None:
 
 
 def _read_detections(folder: Path) -> object:
-    from walltopo.scans.detections import Detections
+    from walltopo.scan.detections import Detections
 
     return Detections.load(folder / "d.json")
 
@@ -126,7 +126,7 @@ def _read_set(folder: Path) -> object:
 
 
 def _make_models(root: Path) -> None:
-    from walltopo.colmap import pycolmap
+    from walltopo.geometry.colmap import pycolmap
 
     pycolmap.set_random_seed(0)
     options = pycolmap.SyntheticDatasetOptions(
@@ -140,7 +140,7 @@ def _make_models(root: Path) -> None:
 
 
 def _read_model(folder: Path) -> object:
-    from walltopo.scans.model import open_model, read_views
+    from walltopo.scan.colmap_model import open_model, read_views
 
     model = open_model(folder)
     points = np.array([point.xyz for point in model.points3D.values()])
@@ -161,7 +161,7 @@ def _make_transforms(root: Path) -> None:
 
 
 def _read_transforms(folder: Path) -> object:
-    from walltopo.lifting.inputs import read_cameras
+    from walltopo.segment.lift_files import read_cameras
 
     return [view.project(np.zeros(3)) for view in read_cameras(folder / "transforms.json")]
 
@@ -173,7 +173,7 @@ def _make_meshes(root: Path) -> None:
     import trimesh
 
     from walltopo.core import Mesh
-    from walltopo.meshes.ply import write_ply
+    from walltopo.geometry.ply import write_ply
 
     box = trimesh.creation.box()
     mesh = Mesh(np.asarray(box.vertices), np.asarray(box.faces, dtype=np.int32))
@@ -200,7 +200,7 @@ def _mesh_in(folder: Path) -> Path:
 
 
 def _read_meshes(folder: Path) -> object:
-    from walltopo.meshes.ply import read_mesh
+    from walltopo.geometry.ply import read_mesh
 
     return read_mesh(_mesh_in(folder)).areas
 
@@ -228,8 +228,8 @@ _MESHES = {".ply", ".obj", ".glb", ".gltf", ".stl", ".off"}
 
 
 def _make_arrays(root: Path) -> None:
-    from walltopo.scans.instances import InstanceTable
-    from walltopo.scans.texture import TextureUv
+    from walltopo.scan.instances import InstanceTable
+    from walltopo.scan.pictures import TextureUv
 
     for name in ("labels", "uv", "stored"):
         (root / name).mkdir()
@@ -242,8 +242,8 @@ def _make_arrays(root: Path) -> None:
 
 
 def _read_arrays(folder: Path) -> object:
-    from walltopo.scans.instances import InstanceTable
-    from walltopo.scans.texture import TextureUv
+    from walltopo.scan.instances import InstanceTable
+    from walltopo.scan.pictures import TextureUv
 
     if (folder / "uv.npz").is_file():
         return TextureUv.load(folder / "uv.npz")
@@ -252,14 +252,13 @@ def _read_arrays(folder: Path) -> object:
 
 def _documents() -> dict[str, Any]:
     """A whole value of each document of a scan."""
-    from walltopo.scans.attributes import Attributes, Hold, LeftOut, PaletteColour
-    from walltopo.scans.cutouts import Cutout, CutoutIndex
-    from walltopo.scans.holds import Holds, hold_rows
-    from walltopo.scans.instances import InstanceRecord, InstanceRecords
-    from walltopo.scans.old_edits import HoldEdit, HoldEdits, Stroke
-    from walltopo.scans.photo_list import Photo, PhotoList, SkippedFile
-    from walltopo.scans.routes import Ambiguous, Route, Routes
-    from walltopo.scans.scale import Plate, Scale
+    from walltopo.scan.attributes import Attributes, Hold, LeftOut, PaletteColour
+    from walltopo.scan.holds import Holds, hold_rows
+    from walltopo.scan.instances import InstanceRecord, InstanceRecords
+    from walltopo.scan.photos import Photo, PhotoList, SkippedFile
+    from walltopo.scan.pictures import Cutout, CutoutIndex
+    from walltopo.scan.routes import Ambiguous, Route, Routes
+    from walltopo.scan.scale import Plate, Scale
 
     at = (0.0, 1.0, 2.0)
     hold = Hold(1, "hold", photos=("a.jpg",))
@@ -293,10 +292,6 @@ def _documents() -> dict[str, Any]:
         ),
         "cutouts/index.json": CutoutIndex(cutouts=(Cutout(1, "1_0.png", "a.jpg", 30, 2.0, False),)),
         "edits.json": _log_of_all(),
-        "holds.edits.json": HoldEdits(
-            holds=(HoldEdit(id=1, at=at, colour="red"),),
-            strokes=(Stroke(hold=1, at=at, radius_m=0.1),)
-        ),
     }  # fmt: skip
 
 
@@ -308,7 +303,7 @@ def _make_documents(root: Path) -> None:
 
 
 def _read_documents(folder: Path) -> object:
-    from walltopo.scans.schemas import SCHEMAS
+    from walltopo.scan.schemas import SCHEMAS
 
     names = [name for name in SCHEMAS if (folder / name).is_file()]
     documents = [SCHEMAS[name].load(folder / name) for name in names]  # type: ignore[attr-defined]
@@ -318,26 +313,15 @@ def _read_documents(folder: Path) -> object:
 
 
 def _make_edits(root: Path) -> None:
-    """What a setter wrote by hand before there was a log; a log."""
-    from walltopo.scans.old_edits import Assign, Merge, Recolour, Rename, RouteEdits, Split
-
-    at = (0.0, 1.0, 2.0)
-    routes = RouteEdits(
-        merge=(Merge(routes=(1, 2), at=(at, at)),),
-        split=(Split(route=1, holds=(1,), at=(at,)),),
-        assign=(Assign(hold=1, at=at, route=2, route_at=at),),
-        rename=(Rename(route=1, at=at, name="Owl"),),
-        colour=(Recolour(route=1, at=at, colour="red"),),
-    )
-    for name in ("toml", "log"):
-        (root / name).mkdir()
-    routes.save(root / "toml" / "routes.edits.toml")
+    """Write a log with an entry of each kind."""
+    root.mkdir(exist_ok=True)
+    (root / "log").mkdir()
     _log_of_all().save(root / "log" / "edits.json")
 
 
 def _log_of_all() -> EditLog:
     """An entry of each kind."""
-    from walltopo.scans import edits as log
+    from walltopo.scan import edits as log
 
     at = (0.0, 1.0, 2.0)
     one = log.Ref(1, at)
@@ -363,31 +347,26 @@ def _log_of_all() -> EditLog:
 
 
 def _read_edits(folder: Path) -> object:
-    """A log on a small wall, or what a setter wrote by hand."""
-    from walltopo.scans.edits import EditLog
-    from walltopo.scans.old_edits import HoldEdits, RouteEdits, as_log
+    """Replay a log on a small wall."""
+    from walltopo.scan.edits import EditLog
 
-    if (folder / "edits.json").is_file():
-        log = EditLog.load(folder / "edits.json")
-    else:
-        log = as_log(HoldEdits(), RouteEdits.load(folder / "routes.edits.toml"))
-    return _replayed(log)
+    return _replayed(EditLog.load(folder / "edits.json"))
 
 
 def _replayed(log: EditLog) -> object:
     """A log on a wall of one triangle and one hold."""
     from walltopo.core import Mesh
-    from walltopo.edit.board import Scanned
-    from walltopo.edit.contract import EditSettings
-    from walltopo.edit.replay import replay
-    from walltopo.scans.attributes import Hold, RawAttributes
-    from walltopo.scans.light import SceneLight
-    from walltopo.scans.photo_set import PhotoSet
-    from walltopo.scans.routes import Route, Routes
+    from walltopo.editing.replay import replay
+    from walltopo.editing.settings import EditSettings
+    from walltopo.editing.snapshot import ScanSnapshot
+    from walltopo.scan.attributes import Hold, RawAttributes
+    from walltopo.scan.light import SceneLight
+    from walltopo.scan.photos import PhotoSet
+    from walltopo.scan.routes import Route, Routes
 
     corners = np.array([[0, 1, 2], [0.1, 1, 2], [0, 1, 2.1]])
     none = np.zeros((0, 3))
-    wall = Scanned(
+    wall = ScanSnapshot(
         mesh=Mesh(corners, np.array([[0, 1, 2]], dtype=np.int32)),
         labels=np.array([1], dtype=np.int32),
         scores={1: 0.5},
@@ -404,7 +383,7 @@ def _replayed(log: EditLog) -> object:
 
 
 def _make_tables(root: Path) -> None:
-    from walltopo.measure.plates import BUILT_IN
+    from walltopo.reconstruct.scale.plates import BUILT_IN
 
     files = {
         "palette.toml": '[[colour]]\nname = "red"\nrgb = [200, 30, 40]\nrole = "hold"\n',
@@ -419,10 +398,10 @@ def _make_tables(root: Path) -> None:
 
 def _read_tables(folder: Path) -> object:
     from walltopo.core import Camera, View
-    from walltopo.holds.classifier_meaning import read_classes
-    from walltopo.holds.palette import read_palette
-    from walltopo.measure.known_distance import named_points
-    from walltopo.measure.plates import read_plates
+    from walltopo.describe.classify.classifier import read_classes
+    from walltopo.describe.classify.palette import read_palette
+    from walltopo.reconstruct.scale.known_distance import named_points
+    from walltopo.reconstruct.scale.plates import read_plates
 
     if (folder / "palette.toml").is_file():
         return read_palette(folder / "palette.toml", 0.7)
@@ -437,7 +416,7 @@ def _read_tables(folder: Path) -> object:
 
 
 def _make_moves(root: Path) -> None:
-    from walltopo.scans.moves import ClimberRow, GradeRow, MoveRow, Moves, RouteMoves
+    from walltopo.scan.moves import ClimberRow, GradeRow, MoveRow, Moves, RouteMoves
 
     start = MoveRow(limb="start", holds=(1, 2, 0, 3), hip=(0.0, -0.2, 1.0), effort=0.5)
     step = MoveRow(
@@ -452,8 +431,8 @@ def _make_moves(root: Path) -> None:
 
 def _read_moves(folder: Path) -> object:
     """As the command reads it before it writes the script for pages opened from disk."""
-    from walltopo.scans.folder import ScanFolder
-    from walltopo.scans.moves import Moves, write_moves
+    from walltopo.scan.folder import ScanFolder, write_moves
+    from walltopo.scan.moves import Moves
 
     moves = Moves.load(folder / "moves.json")
     write_moves(ScanFolder(folder), moves)
@@ -476,7 +455,7 @@ def _make_photos(root: Path) -> None:
 
 
 def _read_photo(folder: Path) -> object:
-    from walltopo.imaging.photo_file import read_rgb
+    from walltopo.images.files import read_rgb
     from walltopo_lab.datasets.yolo import photo_size
 
     path = next(iter(sorted(folder.iterdir())), folder / "p.jpg")

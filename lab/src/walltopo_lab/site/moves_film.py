@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from walltopo.imaging.photo_file import read_rgb
+from walltopo.images.files import read_rgb
 from walltopo_lab.site.film import write_film
 
 __all__ = ["beside"]

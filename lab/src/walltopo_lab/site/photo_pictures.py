@@ -16,8 +16,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.imaging.photo_file import read_rgb
-from walltopo.imaging.srgb import linear_from_srgb8, srgb8_from_linear
+from walltopo.images.colour import linear_from_srgb8, srgb8_from_linear
+from walltopo.images.files import read_rgb
 
 __all__ = ["draw"]
 

@@ -39,7 +39,7 @@ ELSEWHERE = {
 ALSO = {"README.md": "index.md"}
 # Not pages: files that pages show or offer.
 FILES = {
-    "src/walltopo/export/page/viewer.js": "demo/viewer.js",
+    "src/walltopo/publish/page/viewer.js": "demo/viewer.js",
     "LICENSE": "LICENSE.txt",
 }
 LINK = re.compile(r"(?<=\]\()(?!\w+:|#|/)([^)\s#]+)")

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.imaging.srgb import srgb_from_linear
+from walltopo.images.colour import srgb_from_linear
 from walltopo_lab.synth.params import PhotoSettings
 
 __all__ = ["Exposure", "develop", "draw_exposure", "write_photo"]

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.meshes.similarity import Similarity
+from walltopo.geometry.similarity import Similarity
 from walltopo_lab.synth.bodies import Facet, GymInstance, Placement
 from walltopo_lab.synth.params import GymSettings
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Camera
-from walltopo.imaging.srgb import linear32_from_srgb8, linear_from_srgb
+from walltopo.images.colour import linear32_from_srgb8, linear_from_srgb
 from walltopo_lab.synth.gym import Gym
 from walltopo_lab.synth.shade import (
     Bitmaps,

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from walltopo.core import InputError, Mesh
-from walltopo.meshes.ply import read_mesh
+from walltopo.geometry.ply import read_mesh
 from walltopo_lab.synth.bodies import Body
 from walltopo_lab.synth.holds import HOLD_KINDS, SIZES, vertex_normals
 from walltopo_lab.synth.setter import MakeHold

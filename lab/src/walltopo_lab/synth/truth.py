@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Camera, Mask, View
 from walltopo.core.files import atomic_path, read_json, write_json
-from walltopo.scans.detections import Detections
+from walltopo.scan.detections import Detections
 from walltopo_lab.synth.bodies import GymInstance
 from walltopo_lab.synth.gym import Gym
 from walltopo_lab.synth.marks import Tag
@@ -190,7 +190,7 @@ def write_cameras(
     path: Path, camera: Camera, poses: Sequence[NDArray[np.float64]], names: Sequence[str]
 ) -> None:
     """A COLMAP model in binary: one SIMPLE_RADIAL camera, every photo's true pose, no points."""
-    from walltopo.colmap import pycolmap
+    from walltopo.geometry.colmap import pycolmap
 
     model = pycolmap.Reconstruction()
     model.add_camera_with_trivial_rig(

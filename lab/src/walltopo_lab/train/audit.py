@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Progress
-from walltopo.detect.found import box_iou
+from walltopo.segment.detect.found import box_iou
 from walltopo_lab.train.cache import open_cache
 from walltopo_lab.train.choose import detect_with
 from walltopo_lab.train.net import VoteNet

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Progress
-from walltopo.detect.contract import DetectSettings
-from walltopo.detect.found import Found, box_iou
-from walltopo.detect.onnx_detector import OnnxDetector
+from walltopo.segment.detect.found import Found, box_iou
+from walltopo.segment.detect.onnx_detector import OnnxDetector
+from walltopo.segment.detect.settings import DetectSettings
 from walltopo_lab.onnx_file import set_metadata
 from walltopo_lab.train.cache import open_cache
 from walltopo_lab.train.choose import Truth, ap_of, match_photo

@@ -11,9 +11,9 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from walltopo.detect.found import Found, box_iou
-from walltopo.detect.onnx_detector import prepare
-from walltopo.detect.votes import decode_votes
+from walltopo.segment.detect.found import Found, box_iou
+from walltopo.segment.detect.onnx_detector import prepare
+from walltopo.segment.detect.votes import decode_votes
 from walltopo_lab.evaluate.coco_ap import average_precision
 from walltopo_lab.train.cache import Sample, open_cache
 from walltopo_lab.train.net import CLASSES, VoteNet

@@ -16,19 +16,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mask, Mesh, Silent, View
-from walltopo.lifting import lift
-from walltopo.lifting.stage import records_of, table_of
-from walltopo.meshes.ply import read_mesh
+from walltopo.geometry.ply import read_mesh
 from walltopo.pipeline.settings import Settings
-from walltopo.propose.contract import ProposeSettings
-from walltopo.propose.evidence import CUES, EvidenceModel, Masks, Weights, explained
-from walltopo.propose.pieces import Ground, Pieces, gather_pieces, masks_of
-from walltopo.propose.tint import Sight, sights
-from walltopo.scans.detections import Detections
-from walltopo.scans.folder import ScanFolder
-from walltopo.scans.instances import InstanceRecord
-from walltopo.scans.model import read_views
-from walltopo.scans.photo_set import PhotoSet
+from walltopo.scan.colmap_model import read_views
+from walltopo.scan.detections import Detections
+from walltopo.scan.folder import ScanFolder
+from walltopo.scan.instances import InstanceRecord
+from walltopo.scan.photos import PhotoSet
+from walltopo.segment.lift import lift
+from walltopo.segment.lift_files import records_of, table_of
+from walltopo.segment.propose.evidence import CUES, EvidenceModel, Masks, Weights, explained
+from walltopo.segment.propose.pieces import Ground, Pieces, gather_pieces, masks_of
+from walltopo.segment.propose.settings import ProposeSettings
+from walltopo.segment.propose.tint import Sight, sights
 from walltopo_lab.evaluate.align import align_views
 from walltopo_lab.evaluate.carry import Carried, carry_truth
 from walltopo_lab.evaluate.mesh import REACH_M

@@ -12,7 +12,7 @@ from torch import Tensor, nn
 
 from walltopo.core import StageError
 from walltopo.core.files import atomic_path
-from walltopo.inference.session import open_network
+from walltopo.images.networks import open_network
 from walltopo_lab.onnx_file import label_export
 from walltopo_lab.train.net import CLASSES, VoteNet
 

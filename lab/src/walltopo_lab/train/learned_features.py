@@ -21,7 +21,7 @@ from torch.nn import functional
 
 from walltopo.core import EnvironmentLacksError
 from walltopo.core.files import atomic_path
-from walltopo.inference.session import open_network
+from walltopo.images.networks import open_network
 from walltopo_lab.onnx_file import label_export
 from walltopo_lab.train.export import store_half
 

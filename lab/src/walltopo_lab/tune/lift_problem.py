@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from walltopo.core import InputError, Mesh, View
-from walltopo.lifting import LiftParams
-from walltopo.meshes.ply import read_mesh
-from walltopo.scans.detections import read_coco_masks
-from walltopo.scans.folder import ScanFolder
-from walltopo.scans.model import read_views
+from walltopo.geometry.ply import read_mesh
+from walltopo.scan.colmap_model import read_views
+from walltopo.scan.detections import read_coco_masks
+from walltopo.scan.folder import ScanFolder
+from walltopo.segment.lift import LiftParams
 from walltopo_lab.evaluate.align import align_views
 from walltopo_lab.evaluate.carry import Carried, carry_truth, overlap_with_missing
 from walltopo_lab.evaluate.instances import summarise_instances

@@ -7,16 +7,21 @@ from collections.abc import Callable, Hashable
 from typing import Any
 
 from walltopo.core import Instances, Mesh, Silent, View
-from walltopo.graphs.louvain import louvain
-from walltopo.lifting import LiftParams
-from walltopo.lifting.covisible import compare_projections
-from walltopo.lifting.distance import resolve_lengths
-from walltopo.lifting.evidence import Sampling
-from walltopo.lifting.fast import literal_clusters, literal_graph
-from walltopo.lifting.labels import drawing_order
-from walltopo.lifting.merge import keep_faces, literal_instances, one_each
-from walltopo.lifting.robust import robust_instances
-from walltopo.lifting.tidy import tidy_order
+from walltopo.geometry.graphs import louvain
+from walltopo.segment.lift import LiftParams
+from walltopo.segment.lift.distance import resolve_lengths
+from walltopo.segment.lift.evidence import Sampling
+from walltopo.segment.lift.fast import (
+    keep_faces,
+    literal_clusters,
+    literal_graph,
+    literal_instances,
+    one_each,
+)
+from walltopo.segment.lift.label_image import drawing_order
+from walltopo.segment.lift.robust import robust_instances
+from walltopo.segment.lift.similarity import compare_projections
+from walltopo.segment.lift.tidy import tidy_order
 from walltopo_lab.tune.seen import SeenOnce
 
 __all__ = ["Lifted"]
@@ -54,7 +59,7 @@ class Lifted:
         return kept[1]
 
     def __call__(self, params: LiftParams) -> Instances:
-        """What `walltopo.lifting.lift` gives for these settings."""
+        """What `walltopo.segment.lift.lift` gives for these settings."""
         if params.normalised:
             params = resolve_lengths(params, self._mesh, self._views)
         self._farthest = max(self._farthest, params.visibility_distance)

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from walltopo.core import Mesh, Silent, View
-from walltopo.lifting.blocks import blocks_of
-from walltopo.lifting.easing import ease
-from walltopo.lifting.evidence import Evidence, Sampling, gather_evidence
+from walltopo.segment.lift.blocks import blocks_of
+from walltopo.segment.lift.distance import ease
+from walltopo.segment.lift.evidence import Evidence, Sampling, gather_evidence
 
 __all__ = ["SeenOnce"]
 

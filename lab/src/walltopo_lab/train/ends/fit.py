@@ -1,4 +1,4 @@
-"""Fit `walltopo.routes.hands` and `walltopo.routes.ends` to simulated scans of generated gyms."""
+"""Fit `walltopo.describe.routes.order` and `walltopo.describe.routes.start_and_top` to simulated scans of generated gyms."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from walltopo.routes import ends, hands
-from walltopo.scans.attributes import Doubtful, Hold
-from walltopo.scans.routes import Route
+from walltopo.describe.routes import start_and_top as ends
+from walltopo.describe.routes import start_and_top as hands
+from walltopo.scan.attributes import Doubtful, Hold
+from walltopo.scan.routes import Route
 from walltopo_lab.train.ends.seen import SCANS, SeenGym, see
 
 __all__ = [

@@ -24,16 +24,14 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from walltopo.holds.relief import MARGIN, Relief, seen_head_on
-from walltopo.holds.types import shipped_model
-from walltopo.imaging.oklab import features
-from walltopo.imaging.srgb import linear_from_srgb8, srgb8_from_linear
-from walltopo.routes import paint as linking
-from walltopo.routes.contract import RoutesSettings
-from walltopo.routes.grouping import group_by_paint
-from walltopo.routes.stage import describe_groups
-from walltopo.scans.attributes import UNKNOWN, Doubtful, Hold
-from walltopo.scans.routes import Route
+from walltopo.describe.classify.types import MARGIN, Relief, seen_head_on, shipped_model
+from walltopo.describe.routes import grouping as linking
+from walltopo.describe.routes.find import describe_groups
+from walltopo.describe.routes.grouping import group_by_paint
+from walltopo.describe.routes.settings import RoutesSettings
+from walltopo.images.colour import features, linear_from_srgb8, srgb8_from_linear
+from walltopo.scan.attributes import UNKNOWN, Doubtful, Hold
+from walltopo.scan.routes import Route
 from walltopo_lab.benchmarks.routes_downclimb import CALLED, PRESETS
 from walltopo_lab.benchmarks.routes_gyms import SetGym, set_gym
 from walltopo_lab.synth.bodies import Body

@@ -15,10 +15,10 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from walltopo.climbing.grips import NEUTRAL, Grips, foot_share
-from walltopo.climbing.sequence import Climb
 from walltopo.core import InputError
-from walltopo.grades.font import FONT
+from walltopo_climb.grades.font import FONT
+from walltopo_climb.movement.grips import NEUTRAL, Grips, foot_share
+from walltopo_climb.movement.sequence import Climb
 
 __all__ = ["CELLS", "SETUPS", "Problem", "as_climb", "cells_of", "read_problems"]
 

@@ -17,8 +17,8 @@ from sklearn.ensemble import HistGradientBoostingRegressor
 from sklearn.linear_model import Ridge
 from sklearn.model_selection import GroupKFold
 
-from walltopo.climbing.grips import NEUTRAL
-from walltopo.grades.features import FEATURES
+from walltopo_climb.grades.features import FEATURES
+from walltopo_climb.movement.grips import NEUTRAL
 from walltopo_lab.train.grades.board import CELLS, Problem
 from walltopo_lab.train.grades.movement import features_of
 from walltopo_lab.train.grades.split import presence

@@ -9,9 +9,9 @@ from multiprocessing import get_context
 import numpy as np
 import numpy.typing as npt
 
-from walltopo.climbing.body import ADULT
-from walltopo.climbing.sequence import find_sequence
-from walltopo.grades.features import FEATURES, features
+from walltopo_climb.grades.features import FEATURES, features
+from walltopo_climb.movement.body import ADULT
+from walltopo_climb.movement.sequence import find_sequence
 from walltopo_lab.train.grades.board import Problem, as_climb
 
 __all__ = ["Row", "features_of", "move"]

@@ -13,9 +13,9 @@ import onnx
 from sklearn.ensemble import HistGradientBoostingRegressor
 
 from walltopo.core.files import atomic_path
-from walltopo.grades.features import FEATURES
-from walltopo.grades.font import FONT
-from walltopo.grades.model import Errors
+from walltopo_climb.grades.features import FEATURES
+from walltopo_climb.grades.font import FONT
+from walltopo_climb.grades.model import Errors
 from walltopo_lab.train.grades.fit import Board, Features, Floats, regressor
 from walltopo_lab.train.grades.trees import as_onnx
 

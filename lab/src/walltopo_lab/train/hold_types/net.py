@@ -15,7 +15,7 @@ from torch import Tensor, nn
 
 from walltopo.core import Progress
 from walltopo.core.files import atomic_path
-from walltopo.holds.relief import SIDE
+from walltopo.describe.classify.types import SIDE
 from walltopo_lab.onnx_file import label_export
 from walltopo_lab.train.export import store_half
 

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.holds.relief import Relief, framed, seen_head_on
+from walltopo.describe.classify.types import Relief, framed, seen_head_on
 from walltopo_lab.synth.bodies import Body
 from walltopo_lab.train.hold_types.forms import Grid, form
 

@@ -1,4 +1,4 @@
-"""Fit what is linked in `walltopo.routes.paint`: `walltopo train paint FOLDER`."""
+"""Fit what is linked in `walltopo.describe.routes.grouping`: `walltopo train paint FOLDER`."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from sklearn.linear_model import LogisticRegression
 
 from walltopo.core import Progress
-from walltopo.routes import paint as linking
-from walltopo.routes.grouping import best_louvain, candidate_pairs
+from walltopo.describe.routes import grouping as linking
+from walltopo.describe.routes.grouping import best_louvain, candidate_pairs
 from walltopo_lab.train.paint.holds import PhotoHolds, of_generated, score, straight
 from walltopo_lab.train.paint.photos import DimPhoto
 
@@ -66,7 +66,7 @@ class PaintFit:
 
     Parameters
     ----------
-    weights, bias : `WEIGHTS` and `BIAS` of `walltopo.routes.paint`.
+    weights, bias : `WEIGHTS` and `BIAS` of `walltopo.describe.routes.grouping`.
     left_out : sharpening and `paint.RESOLUTION` to the mean and worst ARI.
     """
 

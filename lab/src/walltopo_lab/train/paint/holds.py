@@ -14,15 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 from sklearn.metrics import adjusted_rand_score
 
-from walltopo.holds.colour import HoldPaint, assign_colours, find_palette
-from walltopo.holds.contract import ClassifySettings
-from walltopo.holds.light import TINT_RADIUS
-from walltopo.holds.observations import paint_of
-from walltopo.imaging.srgb import linear_from_srgb8
-from walltopo.routes import paint as linking
-from walltopo.routes.contract import RoutesSettings
-from walltopo.routes.grouping import group_by_paint, group_holds
-from walltopo.scans.light import SceneLight
+from walltopo.describe.classify.colour import HoldPaint, assign_colours, find_palette
+from walltopo.describe.classify.light import TINT_RADIUS
+from walltopo.describe.classify.observations import paint_of
+from walltopo.describe.classify.settings import ClassifySettings
+from walltopo.describe.routes import grouping as linking
+from walltopo.describe.routes.grouping import group_by_paint, group_holds
+from walltopo.describe.routes.settings import RoutesSettings
+from walltopo.images.colour import linear_from_srgb8
+from walltopo.scan.light import SceneLight
 from walltopo_lab.train.paint.photos import DimPhoto
 
 __all__ = ["WAYS", "PhotoHolds", "ari", "of_generated", "read_holds", "score", "straight"]

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Progress
 from walltopo.core.files import atomic_path
-from walltopo.imaging.srgb import linear_from_srgb8, srgb8_from_linear
+from walltopo.images.colour import linear_from_srgb8, srgb8_from_linear
 from walltopo_lab.synth.bodies import GymInstance
 from walltopo_lab.synth.develop import develop, draw_exposure
 from walltopo_lab.synth.gym import Gym, make_gym

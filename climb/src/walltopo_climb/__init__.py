@@ -1,0 +1,1 @@
+"""Movement, grade ranges and problem setting on the walls of walltopo."""

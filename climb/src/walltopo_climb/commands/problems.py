@@ -1,0 +1,237 @@
+"""`walltopo problem` and `walltopo ease`: new problems on holds that hang, and one grade easier."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from walltopo.cli.options import Number
+from walltopo_climb.commands.moves import who_gets_up
+from walltopo_climb.wall_files import read_wall
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from walltopo.scan.edits import Edit
+    from walltopo_climb.problems.rows import Proposals, Tweaks
+    from walltopo_climb.problems.wall import SetWall
+
+
+_PROBLEM = """examples:
+  walltopo problem gym3 --grade 6B-6C
+  walltopo problem gym3 --grade 7A --moves 8 --steepness overhang --holds slopers --seed 4
+  walltopo problem gym3 --grade 6B --height 1.45 --reach static --put 1    onto the wall
+"""
+_EASE = """examples:
+  walltopo ease gym3 4               one grade easier: which hold to add to route 4
+  walltopo ease gym3 4 --harder      which one to take away
+  walltopo ease gym3 4 --put 1       do the first of them
+"""
+# What a wish asked for and a proposal has not, as people read it.
+_MISSES = {
+    "grade": "the middle of the range is beside the wished grade",
+    "easy": "easier than what the model knows: the range is open below",
+    "moves": "another number of moves",
+    "steepness": "most of the holds are on walls of another steepness",
+    "holds": "most of the holds are of another kind",
+    "reach": "the reach is not as wished",
+    "body": "the wished body has to leap or does not get up",
+}
+
+Commands = argparse._SubParsersAction  # argparse has no public name for it
+
+
+def register_problem(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add `walltopo problem`."""
+    problem = commands.add_parser(
+        "problem",
+        help="propose new problems on the holds that hang",
+        description="Search the holds of a scan for problems of a wished grade, length and style. "
+        "Their holds stay on the routes that they are on. --put makes one a route of the scan, "
+        "marked as proposed: climb it before you believe it.",
+        epilog=_PROBLEM,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    problem.add_argument("scan", type=Path, metavar="SCAN", help="the scan folder")
+    problem.add_argument(
+        "--grade", required=True, metavar="GRADE", help="a grade or a range: 6B, 6B-6C, V4"
+    )
+    problem.add_argument(
+        "--moves", type=Number(int, 2, 16), default=6, help="of the hands (default: 6)"
+    )
+    problem.add_argument(
+        "--steepness", choices=("any", "slab", "vertical", "overhang", "steep"), default="any"
+    )
+    problem.add_argument(
+        "--reach", choices=("any", "static", "dynamic"), default="any", help="leaps: none, or some"
+    )
+    problem.add_argument(
+        "--holds",
+        choices=("any", "jugs", "crimps", "slopers", "pinches", "pockets", "small", "large"),
+        default="any",
+    )
+    problem.add_argument(
+        "--height",
+        type=Number(float, 0.9, 2.3),
+        default=1.75,
+        metavar="M",
+        help="of a body that must get up it, too [m] (default: 1.75)",
+    )
+    problem.add_argument(
+        "--span", type=Number(float, 0.7, 2.8), default=0.0, metavar="M", help="its arm span [m]"
+    )
+    problem.add_argument(
+        "--count", type=Number(int, 1, 8), default=3, help="of proposals (default: 3)"
+    )
+    problem.add_argument(
+        "--seed", type=Number(int, 0, 2**31 - 1), default=0, help="another one gives others"
+    )
+    _add_answer(problem, "the proposal with this number becomes a route of the scan")
+    problem.set_defaults(run=_problem)
+
+
+def register_ease(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add `walltopo ease`."""
+    easier = commands.add_parser(
+        "ease",
+        help="which hold makes a route one grade easier, or harder",
+        description="Of the holds that hang near a route, say which would make it about one grade "
+        "easier (or which to take away to make it harder), and what that does to its hardest move.",
+        epilog=_EASE,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    easier.add_argument("scan", type=Path, metavar="SCAN", help="the scan folder")
+    easier.add_argument("route", type=Number(int, 1), metavar="ROUTE", help="its number")
+    easier.add_argument("--harder", action="store_true", help="one grade harder")
+    _add_answer(easier, "the change with this number is made")
+    easier.set_defaults(run=_ease)
+
+
+def _add_answer(command: argparse.ArgumentParser, text: str) -> None:
+    command.add_argument("--put", type=Number(int, 1), metavar="N", help=f"{text}, as an edit")
+    command.add_argument("--format", choices=("table", "json"), default="table")
+
+
+def _problem(args: argparse.Namespace) -> int:
+    import msgspec
+
+    from walltopo_climb.problems.put import as_problem
+    from walltopo_climb.problems.wish import Wish
+
+    asked = {
+        name: getattr(args, name)
+        for name in ("grade", "moves", "steepness", "reach", "holds", "count", "seed")
+    }
+    wish = msgspec.convert(asked | {"height_m": args.height, "span_m": args.span}, Wish)
+    wall = _read(args.scan)
+    found = wall.propose(wish)
+    if args.format == "table":
+        _tell_proposals(found, wish.count)
+    else:
+        _tell_json(found)
+    if args.put is not None:
+        _put(args.scan, [as_problem(_chosen(found.proposals, args.put), wall.pool.by_id)])
+    return 0
+
+
+def _ease(args: argparse.Namespace) -> int:
+    from walltopo_climb.problems.put import as_tweak
+
+    wall = _read(args.scan)
+    found = wall.ease(args.route, "harder" if args.harder else "easier")
+    if args.format == "table":
+        _tell_tweaks(found, args.harder)
+    else:
+        _tell_json(found)
+    if args.put is not None:
+        route, tweak = wall.route(args.route), _chosen(found.tweaks, args.put)
+        _put(args.scan, as_tweak(tweak, route, wall.pool.by_id))
+    return 0
+
+
+def _read(path: Path) -> SetWall:
+    from walltopo.scan.folder import ScanFolder
+    from walltopo_climb.problems.wall import SetWall
+
+    holds, routes, unit = read_wall(path)
+    return SetWall.of(holds, routes, unit, ScanFolder.scale.load(ScanFolder(path)).floor_known)
+
+
+def _chosen(rows: Sequence[Any], number: int) -> Any:
+    from walltopo.core import SettingsError
+
+    if number > len(rows):
+        raise SettingsError(f"--put {number}: there are {len(rows)}; nothing was changed")
+    return rows[number - 1]
+
+
+def _put(path: Path, entries: Sequence[Edit]) -> None:
+    """Save entries after the log's others, and make what follows from them."""
+    from walltopo.cli.console import console
+    from walltopo.core import InputError
+    from walltopo.pipeline.edit_session import open_session
+    from walltopo.scan.edits import EditLog
+    from walltopo.scan.folder import ScanFolder
+
+    session = open_session(ScanFolder(path))
+    log, version = session.read()
+    session.save(EditLog(edits=(*log.edits, *entries)), version)
+    session.close()
+    if problem := session.status().problem:
+        raise InputError(f"{path}: saved in edits.json, but the files are not made: {problem}")
+    console.print(f"written to {path}; the editor can undo it", soft_wrap=True)
+
+
+def _tell_json(found: object) -> None:
+    import json
+
+    import msgspec
+
+    from walltopo.cli.console import console
+
+    text = json.dumps(msgspec.to_builtins(found, str_keys=True), indent=1)
+    console.out(text, highlight=False)
+
+
+def _tell_proposals(found: Proposals, wished: int) -> None:
+    from walltopo.cli.console import console
+
+    for k, one in enumerate(found.proposals, start=1):
+        console.print(
+            f"{k}: {one.grade.low} to {one.grade.high}, {one.moves} moves; holds "
+            f"{_numbers(one.hands)}; start {_numbers(one.start)}, top {_numbers(one.top)}, "
+            f"feet {_numbers(one.feet)}",
+            soft_wrap=True,
+        )
+        console.print(f"   {who_gets_up(one.climbers)}", soft_wrap=True)
+        for miss in one.misses:
+            console.print(f"   not as wished: {_MISSES[miss]}", soft_wrap=True)
+    if len(found.proposals) < wished:
+        console.print(
+            f"{len(found.proposals)} of {wished}: no more were found that differ from each other",
+            soft_wrap=True,
+        )
+    console.print(f"{found.tried} problems were tried")
+
+
+def _tell_tweaks(found: Tweaks, harder: bool) -> None:
+    from walltopo.cli.console import console
+
+    console.print(f"now {found.grade.low} to {found.grade.high}")
+    for k, one in enumerate(found.tweaks, start=1):
+        on = f" (it is on route {one.on}, too)" if one.on else ""
+        more = "less" if one.eases > 0 else "more"
+        console.print(
+            f"{k}: {one.do} {one.hold}{on}: about {abs(one.by):.1f} grades "
+            f"{'harder' if harder else 'easier'}, {one.grade.low} to {one.grade.high}; the hardest "
+            f"move (to hold {one.crux}) takes {abs(one.eases):.0%} {more} effort",
+            soft_wrap=True,
+        )
+        console.print(f"   {who_gets_up(one.climbers)}", soft_wrap=True)
+    if not found.tweaks:
+        console.print(f"none of {found.tried} changes does that")
+
+
+def _numbers(holds: Sequence[int]) -> str:
+    return ", ".join(map(str, holds)) or "none"

@@ -1,0 +1,122 @@
+"""The likely sequence of moves up a climb, with the crux."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from walltopo.core import InputError
+from walltopo_climb.movement.body import Body
+from walltopo_climb.movement.grips import Grips
+from walltopo_climb.movement.search import find_way, move_cost
+from walltopo_climb.movement.statics import NONE
+
+__all__ = ["LIMBS", "MOST_LEAP", "Climb", "Limb", "Move", "Sequence", "find_sequence"]
+
+Limb = Literal["left hand", "right hand", "left foot", "right foot"]
+LIMBS: tuple[Limb, ...] = ("left hand", "right hand", "left foot", "right foot")
+
+# Of the height: as far beyond reach may a hand leap. A climber's jump lifts the hip by about 0.4 m.
+MOST_LEAP = 0.25
+_STATIC = 0.02  # of the height: a lack of reach that leaning and toes make up
+_MOST_SEEN = 200_000  # stances
+
+
+@dataclass(frozen=True)
+class Climb:
+    """Holds, and where a climb begins and ends (indices into the holds)."""
+
+    grips: Grips
+    start: tuple[int, ...]
+    top: tuple[int, ...]
+
+    def __post_init__(self) -> None:
+        n = len(self.grips)
+        if not self.start or not self.top:
+            raise InputError("a climb without start or top")
+        if not all(0 <= i < n for i in (*self.start, *self.top)):
+            raise InputError(f"start or top is none of the {n} holds")
+
+
+@dataclass(frozen=True)
+class Move:
+    """One limb goes to a hold.
+
+    Parameters
+    ----------
+    limb : which; None: how one starts.
+    limbs : hold of each limb afterwards (`LIMBS`), -1: on none.
+    hip : (3,) m, when the limb arrives.
+    effort : of holding on meanwhile, in units of one's weight on one jug, squared.
+    beyond : m beyond what is in reach; a leap.
+    """
+
+    limb: Limb | None
+    limbs: tuple[int, int, int, int]
+    hip: tuple[float, float, float]
+    effort: float
+    beyond: float
+
+    @property
+    def to(self) -> int:
+        """The hold that the limb goes to; -1: it leaves the wall."""
+        return NONE if self.limb is None else self.limbs[LIMBS.index(self.limb)]
+
+
+@dataclass(frozen=True)
+class Sequence:
+    """The moves from the start to the top.
+
+    Parameters
+    ----------
+    body : whose. moves : the first is the start. crux : index of the hardest move of a hand.
+    reached : whether it ends with both hands on the top; else it ends where both hands are as high
+        as this body gets.
+    """
+
+    body: Body
+    moves: tuple[Move, ...]
+    crux: int
+    reached: bool
+
+
+def find_sequence(climb: Climb, body: Body) -> Sequence | None:
+    """The likely moves; None where this body cannot even hold the start."""
+    grips = climb.grips
+    arrays = (grips.position, grips.wall, grips.pull, grips.hand, grips.outward, grips.foot)
+    shape = np.array([body.height, body.leg, body.arm, body.torso, body.shoulders / 2])
+    # To the climber's right, who looks at the wall.
+    facing = -grips.wall.mean(axis=0)
+    side = np.cross(facing, [0.0, 0.0, 1.0])
+    side /= max(float(np.linalg.norm(side)), 1e-9)
+    leap = MOST_LEAP * body.height
+    stances, reached = find_way(
+        *arrays, side, np.array(climb.start), np.array(climb.top), shape, leap, _MOST_SEEN
+    )
+    if not len(stances):
+        return None
+    moves: list[Move] = []
+    for k, stance in enumerate(stances):
+        moving = 4 if k == 0 else int(np.flatnonzero(stance != stances[k - 1])[0])
+        moves.append(_move(arrays, stance, moving, shape, body))
+    hands = [k for k, move in enumerate(moves) if k and move.limb in LIMBS[:2]]
+    crux = max(hands, key=lambda k: moves[k].effort, default=0)
+    return Sequence(body, tuple(moves), crux, bool(reached))
+
+
+def _move(
+    arrays: tuple[npt.NDArray[np.float64], ...],
+    stance: npt.NDArray[np.int64],
+    moving: int,
+    shape: npt.NDArray[np.float64],
+    body: Body,
+) -> Move:
+    hip = np.zeros(3)
+    cost, lack = move_cost(*arrays, stance, moving, shape, np.inf, hip)
+    a, b, c, d = (int(i) for i in stance)
+    x, y, z = (float(v) for v in hip)
+    beyond = float(lack) if lack > _STATIC * body.height else 0.0
+    return Move(LIMBS[moving] if moving < 4 else None, (a, b, c, d), (x, y, z), float(cost), beyond)

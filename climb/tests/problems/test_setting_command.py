@@ -1,0 +1,48 @@
+"""`walltopo problem` and `walltopo ease`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from spray import spray_wall  # type: ignore[import-not-found]
+
+from walltopo.cli import main
+from walltopo.scan.folder import ScanFolder
+from walltopo.scan.holds import Holds
+from walltopo.scan.routes import Route, Routes
+from walltopo.scan.scale import Scale
+
+
+@pytest.fixture
+def wall(tmp_path: Path) -> Path:
+    folder = ScanFolder(tmp_path)
+    Holds(metric=True, holds=spray_wall(30)).save(folder.holds)
+    Routes(routes=(Route(1, holds=(1, 2), start=(1,), top=(2,)),)).save(folder.routes)
+    Scale(method="measure", scale=1.0, metric=True, up_known=True, floor_known=True).save(
+        folder.scale
+    )
+    return tmp_path
+
+
+def test_setting_a_problem_is_told(wall: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    asked = ["problem", str(wall), "--grade", "6C-7B", "--moves", "4", "--count", "1"]
+    assert main([*asked, "--format", "json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert len(told["proposals"]) == 1
+    assert main(asked) == 0
+    out = capsys.readouterr().out
+    numbers = ", ".join(map(str, told["proposals"][0]["hands"]))
+    assert f"holds {numbers}" in out
+    assert "child" in out
+    assert main([*asked, "--put", "2"]) == 2
+    assert not ScanFolder(wall).edits.exists()
+
+
+def test_setting_refuses_plainly(wall: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["problem", str(wall), "--grade", "hard"]) == 3
+    assert main(["ease", str(wall), "7"]) == 3
+    assert "no route 7" in capsys.readouterr().err
+    assert main(["ease", str(wall), "1"]) == 3
+    assert "no way to its top" in capsys.readouterr().err

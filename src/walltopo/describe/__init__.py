@@ -1,0 +1,1 @@
+"""Colour, type and route of each hold; matching of holds between scans."""

@@ -1,0 +1,287 @@
+"""Pixels of each hold in the photos, read once for colour and light."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import Mesh, View
+from walltopo.core.workers import ahead
+from walltopo.images.colour import DARK, linear_from_srgb8, oklab_from_linear
+from walltopo.images.files import read_rgb
+
+__all__ = ["HoldView", "WallLight", "hold_views", "load_photo", "look", "paint_of", "wall_patches"]
+
+Floats = NDArray[np.float64]
+
+Image = NDArray[np.uint8]
+
+MIN_PIXELS = 12  # a hold seen with fewer pixels says nothing about its colour
+
+SHADE, SHINE = 10, 85  # percentiles of lightness between which a hold's pixels are kept
+
+CHALK = 60  # percentile of saturation from which they are kept: chalk takes colour away
+
+CLIPPED = 252  # 8-bit value from which on a channel may be overexposed
+
+WALL_STEP = 4  # every fourth pixel of every fourth row measures the light on the wall
+
+MARGIN = 0.12  # of the box, around a cutout
+
+STEP = 0.01  # share of the distance by which what hides a hold is nearer than the hold
+
+
+@dataclass(frozen=True, eq=False)
+class HoldView:
+    """One hold in one photo.
+
+    Parameters
+    ----------
+    photo : number of the photo; hold : the instance's id.
+    pixels : visible pixels of the hold, before erosion.
+    clipped : share of overexposed pixels among those that its colour was taken from.
+    linear : (3,) float64, typical linear RGB, as the photo has it.
+    sharpness : variance of the Laplacian of the grey crop.
+    cut : whether the hold touches the border of the photo.
+    hidden : share of its rim behind which it goes on: something nearer begins there.
+    crop : (h, w, 3) uint8 RGB, shrunk; mask : (h, w) bool, its visible pixels there.
+    """
+
+    photo: int
+    hold: int
+    pixels: int
+    clipped: float
+    linear: Floats
+    sharpness: float
+    cut: bool
+    crop: Image
+    mask: NDArray[np.bool_]
+    hidden: float = 0.0
+
+    @property
+    def quality(self) -> float:
+        """Weight of this view: visible pixels, less where it is cut off or overexposed."""
+        return self.pixels * (0.5 if self.cut else 1.0) * (1 - 0.9 * self.clipped)
+
+
+@dataclass(frozen=True, eq=False)
+class WallLight:
+    """Mean log linear RGB of wall patches in one photo.
+
+    Parameters
+    ----------
+    photo : number of the photo.
+    patch : (n,) int64 patch numbers; log_rgb : (n, 3) float64.
+    """
+
+    photo: int
+    patch: NDArray[np.int64]
+    log_rgb: Floats
+
+
+def load_photo(path: Path, width: int, height: int) -> Image:
+    """(height, width, 3) uint8 RGB of a photo, resized by area.
+
+    Raises
+    ------
+    InputError : as in `read_rgb`.
+    """
+    import cv2
+
+    picture = read_rgb(path)
+    if picture.shape[:2] != (height, width):
+        picture = np.asarray(
+            cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA), dtype=np.uint8
+        )
+    return picture
+
+
+def paint_of(pixels: Image) -> tuple[Floats, float]:
+    """Typical linear RGB of a hold's pixels, and which share of the pixels used is clipped.
+
+    The darkest pixels are deep shade, the brightest are highlights and screw heads; of the
+    others the more saturated count, for chalk and dust only ever take colour away, and shade
+    leaves it as it is. The three percentiles were chosen on generated gyms (docs/colours.md).
+
+    Parameters
+    ----------
+    pixels : (n, 3) uint8 sRGB, n >= 1.
+    """
+    linear = linear_from_srgb8(pixels)
+    lab = oklab_from_linear(linear)
+    low, high = np.percentile(lab[:, 0], [SHADE, SHINE])
+    kept = (lab[:, 0] >= low) & (lab[:, 0] <= high)
+    saturation = np.linalg.norm(lab[:, 1:], axis=1) / (lab[:, 0] + DARK)
+    kept &= saturation >= np.percentile(saturation[kept], CHALK)
+    clipped = float((pixels[kept] >= CLIPPED).any(axis=1).mean())
+    return np.median(linear[kept], axis=0), clipped
+
+
+def wall_patches(
+    mesh: Mesh, face_instance: NDArray[np.int32], cells: int = 60
+) -> NDArray[np.int64]:
+    """(F,) number of the wall patch of each face, -1 for faces of holds.
+
+    Patches are cubes, `cells` of them along the longest side of the wall.
+    """
+    low = mesh.vertices.min(axis=0)
+    side = max(float(np.ptp(mesh.vertices, axis=0).max()), 1e-9) / cells
+    cell = np.floor((mesh.centroids - low) / side).astype(np.int64)
+    key = (cell[:, 0] * (cells + 1) + cell[:, 1]) * (cells + 1) + cell[:, 2]
+    patch = np.full(len(key), -1, dtype=np.int64)
+    wall = face_instance == 0
+    _, patch[wall] = np.unique(key[wall], return_inverse=True)
+    return patch
+
+
+def _wall_light(
+    photo: int, picture: Image, face_id: NDArray[np.int32], patch_of: NDArray[np.int64]
+) -> WallLight:
+    faces = face_id[::WALL_STEP, ::WALL_STEP].ravel()
+    pixels = picture[::WALL_STEP, ::WALL_STEP].reshape(-1, 3)
+    patch = np.where(faces >= 0, patch_of[np.maximum(faces, 0)], -1)
+    usable = (patch >= 0) & (pixels.max(axis=1) < 250) & (pixels.min(axis=1) > 4)
+    logs = np.log(linear_from_srgb8(pixels[usable]))
+    numbers, inverse, counts = np.unique(patch[usable], return_inverse=True, return_counts=True)
+    sums = np.stack([np.bincount(inverse, logs[:, k], len(numbers)) for k in range(3)], axis=1)
+    enough = counts >= 8
+    return WallLight(photo, numbers[enough], sums[enough] / counts[enough, None])
+
+
+def hold_views(
+    photo: int,
+    picture: Image,
+    ids: NDArray[np.int32],
+    depth: NDArray[np.float32],
+    erode: int,
+    crop_px: int,
+) -> Iterator[HoldView]:
+    """What a picture shows of each hold.
+
+    Parameters
+    ----------
+    photo : its number; picture : (h, w, 3) uint8 RGB.
+    ids : (h, w) int32, the hold that each pixel sees, 0 = none; depth : (h, w) float32.
+    erode, crop_px : see `look`.
+    """
+    import cv2
+    from scipy.ndimage import find_objects
+
+    height, width = ids.shape
+    for number, box in enumerate(find_objects(ids), start=1):
+        if box is None:
+            continue
+        mask = ids[box] == number
+        count = int(np.count_nonzero(mask))
+        if count < MIN_PIXELS:
+            continue
+        core = _core(mask, erode)
+        linear, clipped = paint_of(picture[box][core])
+        rows, columns = box
+        pad = round(MARGIN * max(mask.shape))
+        wide = (
+            slice(max(rows.start - pad, 0), min(rows.stop + pad, height)),
+            slice(max(columns.start - pad, 0), min(columns.stop + pad, width)),
+        )
+        grey = cv2.cvtColor(picture[wide], cv2.COLOR_RGB2GRAY)
+        crop, cover = _shrunk(picture[wide], ids[wide] == number, crop_px)
+        yield HoldView(
+            photo=photo,
+            hold=number,
+            pixels=count,
+            clipped=clipped,
+            linear=linear,
+            sharpness=float(cv2.Laplacian(grey, cv2.CV_64F).var()),
+            cut=rows.start == 0
+            or columns.start == 0
+            or rows.stop == height
+            or columns.stop == width,
+            crop=crop,
+            mask=cover,
+            hidden=_hidden(ids[wide] == number, depth[wide]),
+        )
+
+
+def _hidden(mask: NDArray[np.bool_], depth: NDArray[np.float32]) -> float:
+    """Share of the pixels around a mask that are clearly nearer than the mask beside them."""
+    import cv2
+
+    kernel = np.ones((3, 3), np.uint8)
+    around = (cv2.dilate(mask.astype(np.uint8), kernel) > 0) & ~mask
+    if not around.any():
+        return 0.0
+    beside = cv2.dilate(np.where(mask, depth, 0).astype(np.float32), kernel)
+    return float((depth < (1 - STEP) * beside)[around].mean())
+
+
+def _shrunk(crop: Image, mask: NDArray[np.bool_], longest: int) -> tuple[Image, NDArray[np.bool_]]:
+    """Copies at most `longest` pixels long: thousands of crops are in memory at once."""
+    import cv2
+
+    factor = longest / max(mask.shape)
+    if factor >= 1:
+        return crop.copy(), mask
+    size = (max(1, round(mask.shape[1] * factor)), max(1, round(mask.shape[0] * factor)))
+    small = cv2.resize(np.ascontiguousarray(crop), size, interpolation=cv2.INTER_AREA)
+    cover = cv2.resize(mask.astype(np.float32), size, interpolation=cv2.INTER_AREA)
+    return np.asarray(small, dtype=np.uint8), np.asarray(cover >= 0.5)
+
+
+def _core(mask: NDArray[np.bool_], erode: int) -> NDArray[np.bool_]:
+    """The mask without its rim; the rim shrinks until enough pixels remain."""
+    import cv2
+
+    for width in range(erode, 0, -1):
+        kernel = np.ones((2 * width + 1, 2 * width + 1), np.uint8)
+        core = cv2.erode(
+            mask.astype(np.uint8), kernel, borderType=cv2.BORDER_CONSTANT, borderValue=0
+        )
+        if np.count_nonzero(core) >= MIN_PIXELS:
+            return core.astype(np.bool_)
+    return mask
+
+
+def look(
+    views: Sequence[View],
+    load: Callable[[View, int, int], Image],
+    mesh: Mesh,
+    face_instance: NDArray[np.int32],
+    *,
+    long_side: int,
+    erode: int,
+    crop_px: int,
+) -> Iterator[tuple[list[HoldView], WallLight]]:
+    """Go through the photos: per photo, what it shows of each hold, and of the wall's light.
+
+    A pixel belongs to the hold whose triangle it sees (z-buffer on the mesh), so that holds
+    hidden behind others take no colour from them.
+
+    Parameters
+    ----------
+    views : posed photos; `load(view, width, height)` gives the photo as (h, w, 3) uint8 RGB.
+    face_instance : (F,) int32, 0 = wall.
+    long_side : photos are drawn at most this long, pixels.
+    erode : pixels taken off the rim, at that size.
+    crop_px : crops are kept at most this long, pixels.
+    """
+    from walltopo.geometry.zbuffer import render_part
+
+    patch_of = wall_patches(mesh, face_instance)
+
+    def looked(number: int) -> tuple[list[HoldView], WallLight]:
+        view = views[number]
+        factor = min(1.0, long_side / max(view.camera.width, view.camera.height))
+        camera = view.camera.scaled(factor)
+        face_id, depth = render_part(mesh, camera, view.cam_from_world)
+        ids = np.where(face_id >= 0, face_instance[np.maximum(face_id, 0)], 0).astype(np.int32)
+        picture = load(view, camera.width, camera.height)
+        return (
+            list(hold_views(number, picture, ids, depth, erode, crop_px)),
+            _wall_light(number, picture, face_id, patch_of),
+        )
+
+    yield from ahead(looked, range(len(views)))

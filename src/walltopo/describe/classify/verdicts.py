@@ -1,0 +1,159 @@
+"""What a classifier of cutouts says of each hold."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from walltopo.core import SettingsError
+from walltopo.describe.classify.classifier import (
+    CutoutClassifier,
+    Meaning,
+    Verdict,
+    judge,
+    open_classifier,
+    read_classes,
+    square,
+)
+from walltopo.describe.classify.observations import HoldView
+from walltopo.describe.classify.palette import Entry
+from walltopo.describe.classify.settings import ClassifySettings
+from walltopo.scan.attributes import UNKNOWN, Hold
+
+__all__ = [
+    "classifier_of",
+    "cutout_weights",
+    "follow",
+    "followed",
+    "verdicts",
+    "with_class_colours",
+]
+
+
+MOST_CUTOUTS = 12  # of one hold that the classifier looks at
+
+
+def classifier_of(settings: ClassifySettings) -> CutoutClassifier | None:
+    """The classifier that the settings name; None where types come from the shape."""
+    if not settings.model:
+        if settings.classes:
+            raise SettingsError(
+                "classify.classes tells what classify.model's classes mean, but no model is given"
+            )
+        return None
+    classes = read_classes(Path(settings.classes)) if settings.classes else None
+    return open_classifier(Path(settings.model), classes)
+
+
+def cutout_weights(views: Sequence[HoldView], weighting: str) -> NDArray[np.float64]:
+    """(n,) weights of a hold's cutouts.
+
+    Parameters
+    ----------
+    weighting : "area": visible pixels; "sharp": those, less where the cutout is blurred against
+        the hold's others, cut off, overexposed, or partly hidden by something nearer; "box": width
+        times height of the visible pixels' box (the publication's Algorithm 8).
+    """
+    if weighting == "box":
+        return np.array([_box_area(view) for view in views])
+    if weighting == "area":
+        return np.array([float(view.pixels) for view in views])
+    usual = max(float(np.median([view.sharpness for view in views])), 1e-9)
+    return np.array(
+        [
+            view.quality * min(1.0, view.sharpness / usual) * (1 - min(1.0, 2 * view.hidden))
+            for view in views
+        ]
+    )
+
+
+def _box_area(view: HoldView) -> float:
+    """Pixels of the photo in the box around a hold's visible pixels."""
+    rows, columns = np.nonzero(view.mask)
+    box = (np.ptp(rows) + 1.0) * (np.ptp(columns) + 1.0)
+    return float(view.pixels * box / len(rows))  # the crop is shrunk, `pixels` is not
+
+
+def verdicts(
+    classifier: CutoutClassifier,
+    seen: Mapping[int, Sequence[HoldView]],
+    weighting: str,
+    most: int = MOST_CUTOUTS,
+) -> dict[int, Verdict]:
+    """The class of each hold that a photo shows.
+
+    Parameters
+    ----------
+    seen : hold id to its cutouts.
+    most : so many of the heaviest are looked at; with the weighting "box" all of them are.
+    """
+    found: dict[int, Verdict] = {}
+    for hold, views in seen.items():
+        shown = [view for view in views if view.mask.any()]
+        if not shown:
+            continue
+        weights = cutout_weights(shown, weighting)
+        best = np.argsort(-weights, kind="stable")[: None if weighting == "box" else most]
+        pictures = [square(shown[k].crop, shown[k].mask, classifier.side) for k in best]
+        confidences = classifier.confidences(np.stack(pictures))
+        found[hold] = judge(confidences, weights[best], classifier.names)
+    return found
+
+
+def follow(hold: Hold, verdict: Verdict, meaning: Meaning, certain: float) -> Hold:
+    """The hold as a verdict has it; what the class does not tell stays.
+
+    Below `certain` the type is "unknown", and nothing else is believed.
+    """
+    if hold.kind == "volume":
+        return hold
+    if verdict.confidence < certain:
+        return replace(hold, type=UNKNOWN, type_confidence=0.0)
+    changes: dict[str, object] = {}
+    if meaning.type != UNKNOWN:
+        changes |= {"type": meaning.type, "type_confidence": verdict.confidence}
+    if meaning.colour:
+        changes |= {"colour": meaning.colour, "colour_confidence": verdict.confidence}
+    if meaning.role != "hold":
+        changes["role"] = meaning.role
+    return replace(hold, **changes)
+
+
+def followed(
+    holds: Sequence[Hold],
+    seen: Mapping[int, Sequence[HoldView]],
+    classifier: CutoutClassifier,
+    settings: ClassifySettings,
+) -> list[Hold]:
+    """All holds as the classifier has them; holds that no photo shows stay as they are.
+
+    Holds that it is not sure of are for review.
+    """
+    said = verdicts(classifier, seen, settings.cutout_weight)
+    result = []
+    for hold in holds:
+        verdict = said.get(hold.id)
+        if verdict is not None:
+            meaning = classifier.meaning(verdict.name)
+            doubtful = verdict.confidence < settings.review_below
+            hold = follow(hold, verdict, meaning, classifier.certain)
+            if hold.kind != "volume":
+                # A colour that the class tells replaces the palette's doubt about it.
+                told = bool(meaning.colour) and not doubtful
+                hold = replace(hold, review=doubtful or (hold.review and not told))
+        result.append(hold)
+    return result
+
+
+def with_class_colours(palette: Sequence[Entry], holds: Sequence[Hold]) -> list[Entry]:
+    """The palette and the colours that only classes name, with the median of their holds."""
+    known = {entry.name for entry in palette} | {UNKNOWN}
+    added = []
+    for name in dict.fromkeys(hold.colour for hold in holds if hold.colour not in known):
+        rgb = np.median([hold.colour_rgb for hold in holds if hold.colour == name], axis=0)
+        added.append(Entry(name, (round(rgb[0]), round(rgb[1]), round(rgb[2]))))
+    return [*palette, *added]

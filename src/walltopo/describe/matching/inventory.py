@@ -1,0 +1,178 @@
+"""What hangs on a wall, and what came and went since another scan of it."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from walltopo.core import InputError
+from walltopo.describe.matching.holds import match_holds
+from walltopo.scan.attributes import Attributes, Hold
+from walltopo.scan.folder import ScanFolder
+from walltopo.scan.scale import Scale
+
+__all__ = ["Change", "Row", "changes", "count_holds", "size_class", "to_csv", "wall_area"]
+
+# Upper limits of the size classes in metres, by the longest extent of the hold.
+SIZES = (("XS", 0.06), ("S", 0.10), ("M", 0.16), ("L", 0.26), ("XL", 0.45), ("XXL", np.inf))
+
+
+def size_class(size: float) -> str:
+    """XS up to 6 cm, S 10, M 16, L 26, XL 45, XXL beyond; `size` in metres."""
+    return next(name for name, limit in SIZES if size <= limit)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of the inventory: holds that share role, colour, type and size class.
+
+    `area` : of all their triangles, square metres.
+    """
+
+    role: str
+    colour: str
+    type: str
+    size: str
+    count: int
+    area: float
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "role": self.role,
+            "colour": self.colour,
+            "type": self.type,
+            "size": self.size,
+            "count": self.count,
+            "area_m2": round(self.area, 5),
+        }
+
+
+def count_holds(holds: Sequence[Hold], unit: float = 1.0) -> list[Row]:
+    """The inventory, sorted by role, colour, type and size.
+
+    Parameters
+    ----------
+    unit : scan units a metre (1 for scaled scans).
+    """
+    groups: dict[tuple[str, str, str, str], list[Hold]] = defaultdict(list)
+    for hold in holds:
+        groups[hold.role, hold.colour, hold.type, size_class(hold.size / unit)].append(hold)
+    order = [name for name, _ in SIZES]
+    return [
+        Row(*key, len(members), sum(hold.area for hold in members) / unit**2)
+        for key, members in sorted(
+            groups.items(), key=lambda item: (*item[0][:3], order.index(item[0][3]))
+        )
+    ]
+
+
+@dataclass(frozen=True)
+class Change:
+    """What happened to a hold between two scans.
+
+    Parameters
+    ----------
+    what : "came", "went", "recoloured" or "stayed".
+    old, new : the hold in either scan; None where it is not there.
+    size : its size class.
+    """
+
+    what: str
+    old: Hold | None
+    new: Hold | None
+    size: str
+
+    def to_json(self) -> dict[str, Any]:
+        hold = self.new or self.old
+        assert hold is not None
+        return {
+            "what": self.what,
+            "old_id": self.old.id if self.old else None,
+            "new_id": self.new.id if self.new else None,
+            "colour": hold.colour,
+            "was_colour": self.old.colour if self.old else None,
+            "type": hold.type,
+            "role": hold.role,
+            "size": self.size,
+            "position": [round(v, 4) for v in hold.position],
+        }
+
+
+def changes(old: Sequence[Hold], new: Sequence[Hold], unit: float = 1.0) -> list[Change]:
+    """Compare two scans of one wall: went and stayed by old id, then what came by new id.
+
+    A hold replaced at its place by one of another size is one that went and one that came;
+    one of equal size and another colour counts as "recoloured".
+    """
+    pairs = match_holds(old, new, unit)
+    fresh = {hold.id: hold for hold in new}
+
+    def change(what: str, was: Hold | None, now: Hold | None) -> Change:
+        hold = now or was
+        assert hold is not None
+        return Change(what, was, now, size_class(hold.size / unit))
+
+    result: list[Change] = []
+    for hold in sorted(old, key=lambda hold: hold.id):
+        now = fresh.get(pairs.get(hold.id, -1))
+        if now is None:
+            result.append(change("went", hold, None))
+        else:
+            what = "stayed" if now.colour == hold.colour else "recoloured"
+            result.append(change(what, hold, now))
+    matched = set(pairs.values())
+    came = sorted((hold for hold in new if hold.id not in matched), key=lambda hold: hold.id)
+    return result + [change("came", None, hold) for hold in came]
+
+
+def to_csv(rows: Sequence[dict[str, Any]]) -> str:
+    """CSV text of equal dictionaries; lists become three columns x, y, z."""
+    if not rows:
+        return ""
+    flat = []
+    for row in rows:
+        line: dict[str, Any] = {}
+        for key, value in row.items():
+            if isinstance(value, list):
+                line |= dict(zip("xyz", value, strict=False))
+            else:
+                line[key] = value
+        flat.append(line)
+    out = io.StringIO()
+    writer = csv.DictWriter(out, fieldnames=list(flat[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(flat)
+    return out.getvalue()
+
+
+def wall_area(scan: ScanFolder) -> float:
+    """Area of the scanned mesh in square metres (holds included); 0 if it is not there."""
+    if not scan.mesh.is_file():
+        return 0.0
+    from walltopo.geometry.ply import read_mesh
+
+    return float(read_mesh(scan.mesh).without_guesses().areas.sum())
+
+
+def load_scan(root: Path) -> tuple[ScanFolder, tuple[Hold, ...], bool]:
+    """A scan folder, its holds, and whether it has metres.
+
+    Raises
+    ------
+    InputError : there is no such folder, or the scan has not been classified.
+    """
+    scan = ScanFolder(root)
+    if not scan.root.is_dir():
+        raise InputError(f"{scan.root}: no such scan folder")
+    if not scan.attributes.is_file():
+        raise InputError(
+            f"{scan.attributes}: no such file", "Run `walltopo scan` up to `classify` first."
+        )
+    return scan, Attributes.load(scan.attributes).instances, Scale.load(scan.scale).metric

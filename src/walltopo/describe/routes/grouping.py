@@ -1,0 +1,258 @@
+"""Holds to routes: a graph by path length and paint, then Louvain."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.geometry.graphs import components, louvain
+from walltopo.images.colour import features
+
+__all__ = [
+    "FAINT",
+    "FLATTEN",
+    "Grouping",
+    "REACH",
+    "RESOLUTION",
+    "SHARPEN",
+    "balanced_paint",
+    "best_louvain",
+    "candidate_pairs",
+    "cues_of",
+    "group_by_paint",
+    "group_holds",
+    "likeness",
+    "may_be_linked",
+    "modularity",
+    "similarity",
+]
+
+Floats = NDArray[np.float64]
+
+Ints = NDArray[np.int64]
+
+RESTARTS = 8  # Louvain runs with different node orders; the best modularity wins
+
+Lengths = Callable[[Ints], Floats]
+
+
+@dataclass(frozen=True, eq=False)
+class Grouping:
+    """Groups of holds and how sure they are.
+
+    Parameters
+    ----------
+    group : (n,) int64, number of each hold's group, from 0; -1 for holds outside the graph.
+    similarity : (n, n) float64 in [0, 1], symmetric, zero diagonal; zero across colours.
+    """
+
+    group: Ints
+    similarity: Floats
+
+
+def similarity(length: Floats, near: float, far: float) -> Floats:
+    """1 up to `near`, linear down to 0 at `far` (a step where both are equal)."""
+    if far - near < 1e-9:
+        return (length <= near).astype(np.float64)
+    return np.clip((far - length) / (far - near), 0.0, 1.0)
+
+
+def candidate_pairs(points: Floats, labels: Sequence[str], ratio: float, far: float) -> Ints:
+    """Pairs of equal label whose straight, flattened distance is below `far`.
+
+    A path is never shorter than the straight line, so no other pair can be similar.
+
+    Returns
+    -------
+    (P, 2) int64, sorted, first < second.
+    """
+    flat = points * np.array([1.0, 1.0, ratio])
+    groups: dict[str, list[int]] = {}
+    for number, label in enumerate(labels):
+        groups.setdefault(label, []).append(number)
+    found = [np.zeros((0, 2), dtype=np.int64)]
+    for members in groups.values():
+        rows = np.array(members)
+        one, two = np.triu_indices(len(rows), 1)
+        distance = np.linalg.norm(flat[rows[one]] - flat[rows[two]], axis=1)
+        near = distance < far
+        found.append(np.column_stack([rows[one[near]], rows[two[near]]]))
+    pairs = np.vstack(found)
+    return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
+
+
+def best_louvain(weights: Floats, resolution: float, seed: int) -> Ints:
+    """Groups of one weighted graph: of `RESTARTS` runs of Louvain the one of highest modularity.
+
+    Parameters
+    ----------
+    weights : (n, n) float64, symmetric, >= 0, zero diagonal.
+    resolution : factor on the expected weight in modularity; 0 joins all that is connected.
+
+    Returns
+    -------
+    (n,) int64, numbered from 0 in the order of first members; isolated nodes are alone.
+    """
+    n = len(weights)
+    one, two = np.nonzero(np.triu(weights, 1))
+    if resolution == 0 or len(one) == 0:
+        return components(n, one, two).astype(np.int64)
+    best, best_score = np.arange(n), -np.inf
+    for restart in range(RESTARTS):
+        found = louvain(n, one, two, weights[one, two], resolution, seed + restart)
+        groups = found.astype(np.int64)
+        score = modularity(weights, groups, resolution)
+        if score > best_score + 1e-12:
+            best, best_score = groups, score
+    return best
+
+
+def modularity(weights: Floats, groups: Ints, resolution: float) -> float:
+    """Newman's modularity of a grouping at a resolution, in [-1, 1] for resolution 1."""
+    total = weights.sum()
+    degree = weights.sum(axis=1)
+    same = groups[:, None] == groups[None, :]
+    expected = resolution * np.outer(degree, degree) / total
+    return float(((weights - expected) * same).sum() / total)
+
+
+def _links(count: int, pairs: Ints, weights: Floats) -> Floats:
+    links = np.zeros((count, count))
+    links[pairs[:, 0], pairs[:, 1]] = links[pairs[:, 1], pairs[:, 0]] = weights
+    return links
+
+
+def group_by_paint(
+    points: Floats,
+    paint: Floats,
+    lengths: Lengths,
+    *,
+    unit: float,
+    resolution: float,
+    seed: int = 0,
+) -> Grouping:
+    """Group holds into routes without naming their colours first.
+
+    One graph of all holds, linked by `paint.likeness`. For scans whose light is too uneven
+    to name colours.
+
+    Parameters
+    ----------
+    points : (n, 3) positions; paint : (n, 3) of `paint.balanced_paint`.
+    lengths : as in `group_holds`, with `paint.FLATTEN` as the ratio.
+    unit : scan units a metre.
+    resolution : of Louvain, for all colours together.
+    """
+    pairs = candidate_pairs(points, [""] * len(points), FLATTEN, REACH * unit)
+    pairs = pairs[may_be_linked(points / unit, paint, pairs)]
+    weights = np.zeros(0)
+    if len(pairs):
+        weights = likeness(cues_of(points / unit, paint, pairs, lengths(pairs) / unit))
+    links = _links(len(points), pairs, weights)
+    return Grouping(best_louvain(links, resolution, seed), links)
+
+
+def group_holds(
+    points: Floats,
+    labels: Sequence[str],
+    lengths: Lengths,
+    *,
+    near: float,
+    far: float,
+    ratio: float,
+    resolution: float,
+    seed: int = 0,
+) -> Grouping:
+    """Group holds into routes, each colour by itself.
+
+    Parameters
+    ----------
+    points : (n, 3) float64, positions of the holds, metres.
+    labels : colour of each hold; holds of different colours never share a route.
+    lengths : called once with (P, 2) pairs of hold numbers, returns (P,) flattened path
+        lengths (inf where there is no path).
+    near, far, ratio, resolution : see `params.RoutesSettings`.
+    """
+    pairs = candidate_pairs(points, labels, ratio, far)
+    weights = similarity(lengths(pairs), near, far) if len(pairs) else np.zeros(0)
+    links = _links(len(points), pairs, weights)
+    group = np.full(len(points), -1, dtype=np.int64)
+    count = 0
+    # Colours in the order of their first hold: names do not matter.
+    for label in dict.fromkeys(labels):
+        rows = np.array([k for k, other in enumerate(labels) if other == label])
+        own = best_louvain(links[np.ix_(rows, rows)], resolution, seed)
+        group[rows] = own + count
+        count += int(own.max()) + 1
+    return Grouping(group, links)
+
+
+REACH = 2.2  # metres: flattened paths from which on two holds are never linked
+
+FLATTEN = 0.2  # factor on the vertical part of a path; the fit knows no other
+
+SHARPEN = 3  # power of the probability: Louvain wants few, sure links
+
+RESOLUTION = 2.0  # of Louvain, over all colours
+
+FAINT = 0.01  # links below are left out
+
+WEIGHTS = (1.396, -3.006, -18.504, -2.768, 0.324, -1.729, 0.201, -10.911)
+
+BIAS = 3.026
+
+
+def balanced_paint(linear: Floats, tint: Floats) -> Floats:
+    """(n, 3) paint of holds under one light: chroma (2) and lightness, see `oklab.features`.
+
+    Parameters
+    ----------
+    linear : (n, 3) linear RGB of the holds, under one exposure.
+    tint : (n, 3) > 0, relative colour of the light at each hold (`light.SceneLight.tint_at`).
+        Only how it differs between holds counts: the wall's own paint is no light.
+    """
+    logs = np.log(tint)
+    logs = logs - logs.mean(axis=1, keepdims=True)
+    logs = logs - np.median(logs, axis=0)
+    white = 0.8 / max(float(np.percentile(linear.mean(axis=1), 98)), 1e-9)
+    return features(linear * np.exp(-logs) * white, 1.0)
+
+
+def cues_of(points: Floats, paint: Floats, pairs: Ints, lengths: Floats) -> Floats:
+    """(P, 8) the four cues of each pair and their squares.
+
+    Parameters
+    ----------
+    points : (n, 3) positions, metres; paint : (n, 3) of `balanced_paint`.
+    pairs : (P, 2) hold numbers; lengths : (P,) flattened path lengths, metres.
+    """
+    one, two = pairs[:, 0], pairs[:, 1]
+    aside = np.linalg.norm(points[one, :2] - points[two, :2], axis=1)
+    away = paint[one] - paint[two]
+    chroma = np.linalg.norm(away[:, :2], axis=1)
+    four = np.column_stack([lengths, aside, chroma, np.abs(away[:, 2])])
+    return np.hstack([four, four**2])
+
+
+def may_be_linked(points: Floats, paint: Floats, pairs: Ints) -> NDArray[np.bool_]:
+    """(P,) whether a pair could have a link whatever the path between it turns out to be.
+
+    The odds are convex in the length of the path, which lies between the straight, flattened line
+    and `REACH`: no length in between gives more than the better of the two.
+    """
+    flat = points * np.array([1.0, 1.0, FLATTEN])
+    straight = np.linalg.norm(flat[pairs[:, 0]] - flat[pairs[:, 1]], axis=1)
+    longest = np.full(len(pairs), np.nextafter(REACH, 0.0))
+    ends = [likeness(cues_of(points, paint, pairs, length)) for length in (straight, longest)]
+    return np.asarray(np.maximum(*ends) > 0)
+
+
+def likeness(cues: Floats) -> Floats:
+    """(P,) weight in [0, 1] of the link of each pair: its probability, sharpened."""
+    near = cues[:, 0] < REACH
+    odds = np.where(near[:, None], cues, 0.0) @ np.array(WEIGHTS) + BIAS
+    weight = np.where(near, 1 / (1 + np.exp(-odds)), 0.0) ** SHARPEN
+    return np.where(weight < FAINT, 0.0, weight)

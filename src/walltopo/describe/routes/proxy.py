@@ -1,0 +1,236 @@
+"""A manifold stand-in of the wall, on which geodesic paths are solved.
+
+Real meshes have edges with three triangles, flipped triangles, holes and loose parts; the
+geodesic solver wants an oriented manifold. The repair, in this order:
+
+1. weld vertices that coincide (STL-like meshes share none),
+2. simplify by quadric edge collapse to `target` triangles (a hold-to-hold path does not
+   need more; the length error is measured in docs/routes.md),
+3. drop triangles without area and duplicates,
+4. glue triangles only along edges where exactly two meet in opposite directions; where more
+   meet, one such pair is glued; everything else is cut open by doubling the vertices,
+5. drop loose crumbs (`FLOATER`), so that no hold is hung on one,
+6. fill small holes (loops of up to `MAX_LOOP` edges) with a fan,
+7. insert one vertex per hold, so that a path ends where the hold is.
+
+Loose parts stay loose; `geodesic.py` says how paths cross from one to another.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import Mesh, StageError
+from walltopo.describe.routes.simplify_worker import simplified, simplified_apart
+from walltopo.geometry.borders import boundary_loops, close_loops
+from walltopo.geometry.topology import (
+    compact,
+    doubled,
+    glued_fans,
+    opposed_pairs,
+    split_fans,
+    vertex_parts,
+)
+
+__all__ = [
+    "PROXY_FACES",
+    "Proxy",
+    "build_proxy",
+    "fill_small_holes",
+    "manifold",
+    "simplify",
+    "weld",
+]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+PROXY_FACES = 20_000  # triangles of the stand-in that a scan uses
+APART = 250_000  # triangles from which a process of its own simplifies: its memory is given back
+MAX_LOOP = 60  # edges of the longest boundary loop that is filled
+FLOATER = 2e-3  # share of the wall's area below which a loose part is a crumb
+MARGIN = 2e-3  # anchors keep this barycentric distance from edges, so that no triangle is empty
+
+
+@dataclass(frozen=True, eq=False)
+class Proxy:
+    """An oriented manifold triangle mesh with one vertex per anchor.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float64, world frame.
+    faces : (F, 3) int64.
+    anchors : (A,) int64, the vertex of each anchor.
+    part : (V,) int64, number of the connected part each vertex lies in.
+    """
+
+    vertices: Floats
+    faces: Ints
+    anchors: Ints
+    part: Ints
+
+
+def weld(vertices: Floats, faces: NDArray[np.integer]) -> tuple[Floats, Ints]:
+    """Merge vertices that lie within a millionth of the mesh's size of each other."""
+    step = max(float(np.ptp(vertices, axis=0).max()), 1e-12) * 1e-6
+    cells = np.round((vertices - vertices.min(axis=0)) / step).astype(np.int64)
+    # One integer a cell: 21 bits an axis hold the million cells.
+    key = (cells[:, 0] << 42) | (cells[:, 1] << 21) | cells[:, 2]
+    _, first, inverse = np.unique(key, return_index=True, return_inverse=True)
+    return vertices[first], inverse[faces].astype(np.int64)
+
+
+def simplify(vertices: Floats, faces: NDArray[np.integer], target: int) -> tuple[Floats, Ints]:
+    """Quadric simplification to about `target` triangles (unchanged if there are fewer)."""
+    if len(faces) <= target:
+        return vertices.astype(np.float64), faces.astype(np.int64)
+    # Centred first: the simplifier works in float32.
+    centre = vertices.mean(axis=0)
+    work = simplified_apart if len(faces) > APART else simplified
+    points, triangles = work(
+        np.ascontiguousarray(vertices - centre, dtype=np.float32),
+        np.ascontiguousarray(faces, dtype=np.int32),
+        target,
+    )
+    return np.asarray(points, np.float64) + centre, np.asarray(triangles, np.int64)
+
+
+def _drop_bad(vertices: Floats, faces: Ints) -> Ints:
+    """Faces without those that repeat a vertex, have no area, or repeat another face."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    scale = np.ptp(vertices, axis=0).max() if len(vertices) else 1.0
+    faces = faces[area > 1e-14 * scale * scale]
+    return faces[~doubled(faces)]
+
+
+def _cut_open(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
+    """Give each fan of glued triangles around a vertex a vertex of its own."""
+    fan = glued_fans(faces, *opposed_pairs(faces))
+    cut = split_fans(Mesh(vertices, faces.astype(np.int32)), fan)
+    return cut.vertices, cut.faces.astype(np.int64)
+
+
+def _surplus(faces: Ints) -> Ints:
+    """Faces that still share an edge with two others: cutting could not part them."""
+    start, end = faces.ravel(), faces[:, [1, 2, 0]].ravel()
+    n = int(faces.max()) + 1
+    key = start * n + end
+    _, first = np.unique(key, return_index=True)
+    repeated = np.ones(len(key), dtype=np.bool_)
+    repeated[first] = False
+    return np.flatnonzero(repeated) // 3
+
+
+def manifold(vertices: Floats, faces: NDArray[np.integer]) -> tuple[Floats, Ints]:
+    """Cut a triangle soup open until it is an oriented manifold.
+
+    A vertex is doubled for each fan of glued triangles around it. A triangle is dropped only
+    where its fan hangs together elsewhere with the triangles it should be cut from.
+
+    Returns
+    -------
+    (V', 3) float64 vertices and (F', 3) int64 faces, every vertex used.
+    """
+    points = np.asarray(vertices, np.float64)
+    kept = _drop_bad(points, faces.astype(np.int64))
+    while len(kept):
+        points, kept = _cut_open(points, kept)
+        surplus = _surplus(kept)
+        if len(surplus):
+            kept = np.delete(kept, surplus, axis=0)
+            continue
+        again, _ = _cut_open(points, kept)
+        if len(again) == len(points):
+            return points, kept
+    return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
+
+
+def fill_small_holes(
+    vertices: Floats, faces: Ints, max_loop: int = MAX_LOOP
+) -> tuple[Floats, Ints]:
+    """Close boundary loops of at most `max_loop` edges.
+
+    The longest loop of all is kept: it is the outline of the wall.
+    """
+    loops = sorted(boundary_loops(faces), key=len)[:-1]
+    points, closed = close_loops(vertices, faces, [n for n in loops if len(n) <= max_loop])
+    return points, closed.astype(np.int64)
+
+
+def _nearest_on_triangles(point: Floats, corners: Floats) -> tuple[int, Floats]:
+    """The triangle nearest to a point and the barycentric coordinates of the foot point."""
+    from trimesh.triangles import closest_point, points_to_barycentric
+
+    feet = closest_point(corners, np.broadcast_to(point, (len(corners), 3)))
+    winner = int(np.linalg.norm(feet - point, axis=1).argmin())
+    return winner, points_to_barycentric(corners[[winner]], feet[[winner]])[0]
+
+
+def _insert_anchors(vertices: Floats, faces: Ints, anchors: Floats) -> tuple[Floats, Ints, Ints]:
+    """Split the triangle nearest to each anchor at the anchor's foot point."""
+    from scipy.spatial import cKDTree
+
+    points, triangles = list(vertices), list(faces)
+    tree = cKDTree(vertices[faces].mean(axis=1))
+    _, near = tree.query(anchors, k=min(32, len(faces)))
+    near = np.asarray(near).reshape(len(anchors), -1)
+    children: dict[int, list[int]] = {}
+    result = np.zeros(len(anchors), dtype=np.int64)
+    for number, anchor in enumerate(anchors):
+        candidates = [c for f in near[number].tolist() for c in children.get(f, [f])]
+        corners = np.array([[points[v] for v in triangles[c]] for c in candidates])
+        winner, weights = _nearest_on_triangles(anchor, corners)
+        chosen = candidates[winner]
+        a, b, c = (int(v) for v in triangles[chosen])
+        if weights.max() > 1 - MARGIN:
+            result[number] = (a, b, c)[int(weights.argmax())]
+            continue
+        weights = np.maximum(weights, MARGIN)
+        weights /= weights.sum()
+        new = len(points)
+        points.append(weights @ corners[winner])
+        triangles[chosen] = np.array([a, b, new])
+        triangles += [np.array([b, c, new]), np.array([c, a, new])]
+        root = next((f for f, kids in children.items() if chosen in kids), chosen)
+        children.setdefault(root, [root]).extend([len(triangles) - 2, len(triangles) - 1])
+        result[number] = new
+    return np.array(points), np.array(triangles, dtype=np.int64), result
+
+
+def _without_floaters(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
+    """Drop parts with less than `FLOATER` of the area: crumbs in front of the wall."""
+    if len(faces) == 0:
+        return vertices, faces
+    part = vertex_parts(faces, len(vertices))[faces[:, 0]]
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    area = np.bincount(part, np.linalg.norm(np.cross(b - a, c - a), axis=1))
+    kept = faces[area[part] >= FLOATER * area.sum()]
+    points, triangles = compact(vertices, kept)
+    return points, triangles.astype(np.int64)
+
+
+def build_proxy(
+    vertices: Floats, faces: NDArray[np.integer], anchors: Floats, target: int
+) -> Proxy:
+    """Simplify, repair and anchor: see the module's text.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float64; faces : (F, 3) int, any triangle soup.
+    anchors : (A, 3) float64, points near the surface (holds), same frame.
+    target : triangles wanted in the proxy.
+    """
+    points, triangles = _without_floaters(*manifold(*simplify(*weld(vertices, faces), target)))
+    if len(triangles) == 0:
+        raise StageError(
+            "the mesh has no triangle with an area, so no path can be measured on it",
+            "Look at mesh.ply; run the dense stage again.",
+        )
+    points, triangles = fill_small_holes(points, triangles)
+    points, triangles, rows = _insert_anchors(points, triangles, np.asarray(anchors, np.float64))
+    part = vertex_parts(triangles, len(points)).astype(np.int64)
+    return Proxy(points, triangles, rows, part)

@@ -1,0 +1,70 @@
+"""The process that simplifies a large mesh: `python -m walltopo.describe.routes.simplify_worker`.
+
+The library keeps what its largest mesh took, three quarters of a gigabyte for a wall, until its
+process ends. Here that is soon.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import StageError
+
+__all__ = ["main", "simplified", "simplified_apart"]
+
+Points = NDArray[np.float32]
+Triangles = NDArray[np.int32]
+
+
+def simplified(points: Points, triangles: Triangles, target: int) -> tuple[Points, Triangles]:
+    """Quadric simplification of (V, 3) points and (F, 3) triangles to about `target` of them."""
+    import fast_simplification
+
+    points, triangles = fast_simplification.simplify(points, triangles, target_count=target, agg=5)
+    return points, triangles
+
+
+def simplified_apart(points: Points, triangles: Triangles, target: int) -> tuple[Points, Triangles]:
+    """As `simplified`, by a process of its own.
+
+    Raises
+    ------
+    StageError : that process failed.
+    """
+    with tempfile.TemporaryDirectory(prefix="walltopo-simplify-") as name:
+        folder = Path(name)
+        np.save(folder / "points.npy", points)
+        np.save(folder / "triangles.npy", triangles)
+        command = [
+            sys.executable,
+            "-m",
+            "walltopo.describe.routes.simplify_worker",
+            name,
+            str(target),
+        ]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        if done.returncode:
+            raise StageError(
+                f"the mesh of {len(triangles)} triangles could not be simplified (the process "
+                f"ended with {done.returncode}): {done.stderr.strip()[-500:]}"
+            )
+        return np.load(folder / "points.npy"), np.load(folder / "triangles.npy")
+
+
+def main() -> None:
+    """Replace the two files in the folder that is told."""
+    folder, target = Path(sys.argv[1]), int(sys.argv[2])
+    points, triangles = np.load(folder / "points.npy"), np.load(folder / "triangles.npy")
+    points, triangles = simplified(points, triangles, target)
+    np.save(folder / "points.npy", points)
+    np.save(folder / "triangles.npy", triangles)
+
+
+if __name__ == "__main__":
+    main()

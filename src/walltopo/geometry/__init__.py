@@ -1,0 +1,1 @@
+"""Rays, z-buffers, meshes and graphs."""

@@ -1,1 +1,0 @@
-"""Graphs given as lists of pairs: what hangs together, and clusters by modularity."""

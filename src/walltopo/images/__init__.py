@@ -1,0 +1,1 @@
+"""Photos as arrays, colour spaces, ONNX sessions."""

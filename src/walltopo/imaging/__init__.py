@@ -1,1 +1,0 @@
-"""Pictures as arrays: reading, colour curves, packing into an atlas."""

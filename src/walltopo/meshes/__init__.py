@@ -1,1 +1,0 @@
-"""Triangle meshes: files, topology, similarity transforms, checks."""

@@ -1,0 +1,42 @@
+"""Open an edit session on a scan: the stages `edit` and `export` follow each saved log."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+
+from walltopo.editing.session import EditSession
+from walltopo.editing.settings import EditSettings
+from walltopo.pipeline.runner import kept_settings, refresh, stale_stages
+from walltopo.pipeline.stages.edit import EDIT
+from walltopo.pipeline.stages.export import EXPORT
+from walltopo.pipeline.workplace import held
+from walltopo.scan.artifacts import Load
+from walltopo.scan.folder import ScanFolder
+
+STAGES_AFTER_LOG = (EDIT.name, EXPORT.name)
+
+
+class _Stages:
+    """The stages after the log, of one scan folder."""
+
+    def __init__(self, folder: ScanFolder) -> None:
+        self._folder = folder
+
+    @property
+    def settings(self) -> EditSettings:
+        return kept_settings(self._folder).edit
+
+    def is_stale(self) -> bool:
+        return bool(stale_stages(self._folder, STAGES_AFTER_LOG))
+
+    def hold(self) -> AbstractContextManager[None]:
+        return held(self._folder)
+
+    def run(self, load: Load) -> None:
+        refresh(self._folder, STAGES_AFTER_LOG, load)
+
+
+def open_session(folder: ScanFolder, rebuilt: Callable[[str], None] | None = None) -> EditSession:
+    """Return an edit session on a finished scan; `rebuilt` as in `EditSession`."""
+    return EditSession(folder, _Stages(folder), rebuilt)

@@ -1,0 +1,62 @@
+"""The stage `export`: everything of a finished scan that people and programs open."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from walltopo.pipeline.stage import Stage
+from walltopo.publish.settings import ExportSettings
+from walltopo.publish.wall_files import PageFiles
+from walltopo.scan.artifacts import figures, of
+from walltopo.scan.context import Context
+from walltopo.scan.folder import ScanFolder
+from walltopo.scan.manifest import Metrics
+from walltopo.scan.pictures import Made
+
+
+@dataclass(frozen=True)
+class Writes:
+    """What the stage makes."""
+
+    glb: Made = of(ScanFolder.glb)
+    page_assets: Made = of(ScanFolder.page_assets)
+    page: Made = of(ScanFolder.page)
+    report: Made = of(ScanFolder.report)
+    metrics: Metrics = figures()
+
+
+def run(reads: PageFiles, settings: ExportSettings, context: Context) -> Writes:
+    """`wall.glb`, the page with its assets, and the report.
+
+    Metrics: sizes in megabytes and triangles of each tier, counts of holds and routes.
+
+    Raises
+    ------
+    InputError : files of earlier stages do not fit each other.
+    """
+    from walltopo.publish.kept_tiers import TIERS
+    from walltopo.publish.outputs import export_wall
+    from walltopo.publish.report import Facts, report_html
+    from walltopo.publish.wall_data import wall_of
+
+    progress = context.progress
+    wall = wall_of(reads, settings.title or context.title)
+    kept, moves = context.cache / TIERS, reads.moves is not None
+    made = export_wall(wall, settings, context.scratch, progress, kept, moves=moves)
+    progress.step("report", 1)
+    report = context.scratch / "report.html"
+    size = made.glb.path.stat().st_size
+    facts = Facts.of(reads, context.records)
+    text = report_html(wall, facts, made.first, size, made.page.path.name, context.cache)
+    report.write_text(text, encoding="utf-8")
+    progress.advance()
+    volumes = sum(hold.kind == "volume" for hold in wall.holds)
+    metrics = made.metrics | {
+        "holds": len(wall.holds) - volumes,
+        "volumes": volumes,
+        "routes": len(wall.routes),
+    }
+    return Writes(made.glb, made.page_assets, made.page, Made(report), metrics)
+
+
+EXPORT = Stage("export", PageFiles, Writes, run, version=7)

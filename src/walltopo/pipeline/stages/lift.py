@@ -1,0 +1,68 @@
+"""The stage `lift`: 2D masks and the mesh to 3D instances."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from walltopo.core import Mesh
+from walltopo.pipeline.stage import Stage
+from walltopo.scan.artifacts import figures, of
+from walltopo.scan.colmap_model import SparseModel
+from walltopo.scan.context import Context
+from walltopo.scan.detections import Detections
+from walltopo.scan.folder import ScanFolder
+from walltopo.scan.instances import InstanceRecords, InstanceTable
+from walltopo.scan.manifest import Metrics
+from walltopo.scan.scale import Scale
+from walltopo.segment.lift.settings import LiftParams
+
+
+@dataclass(frozen=True)
+class Reads:
+    """What the stage is given."""
+
+    sparse: SparseModel = of(ScanFolder.sparse)
+    scale: Scale = of(ScanFolder.scale)
+    mesh: Mesh = of(ScanFolder.mesh)
+    detections: Detections = of(ScanFolder.detections)
+
+
+@dataclass(frozen=True)
+class Writes:
+    """What the stage makes."""
+
+    lifted: InstanceTable = of(ScanFolder.lifted)
+    lifted_records: InstanceRecords = of(ScanFolder.lifted_records)
+    metrics: Metrics = figures()
+
+
+def run(reads: Reads, settings: LiftParams, context: Context) -> Writes:
+    """Lift the scan's detections onto its mesh.
+
+    A scan without a scale is lifted with normalised lengths, whatever the settings say: its unit
+    means nothing.
+    """
+    import numpy as np
+
+    from walltopo.segment.lift import lift
+    from walltopo.segment.lift_files import records_of, table_of
+
+    found = reads.detections
+    views = [view.with_masks(found.masks.get(view.name, ())) for view in reads.sparse.views]
+    if not reads.scale.metric and not settings.normalised:
+        context.progress.note("the scan has no scale: lengths are taken in their normalised form")
+        settings = replace(settings, normalised=True)
+    instances = lift(reads.mesh, views, settings, context.progress)
+    return Writes(
+        table_of(instances),
+        records_of(instances, views, found.classes),
+        {
+            "instances": len(instances),
+            "masks": sum(len(view.masks) for view in views),
+            "views": len(views),
+            "faces_labelled": int(np.count_nonzero(instances.face_instance)),
+        },
+    )
+
+
+LIFT = Stage("lift", Reads, Writes, run)

@@ -1,0 +1,62 @@
+"""The stage `propose`: what the mesh itself shows beside the masks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from walltopo.core import Mesh
+from walltopo.pipeline.stage import Stage
+from walltopo.scan.artifacts import figures, of
+from walltopo.scan.colmap_model import SparseModel
+from walltopo.scan.context import Context
+from walltopo.scan.detections import Detections
+from walltopo.scan.folder import ScanFolder
+from walltopo.scan.instances import InstanceRecords, InstanceTable
+from walltopo.scan.manifest import Metrics
+from walltopo.scan.photos import PhotoSet
+from walltopo.scan.scale import Scale
+from walltopo.segment.propose.settings import ProposeSettings
+
+
+@dataclass(frozen=True)
+class Reads:
+    """What the stage is given."""
+
+    photos: PhotoSet = of(ScanFolder.photos)
+    sparse: SparseModel = of(ScanFolder.sparse)
+    scale: Scale = of(ScanFolder.scale)
+    mesh: Mesh = of(ScanFolder.mesh)
+    detections: Detections = of(ScanFolder.detections)
+    lifted: InstanceTable = of(ScanFolder.lifted)
+    lifted_records: InstanceRecords = of(ScanFolder.lifted_records)
+
+
+@dataclass(frozen=True)
+class Writes:
+    """What the stage makes."""
+
+    instances: InstanceTable = of(ScanFolder.instances)
+    instance_records: InstanceRecords = of(ScanFolder.instance_records)
+    metrics: Metrics = figures()
+
+
+def run(reads: Reads, settings: ProposeSettings, context: Context) -> Writes:
+    """What the mesh itself shows beside the masks."""
+    from walltopo.segment.propose.proposals import propose
+
+    return Writes(
+        *propose(
+            reads.lifted,
+            reads.lifted_records,
+            reads.mesh,
+            reads.detections,
+            reads.sparse.views,
+            reads.photos,
+            reads.scale.metric,
+            settings,
+            context.progress,
+        )
+    )
+
+
+PROPOSE = Stage("propose", Reads, Writes, run)

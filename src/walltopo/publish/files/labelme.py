@@ -1,0 +1,95 @@
+"""Hold outlines in every photo as LabelMe files: 3D results as 2D training labels."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import InputError, Progress, View
+from walltopo.core.files import join_inside, write_json
+from walltopo.publish.wall_data import Wall
+from walltopo.scan.folder import ScanFolder
+
+__all__ = ["outlines", "write_labelme"]
+
+SMALLEST = 30  # pixels of a hold that are worth an outline
+
+
+def outlines(
+    labels: NDArray[np.int32], tolerance: float = 1.0
+) -> list[tuple[int, list[list[float]]]]:
+    """Outer outlines of each id in an (H, W) label picture, simplified to `tolerance` pixels."""
+    import cv2
+
+    found: list[tuple[int, list[list[float]]]] = []
+    for id_ in np.unique(labels[labels > 0]).tolist():
+        mask = np.ascontiguousarray(labels == id_).view(np.uint8)
+        contours, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+        for contour in contours:
+            if cv2.contourArea(contour) < SMALLEST:
+                continue
+            line = cv2.approxPolyDP(contour, tolerance, True).reshape(-1, 2)
+            if len(line) >= 3:
+                # OpenCV counts pixel centres, LabelMe pixel corners.
+                found.append((int(id_), (line + 0.5).astype(float).tolist()))
+    return found
+
+
+def _document(view: View, wall: Wall, image: str) -> dict[str, Any]:
+    from walltopo.geometry.zbuffer import render_ids
+
+    face, _ = render_ids(wall.mesh.vertices, wall.mesh.faces, view.camera, view.cam_from_world)
+    labels = np.where(face >= 0, wall.face_instance[face], 0).astype(np.int32)
+    rows = {hold.id: hold for hold in wall.holds}
+    shapes = []
+    for id_, points in outlines(labels):
+        row = rows[id_]
+        shapes.append(
+            {
+                "label": row.kind,
+                "points": points,
+                "group_id": id_,
+                "description": f"{row.colour} {row.type}",
+                "shape_type": "polygon",
+                "flags": {},
+            }
+        )
+    return {
+        "version": "5.5.0",
+        "flags": {},
+        "shapes": shapes,
+        "imagePath": image,
+        "imageData": None,
+        "imageHeight": view.camera.height,
+        "imageWidth": view.camera.width,
+    }
+
+
+def write_labelme(folder: Path, scan: ScanFolder, wall: Wall, progress: Progress) -> int:
+    """One `<photo>.json` a registered photo, beside a copy of the photo; gives their number.
+
+    Other files of the folder stay.
+
+    Raises
+    ------
+    InputError : the scan has no camera positions, or a photo is missing.
+    """
+    import shutil
+
+    from walltopo.scan.colmap_model import read_views
+
+    views = read_views(scan.sparse)
+    progress.step("hold outlines", len(views))
+    folder.mkdir(parents=True, exist_ok=True)
+    for view in views:
+        photo = join_inside(scan.photos, view.name)
+        if not photo.is_file():
+            raise InputError(f"{photo}: the photo is missing")
+        name = Path(view.name).name
+        shutil.copyfile(photo, folder / name)
+        write_json((folder / name).with_suffix(".json"), _document(view, wall, name))
+        progress.advance()
+    return len(views)

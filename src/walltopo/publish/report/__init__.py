@@ -1,0 +1,5 @@
+"""`report.html`: what went well and what did not, one self-contained file."""
+
+from walltopo.publish.report.page import Facts, report_html
+
+__all__ = ["Facts", "report_html"]

@@ -1,0 +1,135 @@
+"""The application: files of the page, and the editor's routes."""
+
+from __future__ import annotations
+
+import html
+import re
+from collections.abc import Callable, Sequence
+from http import HTTPStatus
+from pathlib import Path
+
+from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
+from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect, Request
+from starlette.responses import HTMLResponse, Response
+from starlette.routing import BaseRoute, Route
+from starlette.staticfiles import StaticFiles
+from starlette.types import ASGIApp
+
+from walltopo.core import EnvironmentLacksError, WalltopoError
+from walltopo.core.errors import EditsChangedError, problem_key
+from walltopo.publish.server.guard import Guard, Rules, policy, problem
+from walltopo.scan.folder import ScanFolder
+
+# Compared with the path as it was sent: nothing that is encoded, hidden or steps up can match.
+SERVED = re.compile(
+    r"(index|report)\.html|wall\.glb|(holds|routes|moves)\.json|(page|cutouts)/[A-Za-z0-9_-][A-Za-z0-9._-]{0,99}"
+)
+TYPES = {
+    ".glb": "model/gltf-binary",
+    ".js": "text/javascript; charset=utf-8",
+    ".json": "application/json; charset=utf-8",
+}
+
+
+def make_app(
+    scan: ScanFolder,
+    rules: Rules,
+    editor: Sequence[BaseRoute] = (),
+    tell: Callable[[str], None] | None = None,
+) -> ASGIApp:
+    """The guarded application.
+
+    Parameters
+    ----------
+    editor : routes below `/api/` for those who have the token; empty without edit mode.
+    tell : gets a line about each request that failed by a defect.
+    """
+
+    def defect(request: Request, error: Exception) -> Response:
+        if tell is not None:
+            tell(f"a request failed: {type(error).__name__}: {error}")
+        # None of this machine's paths for the asker.
+        path = request.scope["path"]
+        return problem(path, HTTPStatus.INTERNAL_SERVER_ERROR, "walltopo failed here")
+
+    pages = _Pages(scan, rules)
+    app = Starlette(
+        routes=[
+            *editor,
+            Route("/{name:path}", pages.file, methods=["GET"]),
+        ],
+        exception_handlers={
+            HTTPException: _http_error,
+            WalltopoError: _unusable,
+            ClientDisconnect: _left,
+            Exception: defect,
+        },
+    )
+    return Guard(app, rules)
+
+
+class _Pages:
+    def __init__(self, scan: ScanFolder, rules: Rules) -> None:
+        self.scan = scan
+        self.rules = rules
+        # Of Starlette's: validators, ranges and what has not changed; which file: `_path`.
+        self.files = StaticFiles(directory=scan.root)
+
+    async def file(self, request: Request) -> Response:
+        name = request.scope["raw_path"].decode("ascii").removeprefix("/") or "index.html"
+        token = request.query_params.get("token")
+        if name == "index.html" and self.rules.token is not None and token is not None:
+            return await self._editor(token)
+        path = await run_in_threadpool(self._path, name)
+        if path is None:
+            raise HTTPException(HTTPStatus.NOT_FOUND, "not found")
+        answer = self.files.file_response(path, path.stat(), request.scope)
+        if path.suffix in TYPES and answer.status_code == HTTPStatus.OK:
+            answer.headers["Content-Type"] = TYPES[path.suffix]
+        return answer
+
+    async def _editor(self, token: str) -> Response:
+        """The page with the editor, for who has the token; kept by no cache, shown in no frame."""
+        if not self.rules.knows(token):
+            raise HTTPException(
+                HTTPStatus.FORBIDDEN,
+                "the token is of an earlier run: open the address that `walltopo view` shows now",
+            )
+        path = await run_in_threadpool(self._path, "index.html")
+        if path is None:
+            raise HTTPException(HTTPStatus.NOT_FOUND, "not found")
+        page = await run_in_threadpool(path.read_text, encoding="utf-8")
+        page = page.replace("<wall-topo ", f'<wall-topo edit token="{html.escape(token)}" ', 1)
+        headers = {"Cache-Control": "no-store", "Content-Security-Policy": policy()}
+        return HTMLResponse(page, headers=headers)
+
+    def _path(self, name: str) -> Path | None:
+        """The file behind a name, if the page is made of it and no link leads elsewhere."""
+        if not SERVED.fullmatch(name):
+            return None
+        root = self.scan.root.resolve()
+        path = root / name
+        return path if path.is_file() and path.resolve() == path else None
+
+
+def _http_error(request: Request, error: Exception) -> Response:
+    assert isinstance(error, HTTPException)
+    return problem(request.scope["path"], error.status_code, error.detail)
+
+
+def _unusable(request: Request, error: Exception) -> Response:
+    assert isinstance(error, WalltopoError)
+    text = f"{error.message}. {error.hint}" if error.hint else error.message
+    status = HTTPStatus.BAD_REQUEST
+    if isinstance(error, EditsChangedError):
+        status = HTTPStatus.PRECONDITION_FAILED
+    elif isinstance(error, EnvironmentLacksError):
+        status = HTTPStatus.INSUFFICIENT_STORAGE
+    return problem(request.scope["path"], status, text, problem_key(error))
+
+
+def _left(request: Request, error: Exception) -> Response:
+    """Nobody reads this: the connection is gone."""
+    return Response(status_code=HTTPStatus.BAD_REQUEST)

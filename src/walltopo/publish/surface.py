@@ -1,0 +1,167 @@
+"""The mesh as a renderer wants it: one vertex per place, hold and texture position.
+
+A vertex on a hold's border is split: the wall's triangles get their own copy. So no triangle
+mixes two ids, and simplification cannot make one that does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import Mesh
+from walltopo.geometry.corners import shared_corners
+from walltopo.publish.meshopt import available, simplify_indices
+
+__all__ = ["Look", "Surface", "mixed_triangles", "simplify", "split_at_borders"]
+
+# What an error of the whole texture's width weighs against one of the whole wall's size.
+UV_WEIGHT = 0.5
+COLOUR_WEIGHT = 0.2
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """Indexed triangles with per-vertex hold ids.
+
+    Parameters
+    ----------
+    positions : (V, 3) float32, world frame, z up.
+    triangles : (T, 3) uint32.
+    feature : (V,) int32, hold id, 0 = wall.
+    normals : (V, 3) float32, unit, smooth over the unsplit mesh.
+    uv : (V, 2) float32 or None.
+    colours : (V, 3) uint8 sRGB or None.
+    guessed : (V,) uint8, 1 at guessed triangles, or None where that is not told.
+    """
+
+    positions: NDArray[np.float32]
+    triangles: NDArray[np.uint32]
+    feature: NDArray[np.int32]
+    normals: NDArray[np.float32]
+    uv: NDArray[np.float32] | None = None
+    colours: NDArray[np.uint8] | None = None
+    guessed: NDArray[np.uint8] | None = None
+
+    @cached_property
+    def mesh(self) -> Mesh:
+        """Its shape alone."""
+        return Mesh(self.positions.astype(np.float64), self.triangles.astype(np.int32))
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """A surface and the (H, W, 3) sRGB picture that its `uv` refer to; None without a texture."""
+
+    surface: Surface
+    picture: NDArray[np.uint8] | None
+
+
+def _smooth_normals(mesh: Mesh) -> NDArray[np.float32]:
+    weighted = mesh.normals * mesh.areas[:, None]
+    total = np.zeros_like(mesh.vertices)
+    for corner in range(3):
+        for axis in range(3):
+            total[:, axis] += np.bincount(
+                mesh.faces[:, corner], weighted[:, axis], minlength=len(mesh.vertices)
+            )
+    length = np.linalg.norm(total, axis=1, keepdims=True)
+    up = np.array([0.0, 0.0, 1.0])
+    return np.where(length > 0, total / np.where(length > 0, length, 1.0), up).astype(np.float32)
+
+
+def split_at_borders(
+    mesh: Mesh,
+    face_instance: NDArray[np.int32],
+    uv: NDArray[np.float32] | None = None,
+    guessed: NDArray[np.bool_] | None = None,
+) -> Surface:
+    """Give every triangle corner a vertex of its own hold id and texture position.
+
+    Parameters
+    ----------
+    mesh : V vertices, F faces.
+    face_instance : (F,) int32, 0 = wall.
+    uv : (F, 3, 2) float32 texture positions of the corners; equal ones (to 1/65535 of the
+        texture) share a vertex.
+    guessed : (F,) bool; given, no vertex is shared by guessed and other triangles.
+    """
+    ids = face_instance.astype(np.uint64)
+    if guessed is not None:
+        ids = 2 * ids + guessed
+    values = np.broadcast_to(ids[:, None], mesh.faces.shape)
+    if uv is not None:
+        grid = np.rint(np.clip(uv, 0.0, 1.0) * 65535.0).astype(np.uint64)
+        values = (values << np.uint64(32)) | (grid[..., 0] << np.uint64(16)) | grid[..., 1]
+    first, triangles = shared_corners(mesh.faces, values, len(mesh.vertices))
+    source = mesh.faces.ravel()[first]
+    colours = mesh.vertex_colours
+    return Surface(
+        positions=mesh.vertices[source].astype(np.float32),
+        triangles=triangles,
+        feature=face_instance[first // 3].astype(np.int32),
+        normals=_smooth_normals(mesh)[source],
+        uv=None if uv is None else uv.reshape(-1, 2)[first].astype(np.float32),
+        colours=None if colours is None or uv is not None else colours[source],
+        guessed=None if guessed is None else guessed[first // 3].astype(np.uint8),
+    )
+
+
+def mixed_triangles(surface: Surface) -> int:
+    """How many triangles touch vertices of two ids; 0 is what a good surface has."""
+    ids = surface.feature[surface.triangles]
+    return int(np.count_nonzero((ids != ids[:, :1]).any(axis=1)))
+
+
+def _attributes(surface: Surface) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """What simplification should keep besides shape, and the weight of each column."""
+    if surface.uv is not None:
+        return surface.uv, np.full(2, UV_WEIGHT, np.float32)
+    if surface.colours is not None:
+        return (surface.colours / np.float32(255)).astype(np.float32), np.full(
+            3, COLOUR_WEIGHT, np.float32
+        )
+    return surface.normals, np.full(3, 0.02, np.float32)
+
+
+def simplify(surface: Surface, triangles: int) -> Surface:
+    """At most about `triangles` triangles, by edge collapse along, never across, hold borders.
+
+    Uses meshoptimizer's attribute-aware simplifier: split vertices at one place are a seam, and
+    both sides of a seam move together, so that no cracks open. Without meshoptimizer the surface
+    comes back as it is (the export stage says so).
+    """
+    if not available():
+        return surface
+    if triangles <= 0 or len(surface.triangles) <= triangles:
+        return _reordered(surface, surface.triangles)
+    values, weights = _attributes(surface)
+    kept = simplify_indices(surface.triangles, surface.positions, values, weights, triangles)
+    return _reordered(surface, kept)
+
+
+def _reordered(surface: Surface, triangles: NDArray[np.uint32]) -> Surface:
+    """Drop unused vertices; order both so that the GPU's caches and the codec work well."""
+    import meshoptimizer
+
+    count = len(surface.positions)
+    indices = np.ascontiguousarray(triangles, dtype=np.uint32).ravel()
+    cached = np.zeros_like(indices)
+    meshoptimizer.optimize_vertex_cache(cached, indices, len(indices), count)
+    remap = np.zeros(count, dtype=np.uint32)
+    used = meshoptimizer.optimize_vertex_fetch_remap(remap, cached, len(cached), count)
+    kept = np.flatnonzero(remap != np.uint32(0xFFFFFFFF))
+    order = np.zeros(used, dtype=np.int64)
+    order[remap[kept]] = kept
+    return Surface(
+        positions=surface.positions[order],
+        triangles=remap[cached].reshape(-1, 3).astype(np.uint32),
+        feature=surface.feature[order],
+        normals=surface.normals[order],
+        uv=None if surface.uv is None else surface.uv[order],
+        colours=None if surface.colours is None else surface.colours[order],
+        guessed=None if surface.guessed is None else surface.guessed[order],
+    )

@@ -1,0 +1,1 @@
+"""Photos to a textured mesh: ingest, sparse, scale, dense, texture."""

@@ -1,0 +1,235 @@
+"""Marching cubes over a sparse volume, manifold by construction.
+
+Lorensen and Cline, "Marching cubes", 1987, with a table that is derived here instead of copied:
+on every face of a cube the corners outside the surface are kept apart, so that two cubes always
+agree on their common face and the surface has no holes (the classic table's flaw).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import Mesh
+from walltopo.geometry.kernels import kernel
+from walltopo.reconstruct.dense.tsdf import BLOCK, Volume
+
+__all__ = ["cube_table", "extract"]
+
+Singles = NDArray[np.float32]
+
+# Corner n of a cube lies at its (n & 1, n >> 1 & 1, n >> 2 & 1).
+_EDGES = [(a, a | bit) for bit in (1, 2, 4) for a in range(8) if not a & bit]
+_EDGE_INDEX = {frozenset(edge): number for number, edge in enumerate(_EDGES)}
+# The corners of each face, counter-clockwise seen from outside the cube.
+_FACES = [
+    (0, 4, 6, 2),
+    (1, 3, 7, 5),
+    (0, 1, 5, 4),
+    (2, 6, 7, 3),
+    (0, 2, 3, 1),
+    (4, 5, 7, 6),
+]
+_MAX_TRIANGLES = 5
+
+
+def _face_segments(face: tuple[int, ...], inside: int) -> list[tuple[int, int]]:
+    """Directed segments of the surface on one face, as pairs of edge numbers.
+
+    Each segment keeps one run of inside corners on its left, seen from outside the cube.
+    """
+    flags = [bool(inside >> corner & 1) for corner in face]
+    segments: list[tuple[int, int]] = []
+    for k in range(4):
+        if flags[k] or not flags[k - 1]:
+            continue
+        # a run of inside corners ends before k: find where the next run begins
+        step = k
+        while not flags[step % 4]:
+            step += 1
+        end = _EDGE_INDEX[frozenset((face[k - 1], face[k]))]
+        begin = _EDGE_INDEX[frozenset((face[(step - 1) % 4], face[step % 4]))]
+        segments.append((end, begin))
+    return segments
+
+
+def _loops(inside: int) -> list[list[int]]:
+    """Closed chains of edge crossings of one configuration."""
+    follow: dict[int, int] = {}
+    for face in _FACES:
+        for start, stop in _face_segments(face, inside):
+            follow[start] = stop
+    loops: list[list[int]] = []
+    while follow:
+        first, current = follow.popitem()
+        loop = [first]
+        while current != first:
+            loop.append(current)
+            current = follow.pop(current)
+        loops.append(loop)
+    return loops
+
+
+def _on_one_face(a: int, b: int) -> bool:
+    """Whether two edges of the cube lie on a common face."""
+    corners = {*_EDGES[a], *_EDGES[b]}
+    return any(corners <= set(face) for face in _FACES)
+
+
+def _triangulate(loop: list[int]) -> list[tuple[int, int, int]] | None:
+    """Triangles of a loop whose inner edges never lie on a face of the cube.
+
+    Such an edge could coincide with one of the neighbouring cube and break manifoldness.
+    """
+    if len(loop) == 3:
+        return [(loop[0], loop[1], loop[2])]
+    for k in range(len(loop)):
+        a, b, c = loop[k - 1], loop[k], loop[(k + 1) % len(loop)]
+        if not _on_one_face(a, c):
+            rest = _triangulate([e for e in loop if e != b])
+            if rest is not None:
+                return [(a, b, c), *rest]
+    return None
+
+
+@cache
+def cube_table() -> NDArray[np.int8]:
+    """(256, 3 * 5) int8: edges of the triangles per configuration of inside corners, -1 = end."""
+    table = np.full((256, 3 * _MAX_TRIANGLES), -1, dtype=np.int8)
+    for inside in range(256):
+        triangles: list[int] = []
+        for loop in _loops(inside):
+            found = _triangulate(loop)
+            if found is None:
+                raise AssertionError(f"cube {inside}: no triangulation")
+            triangles += [edge for triangle in found for edge in triangle]
+        table[inside, : len(triangles)] = triangles
+    return table
+
+
+@kernel
+def _fill_corners(
+    distance: Singles,
+    weight: Singles,
+    grid: NDArray[np.int32],
+    block: NDArray[np.int64],
+    least: float,
+    values: Singles,
+) -> None:
+    """Values at the (BLOCK + 1)^3 corners of a block's cubes, NaN where not observed."""
+    size = distance.shape[1]
+    for i in range(size + 1):
+        for j in range(size + 1):
+            for k in range(size + 1):
+                bi, bj, bk = block[0] + i // size, block[1] + j // size, block[2] + k // size
+                values[i, j, k] = np.nan
+                if bi >= grid.shape[0] or bj >= grid.shape[1] or bk >= grid.shape[2]:
+                    continue
+                b = grid[bi, bj, bk]
+                if b >= 0 and weight[b, i % size, j % size, k % size] >= least:
+                    value = distance[b, i % size, j % size, k % size]
+                    # a corner exactly on the surface would give a triangle without area
+                    values[i, j, k] = (
+                        value if abs(value) > 1e-3 else (1e-3 if value >= 0 else -1e-3)
+                    )
+
+
+@kernel
+def _march(
+    distance: Singles,
+    weight: Singles,
+    grid: NDArray[np.int32],
+    blocks: NDArray[np.int64],
+    least: float,
+    table: NDArray[np.int8],
+    edges: NDArray[np.int64],
+    strides: NDArray[np.int64],
+) -> tuple[NDArray[np.int64], Singles]:
+    """Triangle corners as edge keys, and where each lies along its edge."""
+    size = distance.shape[1]
+    capacity = 1 << 16
+    keys = np.empty(capacity, np.int64)
+    where = np.empty(capacity, np.float32)
+    count = 0
+    values = np.empty((size + 1, size + 1, size + 1), np.float32)
+    for b in range(len(blocks)):
+        _fill_corners(distance, weight, grid, blocks[b], least, values)
+        for i in range(size):
+            for j in range(size):
+                for k in range(size):
+                    inside = 0
+                    known = True
+                    for n in range(8):
+                        value = values[i + (n & 1), j + (n >> 1 & 1), k + (n >> 2 & 1)]
+                        if np.isnan(value):
+                            known = False
+                            break
+                        if value < 0:
+                            inside |= 1 << n
+                    if not known or inside == 0 or inside == 255:
+                        continue
+                    for t in range(table.shape[1]):
+                        edge = table[inside, t]
+                        if edge < 0:
+                            break
+                        a, c = edges[edge, 0], edges[edge, 1]
+                        ai, aj, ak = i + (a & 1), j + (a >> 1 & 1), k + (a >> 2 & 1)
+                        va = values[ai, aj, ak]
+                        vc = values[i + (c & 1), j + (c >> 1 & 1), k + (c >> 2 & 1)]
+                        corner = (
+                            (blocks[b, 0] * size + ai) * strides[0]
+                            + (blocks[b, 1] * size + aj) * strides[1]
+                            + (blocks[b, 2] * size + ak)
+                        )
+                        if count == capacity:
+                            capacity *= 2
+                            more = np.empty(capacity, np.int64)
+                            longer = np.empty(capacity, np.float32)
+                            for n in range(count):
+                                more[n], longer[n] = keys[n], where[n]
+                            keys, where = more, longer
+                        keys[count] = corner * 3 + edges[edge, 2]
+                        where[count] = va / (va - vc)
+                        count += 1
+    return keys[:count], where[:count]
+
+
+def extract(volumes: Iterable[Volume], least_weight: float) -> Mesh:
+    """The zero surface of volumes, counter-clockwise seen from where it was observed.
+
+    Parameters
+    ----------
+    volumes : the fused distances, one or more parts of a space; a part is needed until the next.
+    least_weight : voxels that were observed less than this bound no triangle.
+    """
+    edges = np.array([(a, c, int(a ^ c).bit_length() - 1) for a, c in _EDGES], dtype=np.int64)
+    keys, where = [], []
+    for volume in volumes:
+        origin, voxel = volume.origin, volume.voxel
+        counts = np.array(volume.grid.shape, dtype=np.int64) * BLOCK + 1
+        strides = np.array([counts[1] * counts[2], counts[2]], dtype=np.int64)
+        found = _march(
+            volume.distance,
+            volume.weight,
+            volume.grid,
+            volume.blocks[: volume.own].astype(np.int64),
+            np.float32(least_weight),
+            cube_table(),
+            edges,
+            strides,
+        )
+        keys.append(found[0])
+        where.append(found[1])
+        del volume
+    # Parts that meet on an edge of the grid name it by the same key: they share its vertex.
+    unique, first, inverse = np.unique(np.concatenate(keys), return_index=True, return_inverse=True)
+    corner, axis = unique // 3, unique % 3
+    x, rest = np.divmod(corner, strides[0])
+    y, z = np.divmod(rest, strides[1])
+    position = np.stack([x, y, z], axis=1).astype(np.float64)
+    position[np.arange(len(axis)), axis] += np.concatenate(where)[first]
+    vertices = origin + voxel * position
+    return Mesh(vertices, inverse.reshape(-1, 3)[:, ::-1].astype(np.int32))

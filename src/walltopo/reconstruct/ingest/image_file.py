@@ -1,0 +1,264 @@
+"""One image file: decode it upright as 8-bit sRGB, reduced, and read its focal length.
+
+Personal EXIF (place, time, owner, serial numbers) stays in the source: only pixels and the
+focal length in pixels leave this module.
+
+Up to `_EXACT_PIXELS` a photo is decoded whole and then reduced. A larger one never stands in memory
+at its full size where its format allows that: a JPEG is decoded at a half, a quarter or an eighth,
+everything else is reduced strip by strip.
+"""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import InputError
+from walltopo.reconstruct.ingest.memory_gate import Room
+from walltopo.reconstruct.ingest.settings import IngestSettings
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+
+import math
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from walltopo.images.files import open_picture
+from walltopo.reconstruct.ingest.memory_gate import bytes_to_open
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+__all__ = ["DecodedPhoto", "check_shape", "decoded_photo", "reduce_to"]
+
+_ORIENTATION, _EXIF_IFD, _FOCAL_35MM = 0x0112, 0x8769, 0xA405
+_DIAGONAL_35MM = math.hypot(36.0, 24.0)
+_EXACT_PIXELS: Final = 66_000_000
+_STRIP_PIXELS: Final = 4_000_000
+
+
+@dataclass(frozen=True)
+class DecodedPhoto:
+    """An upright 8-bit sRGB image and its focal length in pixels, None where EXIF has none."""
+
+    image: Image
+    focal_px: float | None
+
+
+@contextmanager
+def decoded_photo(path: Path, settings: IngestSettings, room: Room) -> Iterator[DecodedPhoto]:
+    """One photo, at most `max_side` long, with room for it over the block.
+
+    Raises
+    ------
+    InputError : the file is not an image, is truncated, too small, too long or too large. The
+        message is the reason alone; the caller adds the file's name.
+    """
+    from PIL import ImageOps
+
+    with ExitStack() as held:
+        with open_picture(path) as opened:
+            full = opened.size
+            check_shape(full, settings)
+            factor = _lessen(opened, settings.max_side)
+            drafted = opened.size != full
+            held.enter_context(room.taken(bytes_to_open(opened, full, factor, settings.max_side)))
+            strip, size = _decode(opened, factor)
+            # Only now: Pillow decodes a PNG to find its EXIF, and turns a TIFF by itself.
+            turn, focal_px = opened.getexif().get(_ORIENTATION, 1), _focal_px(opened, full)
+            rgb = _to_srgb8(opened, strip, size, factor)
+            del strip
+            if rgb is not opened:
+                opened.close()  # its pixels go before others are made
+        if factor > 1 or drafted:
+            rgb = _reduce_exactly(rgb, full if drafted else size, settings.max_side)
+        rgb.getexif()[_ORIENTATION] = turn
+        ImageOps.exif_transpose(rgb, in_place=True)
+        image = reduce_to(rgb, settings.max_side)
+        del rgb
+        if focal_px is not None:
+            focal_px *= max(image.size) / max(full)
+        yield DecodedPhoto(image, focal_px)
+
+
+def check_shape(size: tuple[int, int], settings: IngestSettings) -> None:
+    """Refuse thumbnails and panoramas by InputError (the reason alone)."""
+    short, long = sorted(size)
+    if short < settings.min_side:
+        raise InputError(f"{size[0]}x{size[1]} px, smaller than {settings.min_side} px")
+    if long / short > settings.max_aspect:
+        raise InputError(f"{size[0]}x{size[1]} px, a panorama; it has no single camera")
+
+
+def reduce_to(image: Image, longest: int) -> Image:
+    """The image, reduced where its longer side is beyond `longest`."""
+    if max(image.size) <= longest:
+        return image
+    factor = longest / max(image.size)
+    return image.resize((round(image.width * factor), round(image.height * factor)))
+
+
+def _reduce_exactly(image: Image, full: tuple[int, int], longest: int) -> Image:
+    """Reduce what is already reduced by a whole number, whose last row and column may be cut."""
+    factor = round(max(full) / max(image.size))
+    width, height = (max(1, round(side * longest / max(full))) for side in full)
+    return image.resize((width, height), box=(0, 0, full[0] / factor, full[1] / factor))
+
+
+def _lessen(opened: Image, longest: int) -> int:
+    """Let a huge JPEG decode small; by which whole number the rest is to be reduced."""
+    if opened.width * opened.height <= _EXACT_PIXELS:
+        return 1
+    if opened.format in ("JPEG", "MPO"):
+        share = longest / max(opened.size)
+        opened.draft(None, (math.ceil(opened.width * share), math.ceil(opened.height * share)))
+        return 1
+    return max(1, max(opened.size) // longest)
+
+
+def _focal_px(image: Image, size: tuple[int, int]) -> float | None:
+    """Focal length in pixels from the 35 mm equivalent, which CIPA defines by the diagonal."""
+    try:
+        exif = image.getexif()
+        value = exif.get_ifd(_EXIF_IFD).get(_FOCAL_35MM) or exif.get(_FOCAL_35MM)
+        focal = float(value) if value else 0.0
+    except (ValueError, TypeError, ZeroDivisionError, KeyError, SyntaxError):
+        return None
+    if not 5.0 <= focal <= 1000.0:
+        return None
+    return focal / _DIAGONAL_35MM * math.hypot(*size)
+
+
+Strip = Callable[[int, int], "Image"]
+
+
+def _decode(opened: Image, factor: int) -> tuple[Strip, tuple[int, int]]:
+    """Rows from `top` to `bottom` as a picture of their own, and the size of all."""
+    from PIL import Image as Pil
+
+    if opened.format == "HEIF" and factor > 1:
+        # What libheif decoded is read where it lies: Pillow's copy would be the larger half.
+        heif = opened._heif_file[opened.tell()]  # type: ignore[attr-defined]
+        array = np.asarray(heif)[:, : heif.size[0]]
+        return lambda top, bottom: _with_info(Pil.fromarray(array[top:bottom]), opened), heif.size
+    opened.load()
+    width, height = opened.size
+    return lambda top, bottom: opened.crop((0, top, width, bottom)), (width, height)
+
+
+def _to_srgb8(opened: Image, strip: Strip, size: tuple[int, int], factor: int) -> Image:
+    """8-bit RGB in sRGB, reduced by `factor`, whatever depth, palette, alpha or profile came.
+
+    Strip by strip, so that no second picture of the full size is made beside one of more bytes.
+    """
+    from PIL import Image as Pil
+
+    plain = opened.mode == "RGB" and not opened.info.keys() & {"icc_profile", "transparency"}
+    if plain and factor == 1:
+        return opened
+    width, height = size
+    made = Pil.new("RGB", (-(-width // factor), -(-height // factor)))
+    rows = max(1, _STRIP_PIXELS // (width * factor)) * factor
+    tops = range(0, height, rows)
+    convert = _converter(opened, lambda: (strip(top, min(top + rows, height)) for top in tops))
+    for top in tops:
+        rgb = convert(strip(top, min(top + rows, height)))
+        made.paste(rgb.reduce(factor) if factor > 1 else rgb, (0, top // factor))
+    return made
+
+
+def _with_info(strip: Image, opened: Image) -> Image:
+    strip.info = opened.info
+    return strip
+
+
+def _converter(opened: Image, strips: Callable[[], Iterator[Image]]) -> Callable[[Image], Image]:
+    """What makes a strip of this picture 8-bit sRGB."""
+    if opened.mode.startswith("I") or opened.mode == "F":
+        deep = any(np.asarray(strip).max(initial=0) > 255 for strip in strips())
+        return lambda image: _grey8(image, 65535.0 if deep else 255.0)
+    if opened.mode in ("RGBA", "LA", "PA") or "transparency" in opened.info:
+        return _on_white
+    return _profiled(opened)
+
+
+def _grey8(image: Image, top: float) -> Image:
+    from PIL import Image as Pil
+
+    values = np.asarray(image, dtype=np.float64)
+    return Pil.fromarray(np.clip(values / top * 255.0, 0, 255).astype(np.uint8)).convert("RGB")
+
+
+def _on_white(image: Image) -> Image:
+    from PIL import Image as Pil
+
+    rgba = image.convert("RGBA")
+    white = Pil.new("RGBA", rgba.size, (255, 255, 255, 255))
+    return Pil.alpha_composite(white, rgba).convert("RGB")
+
+
+def _profiled(opened: Image) -> Callable[[Image], Image]:
+    """Convert from the embedded colour profile (phones write Display P3) to sRGB."""
+    from PIL import ImageCms
+
+    profile = opened.info.get("icc_profile")
+    if not profile or opened.mode not in ("RGB", "CMYK", "L"):
+        return lambda image: image.convert("RGB")
+    try:
+        source = ImageCms.ImageCmsProfile(io.BytesIO(profile))
+        srgb = ImageCms.createProfile("sRGB")
+        transform = ImageCms.buildTransform(source, srgb, opened.mode, "RGB")
+    except (ImageCms.PyCMSError, OSError):
+        # A broken profile is ignored, as every image viewer does.
+        return lambda image: image.convert("RGB")
+    return lambda image: ImageCms.applyTransform(image, transform) or image.convert("RGB")
+
+
+LEAST_SHARPNESS = 3.0  # below it no photo of a wall is any use
+
+
+_SHARPNESS_WIDTH = 1024
+
+
+def sharpness(rgb: NDArray[np.uint8]) -> float:
+    """Variance of the Laplacian of the grey image reduced to 1024 px.
+
+    Source: Pech-Pacheco et al., "Diatom autofocusing in brightfield microscopy" (2000).
+
+    Parameters
+    ----------
+    rgb : (H, W, 3) uint8.
+    """
+    import cv2
+
+    grey = cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY)
+    factor = _SHARPNESS_WIDTH / max(grey.shape)
+    if factor < 1.0:
+        grey = cv2.resize(grey, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
+    return float(cv2.Laplacian(grey, cv2.CV_64F).var())
+
+
+def thumbnail(rgb: NDArray[np.uint8], size: int = 64) -> NDArray[np.float32]:
+    """A (size, size) grey picture for comparing photos, values 0 to 255."""
+    import cv2
+
+    grey = cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY)
+    small = cv2.resize(grey, (size, size), interpolation=cv2.INTER_AREA)
+    return np.asarray(small, dtype=np.float32)
+
+
+def motion(before: NDArray[np.float32], after: NDArray[np.float32]) -> float:
+    """Shift between two thumbnails as a share of their width (phase correlation)."""
+    import cv2
+
+    window = cv2.createHanningWindow((before.shape[1], before.shape[0]), cv2.CV_32F)
+    (dx, dy), _ = cv2.phaseCorrelate(before, after, window)
+    return float(np.hypot(dx, dy) / before.shape[1])

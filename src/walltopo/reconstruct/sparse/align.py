@@ -1,0 +1,371 @@
+"""Aligned updates: new photos registered into the frame of a finished scan.
+
+The new photos are matched among themselves and against the most similar photos of the reference.
+`constrained` hands the reference's model to the mapper with every pose and all intrinsics of it
+held constant, so that only new cameras and points move (points seen by both stay free: they have
+the reference's rays to hold them). `rigid`, for comparison, maps the new photos alone and fits
+one similarity through the points that both models share. What changed on the wall does not match
+and so does not count. Afterwards the reference's photos are dropped: what remains is the new
+section in the reference's frame. The reference's folder is only read.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from walltopo.core import InputError, StageError
+from walltopo.geometry.similarity import fit_similarity_robust
+from walltopo.reconstruct.sparse.attempts import Attempt, best_attempt, learned_alone
+from walltopo.reconstruct.sparse.colmap_process import run_worker
+from walltopo.reconstruct.sparse.feature_cache import known_features
+from walltopo.reconstruct.sparse.jobs import (
+    CameraEntry,
+    ImageEntry,
+    Job,
+    KnownFeatures,
+    MapTask,
+    camera_entries,
+    features_job,
+    mapping_job,
+    photo_ids,
+)
+from walltopo.reconstruct.sparse.models import KeptImage, match_keypoints, rebuild
+from walltopo.reconstruct.sparse.outcome import camera_centres, describe_model, why_unregistered
+from walltopo.reconstruct.sparse.settings import SparseSettings
+from walltopo.scan.colmap_model import SparseModel, open_model
+from walltopo.scan.context import Context
+from walltopo.scan.folder import ScanFolder, world_frame
+from walltopo.scan.manifest import Metrics
+from walltopo.scan.photos import Photo, PhotoSet
+from walltopo.scan.scale import Aligned, Frame, Scale
+
+__all__ = ["align_to_reference"]
+
+Floats = NDArray[np.float64]
+
+_NEW, _REFERENCE = "new", "reference"  # folders that tell equal file names apart
+_MOVED = 1e-9  # most that a reference pose or parameter may change
+_LEAST_SHARE = 0.3  # of the new photos that must register
+_LEAST_SHARED_POINTS = 30
+_RIGID_TOLERANCE = 0.01  # of the extent of the reference's cameras
+
+
+@dataclass(frozen=True, eq=False)
+class _Reference:
+    """A finished scan, read."""
+
+    scan: ScanFolder
+    model: Any
+    images: tuple[Any, ...]  # registered, sorted by name
+    frame: Frame
+
+
+def align_to_reference(
+    folder: PhotoSet, photos: Sequence[Photo], settings: SparseSettings, context: Context
+) -> tuple[SparseModel, Aligned | None, Metrics]:
+    """The sparse stage with `settings.reference`.
+
+    Its metrics are those without, and: align, reference_moved (largest change of any number in the
+    reference's poses and intrinsics), shared_points (points that tie the two together).
+
+    Raises
+    ------
+    InputError : the reference is no finished scan, or is this very folder.
+    StageError : the photos do not show the reference's wall.
+    """
+    reference = _open_reference(folder, settings)
+    job = _update_job(folder, photos, reference, settings, context.cache)
+    align = _constrained if settings.align == "constrained" else _rigid
+
+    def mapped(job: Job) -> tuple[_Update | None, dict[str, Floats]]:
+        update = align(photos, reference, job, context)
+        return update, _registered(update)
+
+    names = [f"{_NEW}/{photo.name}" for photo in photos]
+    # The reference holds them all: its cameras do not move.
+    attempt = best_attempt(
+        job, settings, folder.folder, context.progress, mapped, names, lambda *_: True
+    )
+    update, registered = attempt.made, len(attempt.registered)
+    if update is None or registered < max(2, _LEAST_SHARE * len(photos)):
+        raise StageError(_not_this_wall(registered, len(photos), reference))
+    model, moved, shared = update.model, update.moved, update.shared_points
+    reasons = _reasons(photos, attempt)
+    made = context.scratch / "sparse"
+    made.mkdir()
+    model.write(made)
+    for name, reason in reasons.items():
+        context.progress.note(f"{name} not registered: {reason}")
+    aligned = Aligned(
+        reference=str(reference.scan.root),
+        align=settings.align,
+        reference_moved=moved,
+        shared_points=shared,
+        frame=reference.frame,
+        reference_frame=world_frame(reference.scan),
+    )
+    figures = {
+        **describe_model(model, len(photos)),
+        "unregistered": reasons,
+        "align": settings.align,
+        "reference_moved": moved,
+        "shared_points": shared,
+        "means": attempt.means,
+    }
+    return SparseModel(made), aligned, figures
+
+
+@dataclass(frozen=True, eq=False)
+class _Update:
+    """New photos in the reference's frame.
+
+    Parameters
+    ----------
+    model : `pycolmap.Reconstruction` of the new photos alone.
+    moved : largest change of any number in the reference's poses and intrinsics.
+    shared_points : points that tie the two together.
+    """
+
+    model: Any
+    moved: float
+    shared_points: int
+
+
+def _registered(update: _Update | None) -> dict[str, Floats]:
+    """The cameras of an update, by names as the job has them."""
+    if update is None:
+        return {}
+    return {f"{_NEW}/{name}": at for name, at in camera_centres(update.model).items()}
+
+
+def _open_reference(photos: PhotoSet, settings: SparseSettings) -> _Reference:
+    other = ScanFolder(settings.reference)
+    if other.photos.resolve() == photos.folder.resolve():
+        raise InputError(f"{other.root}: a scan cannot be its own reference")
+    if not other.root.is_dir():
+        raise InputError(f"sparse.reference: {other.root}: no such folder")
+    try:
+        model = open_model(other.sparse)
+    except InputError as error:
+        raise InputError(
+            f"sparse.reference: {other.root} has no cameras ({error.message})",
+            "Finish its scan first (`walltopo scan`), at least to the stage `scale`.",
+        ) from error
+    images = sorted((i for i in model.images.values() if i.has_pose), key=lambda i: str(i.name))
+    if len(images) < 2:
+        raise InputError(f"sparse.reference: {other.root} has {len(images)} registered photos")
+    missing = [str(i.name) for i in images if not (other.photos / str(i.name)).is_file()]
+    if missing:
+        raise InputError(
+            f"sparse.reference: {other.photos / missing[0]} is missing: the reference's photos "
+            "are needed to match against"
+        )
+    return _Reference(other, model, tuple(images), Scale.load(other.scale).frame)
+
+
+def _update_job(
+    folder: PhotoSet,
+    photos: Sequence[Photo],
+    reference: _Reference,
+    settings: SparseSettings,
+    cache: Path,
+) -> Job:
+    """New photos are images 1 to n, the reference's n + 1 on; likewise the cameras."""
+    root = cache / "both"
+    root.mkdir(parents=True, exist_ok=True)
+    for name, target in ((_NEW, folder.folder), (_REFERENCE, reference.scan.photos)):
+        link = root / name
+        link.unlink(missing_ok=True)
+        os.symlink(target.resolve(), link, target_is_directory=True)
+    cameras, indices = camera_entries(photos)
+    images = [
+        ImageEntry(f"{_NEW}/{photo.name}", index)
+        for photo, index in zip(photos, indices, strict=True)
+    ]
+    places = {old: len(cameras) + k for k, old in enumerate(sorted(reference.model.cameras))}
+    for old in sorted(reference.model.cameras):
+        camera = reference.model.cameras[old]
+        params = tuple(float(value) for value in camera.params)
+        width, height = int(camera.width), int(camera.height)
+        cameras.append(CameraEntry(camera.model.name, width, height, params, True))
+    images += [
+        ImageEntry(f"{_REFERENCE}/{image.name}", places[image.camera_id])
+        for image in reference.images
+    ]
+    new, old_ids = photo_ids(photos), range(len(photos) + 1, len(images) + 1)
+    database = cache / "aligned-features" / "features.db"
+    job = features_job(database, root, settings, cameras, images, new, old_ids)
+    if settings.features == "xfeat":
+        return learned_alone(job)
+    known = known_features(job, reference.scan.work, reference.scan.photos)
+    if known is None:
+        return job
+    names = {f"{_REFERENCE}/{image.name}": str(image.name) for image in reference.images}
+    # A copy: to open a database is to write beside it, and the reference is only read.
+    copy = cache / "reference-features.db"
+    shutil.copyfile(known, copy)
+    return replace(job, known_features=KnownFeatures(str(copy), names))
+
+
+def _mapped(job: Job, task: MapTask, context: Context) -> Any | None:
+    """The mapper's best model from the job's features and matches; None where it made none."""
+    result = run_worker(mapping_job(job, task), context.progress)
+    return open_model(Path(result.best)) if result.best else None
+
+
+def _new_count(job: Job) -> int:
+    """How many of the job's photos are the scan's own; they come first."""
+    return sum(entry.name.startswith(f"{_NEW}/") for entry in job.images)
+
+
+def _output(context: Context) -> str:
+    return str(context.cache / "mapping")
+
+
+def _constrained(
+    photos: Sequence[Photo], reference: _Reference, job: Job, context: Context
+) -> _Update | None:
+    """New cameras mapped into the fixed reference; None where none could be."""
+    known = _reference_for_mapper(reference, job)
+    start = context.cache / "reference-model"
+    shutil.rmtree(start, ignore_errors=True)
+    start.mkdir(parents=True)
+    known.write(start)
+    task = MapTask(
+        _output(context),
+        len(photos),
+        reference=str(start),
+        constant_cameras=tuple(sorted(known.cameras)),
+        held_images=tuple(sorted(known.images)),
+    )
+    model = _mapped(job, task, context)
+    if model is None:
+        return None
+    moved = _moved(known, model)
+    if moved > _MOVED:
+        raise StageError(
+            f"the reference's cameras moved by {moved:.1e} while they were to be held: "
+            "a defect of this COLMAP; use sparse.align=rigid"
+        )
+    new_ids = set(photo_ids(photos))
+    ties = sum(
+        1
+        for point in model.points3D.values()
+        if {e.image_id in new_ids for e in point.track.elements} == {True, False}
+    )
+    return _Update(_new_part(model, new_ids), moved, ties)
+
+
+def _reference_for_mapper(reference: _Reference, job: Job) -> Any:
+    """The reference's model with the ids of the database and the keypoints found there."""
+    from walltopo.geometry.colmap import pycolmap
+
+    first = 1 + _new_count(job)
+    kept: list[KeptImage] = []
+    with pycolmap.Database.open(job.database) as db:
+        for number, image in enumerate(reference.images, start=first):
+            found = np.asarray(db.read_keypoints(number), dtype=np.float64)[:, :2]
+            old = np.array([point.xy for point in image.points2D]).reshape(-1, 2)
+            wanted = np.array([point.has_point3D() for point in image.points2D], dtype=np.bool_)
+            entry = job.images[number - 1]
+            index = match_keypoints(old, found, wanted)
+            kept.append(KeptImage(image, number, entry.name, entry.camera + 1, found, index))
+    cameras = {entry.source.camera_id: entry.camera_id for entry in kept}
+    return rebuild(reference.model, kept, cameras)
+
+
+def _rigid(
+    photos: Sequence[Photo], reference: _Reference, job: Job, context: Context
+) -> _Update | None:
+    """The new photos mapped alone, then one similarity through the shared points; None where they
+    make no model or share too little with the reference."""
+    from walltopo.geometry.colmap import pycolmap
+
+    count = len(photos)
+    names = tuple(entry.name for entry in job.images[:count])
+    alone = _mapped(job, MapTask(_output(context), count, only=names), context)
+    if alone is None:
+        return None
+    known = _reference_for_mapper(reference, job)
+    source, target = _shared_points(alone, known, job)
+    centres = np.array([image.projection_center() for image in known.images.values()])
+    tolerance = _RIGID_TOLERANCE * float(np.ptp(centres, axis=0).max())
+    try:
+        fit, good = fit_similarity_robust(source, target, tolerance, job.seed, rounds=2000)
+    except InputError:
+        return None
+    if good.sum() < _LEAST_SHARED_POINTS:
+        return None
+    alone.transform(pycolmap.Sim3d(fit.scale, pycolmap.Rotation3d(fit.rotation), fit.translation))
+    return _Update(_new_part(alone, set(photo_ids(photos))), 0.0, int(good.sum()))
+
+
+def _shared_points(alone: Any, known: Any, job: Job) -> tuple[Floats, Floats]:
+    """Points (n, 3) of the new model and of the reference that verified matches connect."""
+    from walltopo.geometry.colmap import pycolmap
+
+    count = _new_count(job)
+    pairs: set[tuple[int, int]] = set()
+    with pycolmap.Database.open(job.database) as db:
+        for pair, geometry in zip(*db.read_two_view_geometries(), strict=True):
+            a, b = pycolmap.pair_id_to_image_pair(pair)
+            if not (a <= count < b) or a not in alone.images or b not in known.images:
+                continue
+            new, old = alone.images[a].points2D, known.images[b].points2D
+            for i, k in np.asarray(geometry.inlier_matches).tolist():
+                if new[i].has_point3D() and old[k].has_point3D():
+                    pairs.add((new[i].point3D_id, old[k].point3D_id))
+    ordered = sorted(pairs)
+    source = np.array([alone.points3D[a].xyz for a, _ in ordered]).reshape(-1, 3)
+    target = np.array([known.points3D[b].xyz for _, b in ordered]).reshape(-1, 3)
+    return source, target
+
+
+def _new_part(model: Any, new_ids: set[int]) -> Any:
+    """The model without the reference's photos, names as in the new scan."""
+    kept = []
+    for image in sorted(model.images.values(), key=lambda image: image.image_id):
+        if image.image_id in new_ids and image.has_pose:
+            xy = np.array([point.xy for point in image.points2D]).reshape(-1, 2)
+            name = str(image.name).removeprefix(f"{_NEW}/")
+            index = np.arange(len(xy))
+            kept.append(KeptImage(image, image.image_id, name, image.camera_id, xy, index))
+    used = {entry.camera_id for entry in kept}
+    return rebuild(model, kept, {number: number for number in used})
+
+
+def _moved(before: Any, after: Any) -> float:
+    """Largest change of any number in the poses and intrinsics of the images of `before`."""
+    worst = 0.0
+    for number, image in before.images.items():
+        if number not in after.images or not after.images[number].has_pose:
+            return float("inf")
+        now = after.images[number].cam_from_world().matrix()
+        worst = max(worst, float(np.abs(now - image.cam_from_world().matrix()).max()))
+    for number, camera in before.cameras.items():
+        change = np.abs(np.asarray(after.cameras[number].params) - np.asarray(camera.params))
+        worst = max(worst, float(change.max()))
+    return worst
+
+
+def _reasons(photos: Sequence[Photo], attempt: Attempt[_Update | None]) -> dict[str, str]:
+    named = {photo.name: f"{_NEW}/{photo.name}" for photo in photos}
+    missing = {name: named[name] for name in named if named[name] not in attempt.registered}
+    return why_unregistered(Path(attempt.job.database), missing, {})
+
+
+def _not_this_wall(registered: int, photos: int, reference: _Reference) -> str:
+    return (
+        f"{registered} of the {photos} new photos could be registered into the reference "
+        f"{reference.scan.root}: they show another wall, overlap too little with its photos, or "
+        "nothing on the wall stayed the same. Both scans are as they were"
+    )

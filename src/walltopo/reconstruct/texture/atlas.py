@@ -1,0 +1,227 @@
+"""The texture atlas of a mesh: choose photos, lay out charts, level colours, paint."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import Mesh, Progress, StageError, View
+from walltopo.core.workers import ahead
+from walltopo.geometry.neighbours import face_neighbours, patches
+from walltopo.images.packing import fit_scale
+from walltopo.reconstruct.texture.candidates import find_candidates
+from walltopo.reconstruct.texture.colour import level_seams, photo_gains
+from walltopo.reconstruct.texture.labels import choose_labels
+from walltopo.reconstruct.texture.paint import fill_gaps, paint_colours, paint_photo, sample_points
+from walltopo.reconstruct.texture.settings import TextureSettings
+from walltopo.reconstruct.texture.unseen import (
+    continue_colours,
+    plane_positions,
+    spread_colours,
+    unseen_cells,
+)
+
+__all__ = ["Texture", "make_texture"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Image = NDArray[np.uint8]
+Load = Callable[[str], Image]
+
+_GUTTER = 3  # pixels that a chart's colours run beyond its border
+_SMOOTHNESS = 1.0  # preference for large charts over the best photo of each triangle
+
+_TINY_CHART = 10
+# Texels per photo pixel below which a texture is too poor to be of use.
+_LEAST_SCALE = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class Texture:
+    """A mesh's picture.
+
+    Parameters
+    ----------
+    image : (S, S, 3) uint8 RGB.
+    uv : (F, 3, 2) float32 in [0, 1], origin at the image's top left.
+    label : (F,) int16 index of the view that each triangle was painted from, -1 = none.
+    charts : number of charts.
+    scale : texels per photo pixel.
+    """
+
+    image: Image
+    uv: NDArray[np.float32]
+    label: NDArray[np.int16]
+    charts: int
+    scale: float
+
+
+def make_texture(
+    mesh: Mesh, views: Sequence[View], load: Load, settings: TextureSettings, progress: Progress
+) -> Texture:
+    """Paint the mesh from the photos.
+
+    Parameters
+    ----------
+    mesh : the surface, outward normals.
+    views : cameras (with their distortion) and poses of the photos.
+    load : gives a photo by name as (H, W, 3) uint8 RGB, as taken.
+    settings : see `TextureSettings`.
+    progress : told per photo.
+
+    Raises
+    ------
+    StageError : no photo sees the mesh, or the charts do not fit the atlas.
+    """
+    progress.step("finding photos of each triangle", len(views))
+    candidates = find_candidates(mesh, views, load, progress)
+    progress.step("choosing one photo per triangle")
+    adjacent = face_neighbours(mesh.faces)
+    label = choose_labels(candidates, adjacent, _SMOOTHNESS)
+    if not (label >= 0).any():
+        raise StageError(
+            "no photo sees any triangle of the mesh",
+            "The mesh and the photos' poses are not in the same frame, or its normals point "
+            "inwards: run `walltopo mesh check` on it.",
+        )
+    gains = photo_gains(candidates, len(views)) if settings.blend else np.ones((len(views), 3))
+    del candidates
+    blank = (label < 0) & ~mesh.measured
+    chart, _ = patches(adjacent, np.where(blank, -2, label))
+    painted_from = _faces_by_label(label, len(views))
+    pixels = _photo_positions(mesh, views, painted_from)
+    # A chart of a few triangles would cost more in borders than in colours: one colour each.
+    tiny = (np.bincount(chart) < _TINY_CHART)[chart]
+    flat = (label < 0) & ~blank | tiny
+    continued = np.where(blank & ~tiny, chart, -1).astype(np.int32)
+    pixels += plane_positions(mesh, continued, _pixels_per_unit(mesh, pixels))
+    texels, charts, scale = _layout(pixels, chart, flat, settings)
+    progress.step("levelling colours", len(views))
+    node, vertex = _nodes(mesh.faces, chart, label)
+    colour = _node_colours(views, load, painted_from, pixels, node, len(vertex), gains, progress)
+    shift = np.zeros_like(colour)
+    if settings.blend:
+        shift = level_seams(node[label >= 0], vertex, colour, len(vertex))
+    progress.step("painting", len(views))
+    atlas = np.zeros((settings.size, settings.size, 3), dtype=np.uint8)
+    painted = np.zeros(atlas.shape[:2], dtype=np.uint8)
+    correction = np.zeros((len(mesh.faces), 3, 3), dtype=np.float32)
+    correction[label >= 0] = shift[node[label >= 0]]
+
+    def loaded(k: int) -> tuple[Ints, Image | None]:
+        which = painted_from[k][~flat[painted_from[k]]]
+        return which, load(views[k].name) if len(which) else None
+
+    for gain, (which, photo) in zip(gains, ahead(loaded, range(len(views))), strict=True):
+        if photo is not None:
+            own = gain.astype(np.float32)
+            paint_photo(photo, own, which, pixels, texels, correction, atlas, painted)
+        progress.advance()
+    if flat.any():
+        known = spread_colours(mesh.faces, len(mesh.vertices), vertex, colour + shift)
+        tint = np.clip(known[mesh.faces[flat]].mean(axis=1), 0, 255).astype(np.float32)
+        paint_colours(np.flatnonzero(flat), texels, tint, atlas, painted)
+    continue_colours(mesh, continued, texels, atlas, painted)
+    uv = (texels / np.float32(settings.size)).astype(np.float32)
+    return Texture(fill_gaps(atlas, painted), uv, label, charts, scale)
+
+
+def _faces_by_label(label: NDArray[np.int16], count: int) -> list[NDArray[np.int64]]:
+    """Per label from 0 to `count` - 1, the triangles that have it, ascending."""
+    order = np.argsort(label, kind="stable")
+    borders = np.searchsorted(label[order], np.arange(count + 1))
+    return [order[a:b] for a, b in pairwise(borders)]
+
+
+def _photo_positions(
+    mesh: Mesh, views: Sequence[View], painted_from: Sequence[NDArray[np.int64]]
+) -> NDArray[np.float32]:
+    """(F, 3, 2) float32: each corner's pixel in the photo that its triangle is painted from."""
+    pixels = np.zeros((len(mesh.faces), 3, 2), dtype=np.float32)
+    for view, which in zip(views, painted_from, strict=True):
+        pixels[which] = view.project(mesh.vertices[mesh.faces[which]])
+    return pixels
+
+
+def _pixels_per_unit(mesh: Mesh, pixels: NDArray[np.float32]) -> float:
+    """How many photo pixels a world unit measures, in the middle.
+
+    Parameters
+    ----------
+    pixels : (F, 3, 2), zeros for faces that no photo shows.
+    """
+    a, b = (pixels[:, k] - pixels[:, 0] for k in (1, 2))
+    shown = 0.5 * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+    there = (shown > 0) & (mesh.areas > 0)
+    return float(np.sqrt(np.median(shown[there] / mesh.areas[there])))
+
+
+def _layout(
+    pixels: NDArray[np.float32],
+    chart: NDArray[np.int32],
+    flat: NDArray[np.bool_],
+    settings: TextureSettings,
+) -> tuple[NDArray[np.float32], int, float]:
+    """(F, 3, 2) float32 texel positions, number of charts, texels per photo pixel."""
+    seen = np.flatnonzero(~flat)
+    if len(seen) == 0:
+        raise StageError("the mesh is in pieces too small to be textured", "Take more photos.")
+    _, number = np.unique(chart[seen], return_inverse=True)
+    count = int(number.max()) + 1
+    low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
+    for corner in range(3):
+        np.minimum.at(low, number, pixels[seen, corner])
+        np.maximum.at(high, number, pixels[seen, corner])
+    cells, cell_side = unseen_cells(len(flat) - len(seen))
+    scale, _, packed = fit_scale(high - low, settings.size, _GUTTER, 1.0, _LEAST_SCALE, cell_side)
+    place = packed + _GUTTER
+    texels = np.zeros_like(pixels)
+    shift = place[:count][number] - low[number] * scale
+    texels[seen] = pixels[seen] * np.float32(scale) + shift[:, None, :].astype(np.float32)
+    if cell_side:
+        texels[flat] = cells + place[count].astype(np.float32)
+    return texels, count, scale
+
+
+def _nodes(
+    faces: NDArray[np.int32], chart: NDArray[np.int32], label: NDArray[np.int16]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """(F, 3) node of each corner (-1 for triangles nobody saw) and (N,) vertex of each node."""
+    seen = label >= 0
+    size = int(chart.max()) + 1
+    keys = faces[seen].astype(np.int64) * size + chart[seen, None]
+    unique, inverse = np.unique(keys, return_inverse=True)
+    node = np.full(faces.shape, -1, dtype=np.int64)
+    node[seen] = inverse.reshape(-1, 3)
+    return node, unique // size
+
+
+def _node_colours(
+    views: Sequence[View],
+    load: Load,
+    painted_from: Sequence[NDArray[np.int64]],
+    pixels: NDArray[np.float32],
+    node: NDArray[np.int64],
+    count: int,
+    gains: Floats,
+    progress: Progress,
+) -> Floats:
+    """(N, 3) colour of each node in its own photo, blurred a little, times the photo's gain."""
+    colour = np.zeros((count, 3))
+
+    def sampled(k: int) -> tuple[Ints, Floats]:
+        which = painted_from[k]
+        if len(which) == 0:
+            return which, np.zeros((0, 3))
+        nodes, first = np.unique(node[which].ravel(), return_index=True)
+        points = pixels[which].reshape(-1, 2)[first]
+        return nodes, sample_points(load(views[k].name), points) * gains[k]
+
+    for nodes, found in ahead(sampled, range(len(views))):
+        colour[nodes] = found
+        progress.advance()
+    return colour

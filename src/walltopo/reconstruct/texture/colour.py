@@ -1,0 +1,110 @@
+"""Even colours: one gain per photo, then a smooth correction that closes the seams."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core.workers import cores
+from walltopo.geometry.kernels import kernel
+from walltopo.reconstruct.texture.candidates import Candidates
+
+__all__ = ["level_seams", "photo_gains"]
+
+Floats = NDArray[np.float64]
+
+# Colours darker or brighter than these say nothing of the exposure.
+_DARK, _BRIGHT = 12, 243
+# Logarithm of a ratio from which on it is a highlight's, not an exposure's.
+_UNSTEADY = 0.7
+# Seam levelling: weight of smoothness and of staying near the photo, against closing seams.
+_SMOOTH = 1.0
+_STAY = 2e-3
+
+
+def photo_gains(candidates: Candidates, count: int) -> Floats:
+    """(count, 3) factor per photo and channel that makes photos of the same spot agree.
+
+    The mean logarithm of ratios is taken over all triangles that two photos share, trimmed of
+    its outliers (highlights), and the gains solved by least squares with mean zero.
+    """
+    total = np.zeros((count, count, 3))
+    number = np.zeros((count, count))
+    logs = np.log(np.maximum(np.arange(256.0), 1.0))
+    _sum_ratios(candidates.view, candidates.colour, logs, total, number)
+    total, number = total - total.transpose(1, 0, 2), number + number.T
+    # log g_i - log g_j = mean log(c_j / c_i), each pair weighted by the triangles it shares.
+    scale = max(float(number.max()), 1.0)
+    system = np.diag(number.sum(axis=1)) - number + 1e-4 * scale * np.eye(count)
+    gains = np.exp(np.linalg.solve(system, total.sum(axis=1)))
+    return np.asarray(np.clip(gains, 0.3, 3.0))
+
+
+@kernel
+def _sum_ratios(view: Any, colour: Any, logs: Any, total: Any, number: Any) -> None:
+    """Add up, for photos i and j that show a triangle, log(c_j / c_i), and how many there were."""
+    slots = view.shape[1]
+    for a in range(slots):
+        for b in range(a + 1, slots):
+            for f in range(len(view)):
+                i, j = view[f, a], view[f, b]
+                usable = i >= 0 and j >= 0
+                for channel in range(3):
+                    one, two = colour[f, a, channel], colour[f, b, channel]
+                    usable = usable and min(one, two) >= _DARK and max(one, two) <= _BRIGHT
+                    usable = usable and abs(logs[two] - logs[one]) < _UNSTEADY
+                if usable:
+                    number[i, j] += 1.0
+                    for channel in range(3):
+                        ratio = logs[colour[f, b, channel]] - logs[colour[f, a, channel]]
+                        total[i, j, channel] += ratio
+
+
+def level_seams(
+    corner_node: NDArray[np.int64],
+    node_vertex: NDArray[np.int64],
+    node_colour: Floats,
+    node_count: int,
+) -> Floats:
+    """(N, 3) correction per node that closes the seams between charts.
+
+    A node is a vertex as one chart sees it; a vertex on a seam has several. Minimises the
+    squared differences of the corrected colours of one vertex's nodes, plus the squared
+    differences of corrections along edges, as Lempitsky and Ivanov, 2007.
+
+    Parameters
+    ----------
+    corner_node : (F, 3) node of each triangle's corner.
+    node_vertex : (N,) vertex of each node.
+    node_colour : (N, 3) colour of the node in its own photo.
+    node_count : N.
+    """
+    from scipy.sparse import coo_matrix, diags, identity
+    from scipy.sparse.linalg import cg
+
+    order = np.argsort(node_vertex, kind="stable")
+    same = node_vertex[order[1:]] == node_vertex[order[:-1]]
+    one, two = order[:-1][same], order[1:][same]
+    edges = np.concatenate([corner_node[:, [0, 1]], corner_node[:, [1, 2]], corner_node[:, [2, 0]]])
+
+    def laplacian(i: NDArray[np.int64], j: NDArray[np.int64]) -> object:
+        ones = np.ones(len(i))
+        graph = coo_matrix((ones, (i, j)), shape=(node_count, node_count)).tocsr()
+        graph = graph + graph.T
+        return diags(np.asarray(graph.sum(axis=1)).ravel()) - graph
+
+    seams = laplacian(one, two)
+    smooth = laplacian(edges[:, 0], edges[:, 1])
+    system = (10.0 * seams + _SMOOTH * smooth + _STAY * identity(node_count)).tocsr()  # type: ignore[operator]
+    inverse = diags(1.0 / system.diagonal())
+    right = -10.0 * (seams @ node_colour)  # type: ignore[operator]
+
+    def solved(channel: int) -> Floats:
+        start = right[:, channel]
+        return np.asarray(cg(system, start, M=inverse, rtol=1e-3, maxiter=150)[0])
+
+    with ThreadPoolExecutor(cores()) as pool:
+        return np.stack(list(pool.map(solved, range(3))), axis=1)

@@ -1,0 +1,180 @@
+"""The `openmvs` backend of the texture: OpenMVS's TextureMesh paints the mesh as it is.
+
+TextureMesh keeps the order of vertices and triangles where it neither decimates nor closes holes;
+that it did is checked on every run.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import Mesh, Progress, StageError
+from walltopo.geometry.ply import write_ply
+from walltopo.images.files import read_rgb
+from walltopo.reconstruct.openmvs import (
+    find_programs,
+    import_scene,
+    run_program,
+    undistorted_workspace,
+)
+from walltopo.reconstruct.texture.paint import fill_gaps
+from walltopo.reconstruct.texture.settings import TextureSettings
+
+__all__ = ["openmvs_texture", "read_corners", "texture_arguments"]
+
+Image = NDArray[np.uint8]
+Corners = NDArray[np.float32]
+
+# The atlas is made as large as the photos want and then, once, as large as it may be.
+_ANY_SIZE = 0
+# Patches are packed by the fastest way: with the many of a fine mesh its best takes hours.
+_FASTEST_PACKING = 100
+# Photos that neighbouring triangles must share to be painted as one (its own advice): one by one,
+# the triangles of a fine mesh end in a hundred thousand patches.
+_SHARED_PHOTOS = 3
+# Triangles that no photo saw lie on one spot: twice their area in the atlas is below this, texels.
+_LEAST_SPAN = 1e-4
+# Photos larger than this are made smaller before they are painted from, pixels.
+_WHOLE_PHOTOS = 8000
+_PROPERTIES = [
+    *(f"property float32 {axis}" for axis in "xyz"),
+    "property list uint8 uint32 vertex_indices",
+    "property list uint8 float32 texcoord",
+]
+_FACE = np.dtype([("n", "u1"), ("vertices", "<i4", 3), ("m", "u1"), ("texcoord", "<f4", 6)])
+
+
+def texture_arguments(scene: Path, mesh: Path, textured: Path, blend: bool) -> list[str]:
+    """TextureMesh: one atlas, the mesh untouched.
+
+    Parameters
+    ----------
+    scene, mesh, textured : absolute paths of the .mvs and .ply read and of the .ply written; the
+        atlas is written beside it.
+    blend : level colours between photos and at seams.
+    """
+    level = str(int(blend))
+    return [
+        *("-i", str(scene), "-m", str(mesh), "-o", str(textured)),
+        *("--decimate", "1", "--close-holes", "0"),
+        *("--global-seam-leveling", level, "--local-seam-leveling", level),
+        *("--virtual-face-images", str(_SHARED_PHOTOS)),
+        *("--patch-packing-heuristic", str(_FASTEST_PACKING)),
+        *("--max-texture-size", str(_ANY_SIZE)),
+    ]
+
+
+def read_corners(path: Path) -> tuple[Mesh, Corners]:
+    """The mesh and its (F, 3, 2) texture coordinates, origin top left, as TextureMesh wrote them.
+
+    Raises
+    ------
+    StageError : the file is of another form than that of OpenMVS 2.3.
+    """
+    head, _, body = path.read_bytes().partition(b"end_header\n")
+    lines = head.decode("ascii", "replace").splitlines()
+    found = [line for line in lines if line.startswith("property")]
+    counts = [int(line.split()[2]) for line in lines if line.startswith("element")]
+    if found != _PROPERTIES or len(body) != counts[0] * 12 + counts[1] * _FACE.itemsize:
+        raise StageError(f"{path}: not as OpenMVS 2.3 writes textured meshes: {found}")
+    vertices = np.frombuffer(body, np.dtype("<f4"), counts[0] * 3).reshape(-1, 3)
+    faces = np.frombuffer(body, _FACE, counts[1], counts[0] * 12)
+    corners = faces["texcoord"].reshape(-1, 3, 2) * np.array([1, -1], np.float32) + np.array(
+        [0, 1], np.float32
+    )
+    return Mesh(vertices.astype(np.float64), faces["vertices"]), corners
+
+
+def openmvs_texture(
+    mesh: Mesh,
+    sparse: Path,
+    photos: Path,
+    work: Path,
+    settings: TextureSettings,
+    progress: Progress,
+) -> tuple[Image, Corners, NDArray[np.bool_]]:
+    """The atlas, its coordinates and which triangles a photo saw.
+
+    Parameters
+    ----------
+    mesh : the surface; its own triangles are painted.
+    sparse, photos : the COLMAP model and the folder of its photos.
+    work : an empty folder for intermediate files.
+    settings : `size` bounds the atlas's longer side; `blend` as everywhere; the rest is OpenMVS's.
+    progress : told of its percents.
+
+    Returns
+    -------
+    image : (H, W, 3) uint8 RGB.
+    uv : (F, 3, 2) float32 in [0, 1], origin at the image's top left.
+    seen : (F,) bool; the others take the colour of the nearest triangle that was seen.
+
+    Raises
+    ------
+    EnvironmentLacksError : a program is missing.
+    StageError : TextureMesh failed, saw nothing, or changed the mesh.
+    """
+    programs = find_programs(settings.openmvs_bin)
+    work = work.resolve()
+    undistorted_workspace(sparse.resolve(), photos.resolve(), work, _WHOLE_PHOTOS, progress)
+    scene = import_scene(programs["InterfaceCOLMAP"], work, progress)
+    plain, textured = work / "mesh.ply", work / "textured.ply"
+    write_ply(plain, mesh)
+    arguments = texture_arguments(scene, plain, textured, settings.blend)
+    run_program(programs["TextureMesh"], arguments, work, progress)
+    result, uv = read_corners(textured)
+    if not np.array_equal(result.faces, mesh.faces):
+        raise StageError(
+            "TextureMesh changed the triangles; its texture does not fit the mesh",
+            "Use texture.backend = embedded.",
+        )
+    image = read_rgb(work / "textured0.png")
+    seen = _span(uv * _texels(image)) > _LEAST_SPAN
+    if not seen.any():
+        raise StageError("TextureMesh saw no triangle", "Use texture.backend = embedded.")
+    image = fill_gaps(image, _painted(image, uv[seen]))
+    return _at_most(image, settings.size), _with_unseen(mesh, uv, seen), seen
+
+
+def _texels(image: Image) -> NDArray[np.float32]:
+    """(2,) width and height."""
+    return np.array(image.shape[1::-1], dtype=np.float32)
+
+
+def _span(texels: Corners) -> NDArray[np.float32]:
+    """(F,) twice the area of triangles in the image."""
+    a, b = texels[:, 1] - texels[:, 0], texels[:, 2] - texels[:, 0]
+    return np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+
+
+def _painted(image: Image, uv: Corners) -> NDArray[np.uint8]:
+    """(H, W) 1 where a triangle lies, else 0: TextureMesh leaves one colour between patches."""
+    result = np.zeros(image.shape[:2], dtype=np.uint8)
+    texels = np.rint(uv * _texels(image) - 0.5).astype(np.int32)
+    for triangle in texels:
+        cv2.fillConvexPoly(result, triangle, 1)
+    return result
+
+
+def _with_unseen(mesh: Mesh, uv: Corners, seen: NDArray[np.bool_]) -> Corners:
+    """The coordinates, those of unseen triangles all in the middle of the nearest seen one's."""
+    from scipy.spatial import cKDTree
+
+    known = np.flatnonzero(seen)
+    _, nearest = cKDTree(mesh.centroids[known]).query(mesh.centroids[~seen])
+    result = uv.copy()
+    result[~seen] = uv[known[nearest]].mean(axis=1, keepdims=True)
+    return result
+
+
+def _at_most(image: Image, size: int) -> Image:
+    """The image, made smaller where its longer side exceeds `size`."""
+    scale = size / max(image.shape[:2])
+    if scale >= 1.0:
+        return image
+    smaller = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    return np.asarray(smaller, dtype=np.uint8)

@@ -1,0 +1,197 @@
+"""Colours for triangles that no photo saw: the surroundings continued into them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import Mesh
+from walltopo.reconstruct.texture.paint import paint_photo
+
+__all__ = ["continue_colours", "plane_positions", "spread_colours", "unseen_cells"]
+
+Floats = NDArray[np.float64]
+
+Image = NDArray[np.uint8]
+
+Single = NDArray[np.float32]
+
+Ints = NDArray[np.int64]
+
+# Rings of triangles around a chart whose colours are continued, and the margin they get, texels.
+_RINGS = 2
+
+_MARGIN = 12
+
+# Texels around each that its colour is made from.
+_REACH = 4
+
+_WHITE = np.ones(3, dtype=np.float32)
+
+
+def plane_positions(mesh: Mesh, chart: NDArray[np.int32], pixels_per_unit: float) -> Single:
+    """(F, 3, 2) corners of charts in the planes that suit them, in pixels; zeros elsewhere.
+
+    Parameters
+    ----------
+    chart : (F,) number of each face's chart, -1 = none.
+    """
+    result = np.zeros((len(mesh.faces), 3, 2), dtype=np.float32)
+    for faces in _members(chart):
+        normal = mesh.areas[faces] @ mesh.normals[faces]
+        # The last two right singular vectors of a normal span its plane.
+        axes = np.linalg.svd(normal[None])[2][1:]
+        result[faces] = mesh.vertices[mesh.faces[faces]] @ axes.T * pixels_per_unit
+    return result
+
+
+def continue_colours(
+    mesh: Mesh, chart: NDArray[np.int32], texels: Single, atlas: Image, painted: NDArray[np.uint8]
+) -> None:
+    """Paint charts of `plane_positions` from what is around them (in place).
+
+    Parameters
+    ----------
+    chart : (F,) number of each face's chart, -1 = painted already.
+    texels : (F, 3, 2) corners of all faces in the atlas.
+    atlas, painted : (S, S, 3) and (S, S).
+    """
+    around = _corners(mesh)
+    at_vertex = around.T.tocsr()
+    source = atlas.copy()
+    for faces in _members(chart):
+        ring = _ring(around, at_vertex, faces)
+        ring = ring[chart[ring] < 0]
+        low = np.floor(texels[faces].min(axis=(0, 1))) - _MARGIN
+        width, height = (np.ceil(texels[faces].max(axis=(0, 1))) + _MARGIN - low).astype(int)
+        place = np.zeros((len(faces) + len(ring), 3, 2), dtype=np.float32)
+        place[: len(faces)] = texels[faces] - low
+        place[len(faces) :] = _projected(mesh, faces, place[: len(faces)], ring)
+        canvas = np.zeros((height, width, 3), dtype=np.uint8)
+        known = np.zeros((height, width), dtype=np.uint8)
+        own, beside = np.arange(len(faces)), np.arange(len(faces), len(place))
+        _copy(source, np.concatenate([texels[faces], texels[ring]]), beside, place, canvas, known)
+        for triangle in np.rint(place[own] - 0.5).astype(np.int32):
+            cv2.fillConvexPoly(known, triangle, 0)
+        if not known.any():
+            # All around lies behind or before it in its plane: the colour of the ring's middle.
+            middle = np.rint(texels[ring].mean(axis=1) - 0.5).astype(int)
+            canvas[:] = source[middle[:, 1], middle[:, 0]].mean(axis=0)
+            known[:] = 1
+        filled = np.asarray(cv2.inpaint(canvas, 1 - known, _REACH, cv2.INPAINT_TELEA), np.uint8)
+        _copy(filled, place, own, texels[faces], atlas, painted)
+
+
+def _members(chart: NDArray[np.int32]) -> list[Ints]:
+    """The faces of each chart."""
+    own = np.flatnonzero(chart >= 0)
+    own = own[np.argsort(chart[own], kind="stable")]
+    return np.split(own, np.flatnonzero(np.diff(chart[own])) + 1) if len(own) else []
+
+
+def _corners(mesh: Mesh) -> Any:
+    """(F, V) sparse: which vertices each face has."""
+    from scipy.sparse import csr_matrix
+
+    count = len(mesh.faces)
+    starts = np.arange(0, 3 * count + 1, 3)
+    ones = np.ones(3 * count, dtype=np.int32)
+    return csr_matrix((ones, mesh.faces.ravel(), starts), shape=(count, len(mesh.vertices)))
+
+
+def _ring(around: Any, at_vertex: Any, faces: Ints) -> Ints:
+    """Faces within some rings of vertices around some faces, those among them.
+
+    Parameters
+    ----------
+    around, at_vertex : of `_corners`, and its transpose.
+    """
+    found = faces
+    for _ in range(_RINGS):
+        vertices = np.unique(around[found].indices)
+        found = np.unique(at_vertex[vertices].indices).astype(np.int64)
+    return found
+
+
+def _projected(mesh: Mesh, faces: Ints, place: Single, others: Ints) -> Single:
+    """(n, 3, 2) where other faces lie in the plane of a chart: its map from space, continued."""
+    points = mesh.vertices[mesh.faces[faces]].reshape(-1, 3)
+    target = place.reshape(-1, 2).astype(np.float64)
+    middle, centre = points.mean(axis=0), target.mean(axis=0)
+    # Where the chart is flat, the map of least norm is the one along its normal.
+    linear = np.linalg.lstsq(points - middle, target - centre, rcond=1e-6)[0]
+    corners = mesh.vertices[mesh.faces[others]] - middle
+    return np.asarray(corners @ linear + centre, dtype=np.float32)
+
+
+def _copy(
+    photo: Image,
+    pixels: Single,
+    which: Ints,
+    texels: Single,
+    canvas: Image,
+    painted: NDArray[np.uint8],
+) -> None:
+    """Paint triangles `which` of one picture into another, as they are."""
+    plain = np.zeros((len(pixels), 3, 3), dtype=np.float32)
+    paint_photo(photo, _WHITE, which, pixels, texels, plain, canvas, painted)
+
+
+_CELL = 2
+
+
+def unseen_cells(count: int) -> tuple[NDArray[np.float32], int]:
+    """A square of cells, one per triangle: (count, 3, 2) corners, and the square's side."""
+    columns = int(np.ceil(np.sqrt(count)))
+    index = np.arange(count)
+    if count == 0:
+        return np.zeros((0, 3, 2), dtype=np.float32), 0
+    corner = np.stack([index % columns, index // columns], axis=1).astype(np.float32) * _CELL
+    triangle = np.array([[0.75, 0.75], [1.25, 0.75], [0.75, 1.25]], dtype=np.float32)
+    return corner[:, None, :] + triangle, columns * _CELL
+
+
+def spread_colours(
+    faces: NDArray[np.int32],
+    vertex_count: int,
+    known_vertex: NDArray[np.int64],
+    known_colour: Floats,
+) -> Floats:
+    """(V, 3) colours: the known ones, and around them the mean of neighbours, ring by ring.
+
+    Parameters
+    ----------
+    faces : (F, 3).
+    vertex_count : V.
+    known_vertex, known_colour : (N,) and (N, 3); a vertex named twice gets the mean. Parts of
+        the mesh without any get the mean of all.
+    """
+    from scipy.sparse import coo_matrix
+
+    total = np.zeros((vertex_count, 3))
+    number = np.zeros(vertex_count)
+    np.add.at(total, known_vertex, known_colour)
+    np.add.at(number, known_vertex, 1.0)
+    colour = total / np.maximum(number, 1.0)[:, None]
+    known = number > 0
+    i = np.concatenate([faces[:, 0], faces[:, 1], faces[:, 2]])
+    j = np.concatenate([faces[:, 1], faces[:, 2], faces[:, 0]])
+    shape = (vertex_count, vertex_count)
+    graph = coo_matrix((np.ones(len(i), dtype=np.float32), (i, j)), shape=shape).tocsr()
+    graph = graph + graph.T
+    while True:
+        unknown = np.flatnonzero(~known)
+        if len(unknown) == 0:
+            return colour
+        rows = graph[unknown]
+        votes = rows @ known.astype(np.float64)
+        reached = votes > 0
+        if not reached.any():
+            colour[unknown] = known_colour.mean(axis=0)
+            return colour
+        weighted = rows[reached] @ np.where(known[:, None], colour, 0.0)
+        colour[unknown[reached]] = weighted / votes[reached, None]
+        known[unknown[reached]] = True

@@ -1,0 +1,1 @@
+"""The scan folder: one typed class per artifact."""

@@ -1,0 +1,36 @@
+"""What a stage is given besides its inputs and settings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from walltopo.core import Progress, Silent
+from walltopo.core.workers import Here, Workers
+from walltopo.scan.manifest import StageRecord
+
+__all__ = ["Context"]
+
+
+@dataclass(frozen=True)
+class Context:
+    """Where a stage works and whom it tells.
+
+    Parameters
+    ----------
+    scratch : an empty folder on the scan's disk, gone after the stage: what is to be stored is
+        made here and moved to its place.
+    cache : the scan's `work/`: may be deleted at any time, and is only there to save time.
+    progress : told of the steps.
+    workers : who computes what a stage does with many items.
+    title : the scan's name, for people.
+    records : what the stages said in their last runs, by name; for reports, never for results.
+    """
+
+    scratch: Path
+    cache: Path
+    progress: Progress = field(default_factory=Silent)
+    workers: Workers = field(default_factory=Here)
+    title: str = ""
+    records: Mapping[str, StageRecord] = field(default_factory=dict)

@@ -1,0 +1,168 @@
+"""`detections.json`: masks of objects in photos, as COCO with RLE."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import msgspec
+
+from walltopo.core import InputError, Mask
+from walltopo.core.errors import naming
+from walltopo.core.files import write_json
+from walltopo.core.mask import check_picture_size
+from walltopo.scan.document import Label, Side, check_once, read_document
+from walltopo.scan.segmentation import Segmentation, decode_segmentation, encode_mask
+
+__all__ = ["CocoFile", "Detections", "read_coco_masks"]
+
+CocoId = Annotated[int, msgspec.Meta(ge=-(2**63), le=2**63 - 1)]
+LEAST_BUDGET = 1 << 30
+PIXELS_A_BYTE = 256
+
+
+@dataclass(frozen=True)
+class Detections:
+    """What a detector found in each photo.
+
+    Parameters
+    ----------
+    masks : photo name to its masks, in the order of the file; photos without any are there too.
+    sizes : photo name to (width, height).
+    classes : class name by label.
+    description : of what found them.
+    """
+
+    masks: Mapping[str, tuple[Mask, ...]]
+    sizes: Mapping[str, tuple[int, int]]
+    classes: Mapping[int, str]
+    description: str = ""
+
+    @classmethod
+    def load(cls, path: Path) -> Detections:
+        """Read a COCO file. Labels are COCO's category ids; without `score` a mask is certain.
+
+        Raises
+        ------
+        InputError : the file is missing, is not COCO, or an annotation is broken; names which.
+        """
+        data = read_document(path, CocoFile)
+        images = {image.id: image for image in data.images}
+        budget = MaskBudget(path)
+        masks: dict[str, list[Mask]] = {image.file_name: [] for image in data.images}
+        for row in data.annotations:
+            where = f"{path}: annotation {row.id}"
+            image = images[row.image_id]
+            with naming(where):
+                mask = decode_segmentation(
+                    row.segmentation, image.width, image.height, row.category_id, row.score
+                )
+                budget.spend(mask)
+            masks[image.file_name].append(mask)
+        return cls(
+            {name: tuple(items) for name, items in masks.items()},
+            {image.file_name: (image.width, image.height) for image in data.images},
+            {category.id: category.name for category in data.categories},
+            str(data.info.get("description", "")),
+        )
+
+    def save(self, path: Path) -> None:
+        """Write COCO with compressed RLE, `bbox`, `area` and `score`; atomic."""
+        images: list[dict[str, Any]] = []
+        rows: list[dict[str, Any]] = []
+        for number, (name, (width, height)) in enumerate(self.sizes.items(), start=1):
+            images.append({"id": number, "file_name": name, "width": width, "height": height})
+            for mask in self.masks.get(name, ()):
+                rows.append(_annotation(mask, len(rows) + 1, number))
+        categories = [{"id": label, "name": name} for label, name in sorted(self.classes.items())]
+        info = {"description": self.description} if self.description else {}
+        write_json(
+            path,
+            {"info": info, "images": images, "categories": categories, "annotations": rows},
+        )
+
+
+class CocoImage(msgspec.Struct, frozen=True):
+    id: CocoId
+    file_name: str
+    width: Side
+    height: Side
+
+    def __post_init__(self) -> None:
+        check_picture_size(self.width, self.height)
+
+
+class CocoCategory(msgspec.Struct, frozen=True):
+    id: Label
+    name: str
+
+
+class CocoAnnotation(msgspec.Struct, frozen=True):
+    image_id: CocoId
+    category_id: Label
+    segmentation: Segmentation
+    score: float = 1.0
+    id: CocoId | str = "?"
+
+
+class CocoFile(msgspec.Struct, frozen=True):
+    """What is read of a COCO file; other keys are passed over."""
+
+    images: tuple[CocoImage, ...]
+    categories: tuple[CocoCategory, ...]
+    annotations: tuple[CocoAnnotation, ...]
+    info: dict[str, Any] = {}
+
+    def __post_init__(self) -> None:
+        check_once("image id", (image.id for image in self.images))
+        check_once("photo", (image.file_name for image in self.images))
+        check_once("category id", (category.id for category in self.categories))
+        images = {image.id for image in self.images}
+        categories = {category.id for category in self.categories}
+        for row in self.annotations:
+            if row.image_id not in images:
+                raise InputError(f"annotation {row.id}: there is no image {row.image_id}")
+            if row.category_id not in categories:
+                raise InputError(f"annotation {row.id}: there is no category {row.category_id}")
+
+
+class MaskBudget:
+    """How many pixels the masks of a file may have, together.
+
+    A mask of a whole picture is some bytes in a file and up to 250 MB in memory. Masks of holds
+    have 10 to 80 pixels a byte.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.most = max(LEAST_BUDGET, PIXELS_A_BYTE * path.stat().st_size)
+        self.used = 0
+
+    def spend(self, mask: Mask) -> None:
+        """Count a mask in; InputError where it is too much."""
+        self.used += mask.bitmap.size
+        if self.used > self.most:
+            raise InputError(
+                f"the masks up to here take more than {self.most >> 20} MB of memory",
+                "Masks of holds are small; is this a file of masks of whole photos?",
+            )
+
+
+def _annotation(mask: Mask, number: int, image: int) -> dict[str, Any]:
+    return {
+        "id": number,
+        "image_id": image,
+        "category_id": mask.label,
+        "segmentation": encode_mask(mask),
+        "bbox": [float(v) for v in mask.box],
+        "area": mask.area,
+        "iscrowd": 0,
+        "score": max(round(float(mask.score), 4), 1e-4),  # 0 is no score
+    }
+
+
+def read_coco_masks(path: Path) -> tuple[dict[str, tuple[Mask, ...]], dict[int, str]]:
+    """Masks by photo name, and class names by label, of a COCO file; see `Detections.load`."""
+    found = Detections.load(Path(path))
+    return dict(found.masks), dict(found.classes)

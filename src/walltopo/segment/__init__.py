@@ -1,0 +1,1 @@
+"""Masks to 3D instances: detect, lift, propose."""

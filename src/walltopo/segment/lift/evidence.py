@@ -1,0 +1,287 @@
+"""What all views say about the triangles: one sparse table, gathered view by view."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from itertools import pairwise
+from threading import local
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.core import Camera, Progress, View
+from walltopo.core.workers import cores
+from walltopo.geometry.screen import lens_of, valid_slope
+from walltopo.segment.lift.blocks import Blocks
+from walltopo.segment.lift.by_face import Seen, by_face
+from walltopo.segment.lift.distance import ease
+from walltopo.segment.lift.label_image import STEPS, Canvas, mask_windows
+from walltopo.segment.lift.visibility import (
+    cull_blocks,
+    distances,
+    mark_candidates,
+    place_samples,
+    strike_hidden,
+    tell_evidence,
+)
+
+__all__ = ["Evidence", "Sampling", "gather_evidence"]
+
+# Side of the cells in which masks are looked for before their pixels are.
+WINDOW_PX = 16
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """How triangles are sampled: what is far, and what is large.
+
+    Parameters
+    ----------
+    visibility_distance : metres.
+    easing_power : see `ease`.
+    mask_resolution : see `label_size`.
+    band : pixels around mask borders in which distances to them are told apart; 0 = in or out.
+    sample_px : a triangle whose longest edge measures more pixels gets several samples.
+    most_splits : at most this number squared; 1 = the centroid alone, as published.
+    """
+
+    visibility_distance: float
+    easing_power: float = 0.0
+    mask_resolution: int = 0
+    band: float = 0.0
+    sample_px: float = 8.0
+    most_splits: int = 1
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """Every time a view saw a triangle, grouped by triangle, in the order of views.
+
+    Parameters
+    ----------
+    faces : (C,) int32, indices into the mesh's faces: all that some mask lies on.
+    areas : (C,) float64, their areas.
+    starts : (C + 1,) int64, where each face's entries begin.
+    projection : (N,) int32, number of the mask that was on it; on no mask: -2 - number of one
+        whose border is within the band, -1 = of none.
+    view : (N,) int32.
+    share : (N,) float32, the share of the face's seen samples that this entry stands for.
+    ease : (N,) float32, weight by distance.
+    border : (N,) float32, distance to the mask's border in pixels, at most the band.
+    detail : (N,) float32, pixels of the label image that a metre at the triangle measures.
+    first_mask : (views + 1,) int64; mask m of view v is projection `first_mask[v] + m`.
+    label : (P,) int32 class, score : (P,) float64 of each mask.
+    """
+
+    faces: Ints
+    areas: Floats
+    starts: NDArray[np.int64]
+    projection: Ints
+    view: Ints
+    share: NDArray[np.float32]
+    ease: NDArray[np.float32]
+    border: NDArray[np.float32]
+    detail: NDArray[np.float32]
+    first_mask: NDArray[np.int64]
+    label: Ints
+    score: Floats
+
+    @property
+    def view_of(self) -> Ints:
+        """(P,) int32, the view of each projection."""
+        counts = np.diff(self.first_mask)
+        return np.repeat(np.arange(len(counts), dtype=np.int32), counts)
+
+
+def gather_evidence(
+    blocks: Blocks,
+    views: Sequence[View],
+    drawing: Callable[[View], list[int]],
+    sampling: Sampling,
+    progress: Progress,
+) -> Evidence:
+    """Ask every view what it sees of the triangles that lie under some mask.
+
+    Parameters
+    ----------
+    drawing : the order in which a view's masks are drawn, later ones on top.
+
+    Notes
+    -----
+    Two rounds over the views. The first finds the candidates: triangles under a mask, hidden or
+    not (all others can never get a label). The second asks for the visibility of candidates
+    alone. Views are spread over threads; each gives its own table, put together in their order.
+    """
+    workers = cores()
+    lookers = [_Looker(blocks, view, drawing(view), sampling) for view in views]
+    mark = np.zeros(len(blocks.faces), dtype=np.bool_)
+    with ThreadPoolExecutor(workers) as pool:
+        progress.step("find triangles under masks", len(views))
+        canvases = _Canvases()
+        for _ in pool.map(lambda looker: looker.mark(mark, canvases), lookers):
+            progress.advance()
+        candidates = np.flatnonzero(mark).astype(np.int32)
+        targets = _Targets(blocks, candidates)
+        progress.step("see them from every view", len(views))
+        tables = []
+        for table in pool.map(lambda looker: looker.see(targets), lookers):
+            tables.append(table)
+            progress.advance()
+    first_mask = np.cumsum([0, *(len(view.masks) for view in views)]).astype(np.int64)
+    kept, starts, columns = by_face(tables, first_mask, len(candidates))
+    masks = [mask for item in views for mask in item.masks]
+    return Evidence(
+        faces=blocks.original[candidates[kept]],
+        areas=blocks.areas[candidates[kept]],
+        starts=starts,
+        projection=columns.projection,
+        view=columns.view,
+        share=columns.share,
+        ease=columns.ease,
+        border=columns.border,
+        detail=columns.detail,
+        first_mask=first_mask,
+        label=np.array([mask.label for mask in masks], dtype=np.int32),
+        score=np.array([mask.score for mask in masks], dtype=np.float64),
+    )
+
+
+class _Canvases(local):
+    """A canvas for each thread of the first round."""
+
+    def __init__(self) -> None:
+        self.canvas = Canvas()
+
+    def own(self) -> Canvas:
+        return self.canvas
+
+
+class _Targets:
+    """The candidates, and where those of each block begin."""
+
+    def __init__(self, blocks: Blocks, candidates: Ints) -> None:
+        self.candidates = candidates
+        self.starts = np.searchsorted(candidates, blocks.starts).astype(np.int64)
+        self.number = np.full(len(blocks.faces), -1, dtype=np.int32)
+        self.number[candidates] = np.arange(len(candidates), dtype=np.int32)
+        self.buffers = local()
+
+    def worker_buffers(self) -> Any:
+        """Buffers of the calling thread: kept from view to view, never shared."""
+        own = self.buffers
+        if not hasattr(own, "canvas"):
+            own.canvas = Canvas()
+            own.where = np.zeros((len(self.candidates) + 1024, 3))
+            own.owner = np.zeros(len(own.where), dtype=np.int32)
+            own.label = np.zeros(len(own.where), dtype=np.int32)
+            own.border = np.zeros(len(own.where), dtype=np.uint8)
+        return own
+
+
+class _Looker:
+    """One view at work."""
+
+    def __init__(self, blocks: Blocks, view: View, order: list[int], sampling: Sampling) -> None:
+        self.blocks, self.view, self.order, self.sampling = blocks, view, order, sampling
+        camera = view.camera
+        # Tuples, not arrays: kernels keep them in registers.
+        self.lens = tuple(lens_of(camera).tolist())
+        self.pose = tuple(view.cam_from_world.ravel().tolist())
+        self.reach = min(valid_slope(camera), 1e9) if not camera.is_pinhole else 1e9
+
+    def _draw(self, canvas: Canvas, band: float) -> Canvas:
+        canvas.draw(self.view, self.order, self.sampling.mask_resolution, band)
+        return canvas
+
+    def _size(self, labels: Ints) -> tuple[float, float, float, float]:
+        """Width and height of the photo, and label pixels per photo pixel along both."""
+        camera = self.view.camera
+        across, down = labels.shape[1] / camera.width, labels.shape[0] / camera.height
+        return float(camera.width), float(camera.height), across, down
+
+    def _in_photo(self) -> Ints:
+        bounds = slope_bounds(self.view.camera)
+        limit = self.sampling.visibility_distance
+        return cull_blocks(self.blocks.spheres, self.pose, bounds, limit)
+
+    def mark(self, mark: NDArray[np.bool_], canvases: _Canvases) -> None:
+        """Mark the faces under this view's masks (threads only ever set, never clear)."""
+        if not self.order:
+            return
+        blocks, sampling = self.blocks, self.sampling
+        labels = self._draw(canvases.own(), 0.0).code
+        windows = mask_windows(self.view, self.order, WINDOW_PX)
+        mark_candidates(
+            self._in_photo(), blocks.starts, blocks.spheres, blocks.vertices, blocks.faces,
+            blocks.centroids, blocks.longest, self.pose, self.lens, self.reach,
+            self._size(labels), labels, sampling.visibility_distance, sampling.sample_px,
+            sampling.most_splits, windows, WINDOW_PX, mark,
+        )  # fmt: skip
+
+    def see(self, targets: _Targets) -> Seen:
+        """The candidates that this view sees."""
+        blocks, sampling, pose = self.blocks, self.sampling, self.pose
+        in_photo = self._in_photo()
+        own = targets.worker_buffers()
+        canvas = self._draw(own.canvas, sampling.band)
+        labels, distance, size = canvas.code, canvas.distance, self._size(canvas.code)
+        while True:
+            count = place_samples(
+                in_photo, targets.starts, targets.candidates, blocks.vertices, blocks.faces,
+                blocks.centroids, blocks.longest, pose, self.lens, self.reach, size, labels,
+                distance, sampling.visibility_distance, sampling.sample_px, sampling.most_splits,
+                own.where, own.owner, own.label, own.border,
+            )  # fmt: skip
+            if count <= len(own.owner):
+                break
+            own.where = np.zeros((count * 5 // 4, 3))
+            own.owner = np.zeros(len(own.where), dtype=np.int32)
+            own.label = np.zeros(len(own.where), dtype=np.int32)
+            own.border = np.zeros(len(own.where), dtype=np.uint8)
+        where, owner = own.where[:count], own.owner[:count]
+        hidden = np.zeros(0, dtype=np.bool_)
+        if count:
+            hidden = strike_hidden(
+                in_photo, blocks.starts, blocks.vertex_starts, blocks.spheres, blocks.vertices,
+                blocks.faces, targets.number, pose, self.view.camera.fx, where, owner,
+            )  # fmt: skip
+        face, label, share, border = tell_evidence(
+            owner, own.label[:count], own.border[:count], hidden
+        )
+        centre = tuple(self.view.centre.tolist())
+        range_ = distances(blocks.centroids, targets.candidates, face, centre)
+        eased = ease(range_, sampling.visibility_distance, sampling.easing_power)
+        focal = self.view.camera.fx * labels.shape[1] / self.view.camera.width
+        return Seen(
+            face, label, share, eased.astype(np.float32), border / np.float32(STEPS),
+            (focal / np.maximum(range_, 1e-300)).astype(np.float32),
+        )  # fmt: skip
+
+
+def slope_bounds(camera: Camera) -> Floats:
+    """(4,) least and greatest x/z, then y/z, of what the photo shows; infinite if unknown."""
+    if camera.is_pinhole:
+        x = (np.array([0.0, camera.width]) - camera.cx) / camera.fx
+        y = (np.array([0.0, camera.height]) - camera.cy) / camera.fy
+        return np.array([*x, *y])
+    from walltopo.geometry.colmap import pycolmap
+
+    lens = pycolmap.Camera(
+        model=camera.model, width=camera.width, height=camera.height, params=camera.params
+    )
+    along = np.linspace(0.0, 1.0, 65)[:, None]
+    corners = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0, 0.0]]) * [camera.width, camera.height]
+    border = np.concatenate([a + along * (b - a) for a, b in pairwise(corners)])
+    slopes = np.asarray(lens.cam_from_img(border), dtype=np.float64)
+    if not np.isfinite(slopes).all():
+        return np.array([-np.inf, np.inf, -np.inf, np.inf])
+    # The border is sampled, and barrel distortion bows it between samples: a little more.
+    margin = 0.02 * np.ptp(slopes, axis=0)
+    low, high = slopes.min(axis=0) - margin, slopes.max(axis=0) + margin
+    return np.array([low[0], high[0], low[1], high[1]])

@@ -1,0 +1,146 @@
+"""How a piece of surface stands against the wall right beside it: height, rim, planes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from walltopo.core import Mesh
+from walltopo.geometry.panels import Heights, Panel
+
+__all__ = ["Relief", "Surroundings"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+RING = 0.03  # metres: wall so near to a piece is beside it
+FLANK = (0.2, 0.7)  # shares of the top's height between which the surface is the flank
+TOP = 90.0  # percentile of the heights that counts as the top
+SECTORS = 24  # directions along the wall
+PLANES, PLANE_DEG = 5, 9.0  # so many directions of faces a volume has at most, within so much
+
+
+@dataclass(frozen=True)
+class Relief:
+    """What one piece looks like without colour.
+
+    Parameters
+    ----------
+    height : of its top over the wall beside it, metres.
+    rim : mean sine of the angle between its flanks and the wall: 1 = upright.
+    area : square metres; length : longest extent along an axis, metres.
+    flatness : share of its area that lies in its `PLANES` most common directions.
+    noise : of the panel it is on, metres.
+    on_wall : share of its area that lies on a panel at all.
+    around : share of the directions, along the wall, in which wall is beside it.
+    company : sure instances nearby.
+    """
+
+    height: float
+    rim: float
+    area: float
+    length: float
+    flatness: float
+    noise: float
+    on_wall: float
+    around: float
+    company: int
+
+
+class Surroundings:
+    """The wall around pieces of a mesh.
+
+    Parameters
+    ----------
+    label : (F,) int32, the piece of each triangle, 0 = wall.
+    unit : mesh units a metre.
+    """
+
+    def __init__(
+        self,
+        mesh: Mesh,
+        heights: Heights,
+        panels: list[Panel],
+        label: NDArray[np.int32],
+        unit: float,
+    ) -> None:
+        self._mesh, self._heights, self._panels, self._unit = mesh, heights, panels, unit
+        self._bare = np.flatnonzero((label == 0) & (heights.panel >= 0))
+        self._tree = cKDTree(mesh.centroids[self._bare])
+
+    def beside(self, rows: Ints) -> Ints:
+        """Wall triangles near a piece."""
+        places = self._mesh.centroids[rows]
+        middle = (places.min(axis=0) + places.max(axis=0)) / 2
+        reach = float(np.linalg.norm(places - middle, axis=1).max()) + RING * self._unit
+        found = sorted(self._tree.query_ball_point(middle, reach))
+        near = self._bare[np.array(found, dtype=np.int64)]
+        if len(near) == 0:
+            return near
+        away, _ = cKDTree(places).query(
+            self._mesh.centroids[near], distance_upper_bound=RING * self._unit
+        )
+        return near[np.isfinite(away)]
+
+    def relief(self, rows: Ints, company: int) -> Relief:
+        """What a piece looks like; `rows` are its triangles, `company` sure instances nearby."""
+        mesh, heights, unit = self._mesh, self._heights, self._unit
+        areas = mesh.areas[rows]
+        total = max(float(areas.sum()), 1e-12)
+        on_wall = heights.panel[rows] >= 0
+        near = self.beside(rows)
+        length = float(np.ptp(mesh.centroids[rows], axis=0).max()) / unit
+        flatness = _flatness(mesh.normals[rows], areas)
+        if not on_wall.any():
+            return Relief(0.0, 0.0, total / unit**2, length, flatness, 1.0, 0.0, 0.0, company)
+        counts = np.bincount(heights.panel[rows[on_wall]], areas[on_wall])
+        panel = self._panels[int(counts.argmax())]
+        same = near[heights.panel[near] == int(counts.argmax())]
+        base = float(np.median(heights.height[same])) if len(same) else 0.0
+        top = float(np.percentile(heights.height[rows[on_wall]], TOP)) - base
+        over = heights.height[rows] - base
+        with np.errstate(invalid="ignore"):
+            flank = (over > FLANK[0] * top) & (over < FLANK[1] * top)
+        cosine = np.abs(mesh.normals[rows[flank]] @ panel.normal)
+        sine = np.sqrt(np.clip(1 - cosine**2, 0, 1))
+        weight = areas[flank]
+        rim = float((weight * sine).sum() / weight.sum()) if weight.sum() > 0 else 0.0
+        return Relief(
+            top / unit,
+            rim,
+            total / unit**2,
+            length,
+            flatness,
+            panel.noise / unit,
+            float(areas[on_wall].sum()) / total,
+            _around(mesh.centroids[rows], mesh.centroids[same], panel),
+            company,
+        )
+
+
+def _around(own: Floats, beside: Floats, panel: Panel) -> float:
+    """Share of the directions along a panel, from the middle of a piece, in which wall is."""
+    middle = (own.min(axis=0) + own.max(axis=0)) / 2
+    right, up = ((beside - middle) @ panel.axes.T).T
+    sector = np.floor((np.arctan2(up, right) / np.pi + 1) / 2 * SECTORS).astype(np.int64)
+    return len(np.unique(sector % SECTORS)) / SECTORS
+
+
+def _flatness(normals: Floats, areas: Floats) -> float:
+    """Share of the area that faces in one of few directions."""
+    rest = areas.copy()
+    total = max(float(areas.sum()), 1e-12)
+    cosine = np.cos(np.radians(PLANE_DEG))
+    some = np.linspace(0, len(normals) - 1, min(len(normals), 200)).astype(np.int64)
+    agree = normals[some] @ normals.T > cosine
+    for _ in range(PLANES):
+        best = int((agree @ rest).argmax())
+        axis = (rest * agree[best]) @ normals
+        length = float(np.linalg.norm(axis))
+        if length <= 0:
+            break
+        rest[normals @ (axis / length) > cosine] = 0.0
+    return 1 - float(rest.sum()) / total

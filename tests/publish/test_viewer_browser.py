@@ -1,0 +1,441 @@
+"""The viewer in a real browser: the checks of `viewer/tests/checks.mjs`, on scans made here."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import struct
+import subprocess
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+from likeness import MEAN_BOUND, TILE_BOUND, alike, difference, small  # type: ignore[import-not-found]
+from made_scan import build_scan, export_alone, export_scan, hold_places, panel  # type: ignore[import-not-found]
+from PIL import Image
+from served import served  # type: ignore[import-not-found]
+
+from walltopo.describe.classify.low_confidence import BUMP, FAINT, PLATED
+from walltopo.describe.routes.start_and_top import START_REASONS, TOP_REASONS
+from walltopo.editing.entries import REMOVED
+from walltopo.editing.notes import REASONS
+from walltopo.pipeline.edit_session import open_session
+from walltopo.publish.settings import ExportSettings
+from walltopo.publish.wall_data import read_wall
+from walltopo.scan.attributes import FLAT
+from walltopo.scan.edits import EditLog
+from walltopo.scan.folder import ScanFolder
+from walltopo.scan.holds import HoldRow, count_words, steepness_words
+
+VIEWER = Path(__file__).resolve().parents[2] / "viewer"
+SMALL = ExportSettings(first_triangles=6000, title="Test wall")
+FILES = [
+    VIEWER / "tests" / f"{name}.mjs"
+    for name in (
+        "checks",
+        "hands",
+        "frames",
+        "editing",
+        "foreign",
+        "page",
+        "borders",
+        "tasks",
+        "reset",
+    )
+]
+NAMES = [
+    name for file in FILES for name in re.findall(r'^  async "(.+?)"\(', file.read_text(), re.M)
+]
+REFERENCES = Path(__file__).parent / "references"
+# Where the screenshots of the last run lie for looking at.
+SHOTS = Path(os.environ.get("WALLTOPO_SHOTS", VIEWER.parent / "build" / "viewer-shots"))
+# Ways to break every page, and checks that must notice (see SABOTAGE in viewer/tests/browser.mjs).
+SABOTAGE = {
+    "load": ["opens from disk", "works by keyboard alone", "has no serious accessibility findings"],
+    "draw": ["opens from disk", "a lit route stays", "survives a lost context"],
+    "tap": ["a tap on a hold", "a link leads", "the camera stays", "no frame is asked"],
+    "write": ["a lit route stays"],
+}
+
+EMBED = """<!doctype html><html lang="en"><meta charset="utf-8"><title>Embedded</title>
+<meta name="viewport" content="width=device-width">
+<style>wall-topo{display:block;width:800px;height:500px}</style>
+<script>window.heard=[];
+for(const type of ["wall-load","hold-select","route-select"])
+ addEventListener(type,e=>heard.push({type,detail:e.detail}))</script>
+<main><wall-topo src="page/first.glb"></wall-topo></main><script src="page/viewer.js"></script>"""
+
+
+LAZY = """<!doctype html><html lang="en"><meta charset="utf-8"><title>Lazy</title>
+<style>wall-topo{display:block;width:800px;height:500px}
+wall-topo::part(card){background:rgb(1 2 3)}</style>
+<div style="height:4000px"></div>
+<main><wall-topo src="page/first.glb" loading="lazy" poster="cutouts/1.png" heading="Lazy">
+<button slot="tools" id="mine">Mine</button><p slot="card" id="below">Below the card</p>
+</wall-topo></main><script src="page/viewer.js"></script>"""
+
+
+def said() -> dict[str, Any]:
+    """What the terminal and the report say, for the page to say too."""
+    degrees = (-20.4, -6, -5.4, -3, 0, 3.4, 4.6, 5.4, 5.6, 6.9, 10, 16.7, 34.6, 60)
+    counts = ((0, 0, 0), (1, 1, 0), (4, 31, 2), (2, 5, 1))
+    kind = {"hold": made_row(1, "hold"), "volume": made_row(2, "volume")}
+    return {
+        "reasons": [BUMP, FAINT, FLAT, PLATED, REMOVED],
+        "doubts": sorted({*START_REASONS.values(), *TOP_REASONS.values()}),
+        "notes": REASONS,
+        "problems": ["busy", "changed", "lacks", "large", "token"],
+        "steepness": [[value, steepness_words(value)] for value in degrees],
+        "counts": [
+            [r, h, v, count_words(r, [kind["hold"]] * h + [kind["volume"]] * v)]
+            for r, h, v in counts
+        ],
+    }
+
+
+def made_row(number: int, kind: str) -> HoldRow:
+    """A row of `holds.json`."""
+    place, normal = (0.0, 0.0, 1.0), (0.0, -1.0, 0.0)
+    return HoldRow(
+        number, kind, "jug", "red", (200, 40, 40), place, normal, 0.1, 0.01, 0, (), 1, None
+    )
+
+
+def missing() -> str:
+    """Why these tests cannot run here; empty when they can."""
+    chromium = os.environ.get("WALLTOPO_CHROMIUM", "/usr/bin/chromium")
+    if shutil.which("node") is None:
+        return "node is not installed (make system)"
+    if not Path(chromium).exists():
+        return f"no browser at {chromium} (make system)"
+    if not (VIEWER / "node_modules" / "playwright-core").is_dir():
+        return "viewer/node_modules is missing (cd viewer && npm ci)"
+    return ""
+
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(bool(missing()), reason=f"browser tests: {missing()}"),
+]
+
+
+def exported(root: Path, settings: ExportSettings = SMALL, **options: Any) -> ScanFolder:
+    scan: ScanFolder = build_scan(root, **options)
+    export_scan(scan, settings)
+    return scan
+
+
+def untextured(root: Path, settings: ExportSettings, **options: Any) -> Path:
+    """The page of a wall without a texture."""
+    wall = read_wall(build_scan(root / "scan", **options), settings.title or root.name)
+    scan: ScanFolder = export_alone(root, replace(wall, uv=None, texture=None), settings)
+    return scan.page
+
+
+def without_ids(scan: ScanFolder, folder: Path) -> Path:
+    """A page whose model is a plain GLB of another tool."""
+    import trimesh
+
+    shutil.copytree(scan.root / "page", folder / "page")
+    shutil.copyfile(scan.page, folder / "index.html")
+    ball = trimesh.creation.icosphere(subdivisions=2)
+    data = ball.export(file_type="glb")
+    from walltopo.publish.web_page import write_tier
+
+    for name in ("first", "detail"):
+        write_tier(folder / "page", name, data)
+    return folder / "index.html"
+
+
+def strange(scan: ScanFolder, folder: Path) -> Path:
+    """A page whose model has tables of another program beside one hold and one route of ours."""
+    from walltopo.publish.web_page import write_tier
+
+    shutil.copytree(scan.root / "page", folder / "page")
+    shutil.copyfile(scan.page, folder / "index.html")
+    data = (scan.root / "page" / "first.glb").read_bytes()
+    length = struct.unpack_from("<I", data, 12)[0]
+    document = json.loads(data[20 : 20 + length])
+    tables = document["scenes"][0]["extras"]["walltopo"]
+    good = tables["holds"][0]
+    tables["holds"] = [None, 7, {"id": "x"}, {"id": 3}, {"id": 4, "position": [0, None, 1]}, good]
+    tables["holds"].append({"id": 2, "position": [1, -0.1, 2], "colour_rgb": "red", "type": "foot"})
+    tables["routes"] = [{"id": 9}, {"id": 8, "holds": [1, 2, 99], "colour": None}, "none"]
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    rest = data[20 + length :]
+    head = struct.pack("<4sIIII", b"glTF", 2, 20 + len(text) + len(rest), len(text), 0x4E4F534A)
+    for name in ("first", "detail"):
+        write_tier(folder / "page", name, head + text + rest)
+    return folder / "index.html"
+
+
+def broken(scan: ScanFolder, folder: Path, data: bytes | None) -> Path:
+    """A page whose model is damaged (or absent)."""
+    from walltopo.publish.web_page import write_tier
+
+    shutil.copytree(scan.root / "page", folder / "page")
+    shutil.copyfile(scan.page, folder / "index.html")
+    (folder / "page" / "first.js").unlink()
+    if data is not None:
+        write_tier(folder / "page", "first", data)
+    return folder / "index.html"
+
+
+def model_alone(folder: Path, data: bytes) -> Path:
+    """A page with one tier."""
+    from walltopo.publish.web_page import write_page, write_tier
+
+    (folder / "page").mkdir(parents=True)
+    write_tier(folder / "page", "first", data)
+    index = folder / "index.html"
+    write_page(index, folder / "page", "Alone")
+    index.write_text(index.read_text().replace(' detail="page/detail.glb"', ""))
+    return index
+
+
+def large_model() -> bytes:
+    """A panel of 5.0 million triangles, none of them simplified away."""
+    from walltopo.publish.gltf import Packing, write_glb
+    from walltopo.publish.surface import split_at_borders
+
+    mesh, labels, _, _ = panel(0, 1940)
+    return write_glb(split_at_borders(mesh, labels), [], [], packing=Packing(True, True, False))
+
+
+QUARTERS = (2100, 3000)  # pixels: no whole number of pieces
+COLOURS = ((200, 40, 40), (40, 160, 60), (40, 70, 200), (230, 190, 40))
+
+
+def quartered_model() -> bytes:
+    """A panel under a large picture: four quarters, each of one colour."""
+    import io
+
+    from walltopo.publish.gltf import Packing, write_glb
+    from walltopo.publish.surface import split_at_borders
+
+    mesh, labels, uv, _ = panel(0, 40)
+    width, height = QUARTERS
+    pixels = np.zeros((height, width, 3), np.uint8)
+    for k, colour in enumerate(COLOURS):
+        top, left = k // 2 * height // 2, k % 2 * width // 2
+        pixels[top : top + height // 2, left : left + width // 2] = colour
+    stream = io.BytesIO()
+    Image.fromarray(pixels).save(stream, "PNG")
+    return write_glb(
+        split_at_borders(mesh, labels, uv),
+        [],
+        [],
+        picture=(stream.getvalue(), "image/png"),
+        packing=Packing(True, True, False),
+    )
+
+
+def endless_model() -> bytes:
+    """A GLB of few bytes that asks for 5 billion vertices: accessors may leave their zeros out."""
+    document = {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "accessors": [{"componentType": 5126, "count": 5_000_000_000, "type": "VEC3"}],
+    }
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    return struct.pack("<4sIIII", b"glTF", 2, 20 + len(text), len(text), 0x4E4F534A) + text
+
+
+def edited_files(scan: ScanFolder) -> str:
+    """What is wrong with the log that the editor's checks saved; "" when nothing is."""
+    found = [msgspec.to_builtins(edit) for edit in EditLog.load(scan.edits).edits]
+    for edit in found:
+        for key in ("hold", "route"):
+            edit[key] = edit[key]["id"] if key in edit else None
+    expected: list[dict[str, object]] = [
+        {"do": "hold", "hold": 2},
+        {"do": "hold", "hold": 5, "colour": "green"},
+        {"do": "hold", "hold": 5, "type": "crimp"},
+        {"do": "split", "new": 5},
+        {"do": "route", "route": 3, "name": "<b>Heron</b>"},
+        {"do": "route", "route": 3, "grade": "6b"},
+        {"do": "route", "route": 3, "setter": "Anna"},
+        {"do": "route", "route": 3, "date": "2026-03-01"},
+        {"do": "merge"},
+        {"do": "hold", "hold": 12, "type": "sloper"},
+    ]
+    same = len(found) == len(expected) and all(
+        wanted.items() <= edit.items() for wanted, edit in zip(expected, found, strict=True)
+    )
+    return "" if same else json.dumps(found)
+
+
+def run_checks(listing: Path, word: str = "", sabotage: str = "") -> dict[str, str]:
+    """Check name to its problem ("" where it passed)."""
+    done = subprocess.run(
+        ["node", "tests/run.mjs", str(listing), *([word] if word else [])],
+        cwd=VIEWER,
+        capture_output=True,
+        text=True,
+        timeout=900,
+        check=False,
+        env={**os.environ, "WALLTOPO_SABOTAGE": sabotage},
+    )
+    lines = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
+    assert lines, f"the browser did not start: {done.stderr[-2000:]}"
+    return {line["name"]: line["problem"] for line in lines}
+
+
+@pytest.fixture(scope="module")
+def places(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, ScanFolder]]:
+    """The list of pages to check, served as long as it takes; and the scan that is edited."""
+    room = tmp_path_factory.mktemp("viewer")
+    scan = exported(room / "scan")
+    (scan.root / "embed.html").write_text(EMBED)
+    (scan.root / "lazy.html").write_text(LAZY)
+    Image.new("RGB", (8, 8)).save(scan.cutouts / "1.png")
+    shutil.copyfile(VIEWER.parent / "examples" / "embed.html", scan.root / "example.html")
+    good = (scan.root / "page" / "first.glb").read_bytes()
+    pages = [
+        broken(scan, room / "absent", None),
+        broken(scan, room / "cut", good[: len(good) // 2]),
+        broken(scan, room / "text", b"this is no model"),
+    ]
+    odd = {
+        "plain": without_ids(scan, room / "plain"),
+        "strange": strange(scan, room / "strange"),
+        "none": untextured(room / "none", SMALL, holds=0, cells=24),
+        "many": untextured(room / "many", ExportSettings(), holds=2000, cells=300),
+    }
+    SHOTS.mkdir(parents=True, exist_ok=True)
+    editing = exported(room / "editing")
+    listing = room / "places.json"
+    found = {
+        "disk": scan.page.as_uri(),
+        "report": scan.report.as_uri(),
+        "embed": (scan.root / "embed.html").as_uri(),
+        "lazy": (scan.root / "lazy.html").as_uri(),
+        "words": said(),
+        "example": (scan.root / "example.html").as_uri(),
+        "broken": [page.as_uri() for page in pages],
+        "large": model_alone(room / "large", large_model()).as_uri(),
+        "quarters": {
+            "page": model_alone(room / "quarters", quartered_model()).as_uri(),
+            "size": QUARTERS,
+            "colours": list(
+                zip([[1, 0, 3.2], [5, 0, 3.2], [1, 0, 0.8], [5, 0, 0.8]], COLOURS, strict=True)
+            ),
+        },
+        "endless": model_alone(room / "endless", endless_model()).as_uri(),
+        "odd": {kind: page.as_uri() for kind, page in odd.items()},
+        "shots": str(SHOTS),
+    }
+    after = exported(room / "reset", missed=1)
+    dense = exported(room / "spray", holds=40)
+    with (
+        served(scan.root, edit=False) as web,
+        served(editing.root, edit=True, opened=open_session) as edit,
+        served(after.root, edit=True, opened=open_session) as reset,
+        served(dense.root, edit=True, opened=open_session) as spray,
+    ):
+        found |= {"web": web.url, "edit": edit.url, "spray": spray.url}
+        x, z = hold_places(12)[-1]
+        found["reset"] = {"address": reset.url, "missed": [x, 0.0, z]}
+        listing.write_text(json.dumps(found))
+        yield listing, editing
+
+
+@pytest.fixture(scope="module")
+def results(places: tuple[Path, ScanFolder]) -> dict[str, str]:
+    """Check name to its problem ("" where it passed)."""
+    listing, editing = places
+    found = run_checks(listing)
+    found["the files"] = edited_files(editing)
+    return found
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_in_browser(results: dict[str, str], name: str) -> None:
+    assert name in results, "the check did not run: the browser ended before it"
+    assert not results[name], results[name]
+
+
+def test_edits_are_in_the_files(results: dict[str, str]) -> None:
+    assert not results["the files"], results["the files"]
+
+
+@pytest.mark.parametrize("name", sorted(path.stem for path in REFERENCES.glob("*.jpg")))
+def test_looks_as_it_did(results: dict[str, str], name: str) -> None:
+    """Each screenshot against its reference; WALLTOPO_WRITE_REFERENCES=1 replaces those."""
+    shot, reference = SHOTS / f"{name}.png", REFERENCES / f"{name}.jpg"
+    if os.environ.get("WALLTOPO_WRITE_REFERENCES"):
+        small(shot).save(reference, quality=82)
+    found = difference(small(shot), small(reference))
+    bounds = (MEAN_BOUND, TILE_BOUND)
+    assert alike(small(shot), small(reference)), f"{shot}: {found} over {bounds} from {reference}"
+
+
+@pytest.mark.parametrize("way", SABOTAGE)
+def test_checks_fail_on_broken_pages(
+    places: tuple[Path, ScanFolder], way: str, tmp_path: Path
+) -> None:
+    listing = tmp_path / "places.json"
+    listing.write_text(json.dumps(json.loads(places[0].read_text()) | {"shots": str(tmp_path)}))
+    passed = [
+        name
+        for word in SABOTAGE[way]
+        for name, problem in run_checks(listing, word, way).items()
+        if not problem
+    ]
+    assert not passed, f"pass on pages where {way} is broken: {passed}"
+
+
+@pytest.mark.parametrize("tier", ["wall.glb", "page/first.glb", "page/detail.glb"])
+def test_valid_by_gltf_validator(tmp_path: Path, tier: str) -> None:
+    scan = exported(tmp_path / "scan", cells=40)
+    script = (
+        "const v=require('gltf-validator'),fs=require('fs');"
+        "v.validateBytes(new Uint8Array(fs.readFileSync(process.argv[1])))"
+        ".then(r=>console.log(JSON.stringify(r.issues)))"
+    )
+    done = subprocess.run(
+        ["node", "-e", script, str(scan.root / tier)],
+        cwd=VIEWER,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=True,
+    )
+    issues = json.loads(done.stdout)
+    assert (issues["numErrors"], issues["numWarnings"]) == (0, 0), issues["messages"][:5]
+
+
+def test_budgets() -> None:
+    """JavaScript within 250 kB gzip."""
+    import gzip
+
+    from walltopo.publish.web_page import viewer_script
+
+    packed = gzip.compress(viewer_script().read_bytes(), 9)
+    assert len(packed) <= 250_000
+
+
+def test_built_viewer_is_the_source(tmp_path: Path) -> None:
+    """The script that ships is what the sources build to."""
+    built = tmp_path / "page"
+    subprocess.run(
+        ["node_modules/.bin/vite", "build", "--outDir", str(built), "--logLevel", "error"],
+        cwd=VIEWER,
+        check=True,
+        timeout=120,
+    )
+    from walltopo.publish.web_page import viewer_script
+
+    assert (built / "viewer.js").read_bytes() == viewer_script().read_bytes()
+    assert np.frombuffer((built / "viewer.js").read_bytes(), np.uint8).size > 100_000

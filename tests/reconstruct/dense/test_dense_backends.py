@@ -1,0 +1,113 @@
+"""Backends: which is picked, what they say when they cannot run, what OpenMVS is told."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from walltopo.cli import mesh as mesh_cli
+from walltopo.core import EnvironmentLacksError, Mesh, SettingsError, Silent
+from walltopo.geometry.ply import write_ply
+from walltopo.geometry.subdivision import drop_wide, split_long_edges
+from walltopo.geometry.topology import edges_of
+from walltopo.reconstruct.dense import backends as stage
+from walltopo.reconstruct.dense.external import (
+    colmap_mesh,
+    cuda_devices,
+    densify_arguments,
+    has_cuda,
+    mesh_arguments,
+    refine_arguments,
+)
+from walltopo.reconstruct.dense.settings import DenseSettings
+
+
+def test_argument_lists_chain_absolute_files() -> None:
+    scene, dense, mesh, refined = (Path("/w") / n for n in ("s.mvs", "d.mvs", "m.ply", "r.ply"))
+    steps = [
+        densify_arguments(scene, dense, 1600),
+        mesh_arguments(dense, mesh, edge=0.008, pixel=0.004),
+        refine_arguments(dense, mesh, refined),
+    ]
+    files = [{a: b for a, b in pairwise(step) if a in ("-i", "-p", "-m", "-o")} for step in steps]
+    assert files == [
+        {"-i": "/w/s.mvs", "-o": "/w/d.mvs"},
+        {"-i": "/w/d.mvs", "-p": "/w/d.ply", "-o": "/w/m.ply"},
+        {"-i": "/w/d.mvs", "-m": "/w/m.ply", "-o": "/w/r.ply"},
+    ]
+    assert steps[0][steps[0].index("--max-resolution") + 1] == "1600"
+    assert steps[1][steps[1].index("--min-point-distance") + 1] == "1.400"
+
+
+def test_split_long_edges_keeps_surface_and_topology() -> None:
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 0.3]], dtype=float)
+    faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]], dtype=np.int32)
+    mesh = split_long_edges(Mesh(corners, faces), 0.2)
+    edges = edges_of(mesh.faces)
+    assert (edges.count == 2).all()
+    assert len(mesh.vertices) - len(edges.pairs) + len(mesh.faces) == 2
+    ends = mesh.vertices[edges.pairs]
+    assert np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).max() <= 0.2
+    assert mesh.areas.sum() == pytest.approx(Mesh(corners, faces).areas.sum())
+    vectors = mesh.normals * mesh.areas[:, None]
+    assert np.allclose(vectors.sum(axis=0), 0.0)
+
+
+def test_wide_triangles_go() -> None:
+    corners = np.array([[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [2, 2, 0]], dtype=float)
+    mesh = Mesh(corners, np.array([[0, 1, 2], [1, 3, 2]], dtype=np.int32))
+    assert drop_wide(mesh, 0.2).faces.tolist() == [[0, 1, 2]]
+
+
+def test_cuda_needs_a_device() -> None:
+    listed = Path("/proc/driver/nvidia/gpus")
+    devices = len(list(listed.iterdir())) if listed.is_dir() else 0
+    assert (cuda_devices() > 0) == (devices > 0)
+    assert not has_cuda() or devices
+
+
+@pytest.mark.skipif(has_cuda(), reason="CUDA and a device are here")
+def test_colmap_without_cuda_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(EnvironmentLacksError, match="CUDA"):
+        colmap_mesh(tmp_path, tmp_path, tmp_path, DenseSettings(), 0.01, 1.0, Silent())
+
+
+@pytest.mark.skipif(has_cuda(), reason="CUDA and a device are here")
+def test_auto_without_cuda_is_sgm() -> None:
+    assert stage.pick_backend(DenseSettings())[0] == "sgm"
+
+
+def test_a_backend_asked_for_is_not_replaced() -> None:
+    assert stage.pick_backend(DenseSettings(backend="sparse")) == ("sparse", "as asked")
+
+
+def test_settings_are_bounded() -> None:
+    with pytest.raises(SettingsError, match=r"dense\.backend: expected one of"):
+        DenseSettings(backend="magic")  # type: ignore[arg-type]
+    with pytest.raises(SettingsError, match=r"dense\.edge_length: expected at least"):
+        DenseSettings(edge_length=0.0)
+
+
+def check(arguments: list[str]) -> int:
+    parser = argparse.ArgumentParser()
+    mesh_cli.register(parser.add_subparsers())
+    args = parser.parse_args(["mesh", "check", *arguments])
+    return int(args.run(args))
+
+
+def test_mesh_check_tells_good_from_bad(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
+    good = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]], dtype=np.int32)
+    write_ply(tmp_path / "good.ply", Mesh(corners, good))
+    bad = np.concatenate([good, [[0, 1, 2], [0, 1, 2]]]).astype(np.int32)
+    write_ply(tmp_path / "bad.ply", Mesh(corners, bad))
+    assert check([str(tmp_path / "good.ply")]) == 0
+    assert check([str(tmp_path / "bad.ply")]) == 1
+    assert "not manifold" in capsys.readouterr().out
+    assert check([str(tmp_path / "good.ply"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["faces"] == 4

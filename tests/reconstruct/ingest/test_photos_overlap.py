@@ -1,0 +1,49 @@
+"""Which photos overlap: pieces of two pictures, and one that shows nothing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from walltopo.reconstruct.ingest.overlap import find_overlap
+
+
+def scene(seed: int) -> NDArray[np.uint8]:
+    """Spots of all sizes, another pattern each time."""
+    rng = np.random.default_rng(seed)
+    across, down = np.meshgrid(np.arange(700), np.arange(300))
+    grey = np.full((300, 700), 120.0)
+    for x, y, size, tone in zip(
+        rng.uniform(0, 700, 500), rng.uniform(0, 300, 500), rng.uniform(2, 12, 500),
+        rng.uniform(-90, 90, 500), strict=True,
+    ):  # fmt: skip
+        near = np.abs(across - x) + np.abs(down - y) < size
+        grey[near] = 120.0 + tone
+    return grey.astype(np.uint8)
+
+
+@pytest.fixture(scope="module")
+def pieces() -> list[NDArray[np.uint8]]:
+    """Three of one scene, one that shows nothing, two of another scene."""
+    one, other = scene(1), scene(2)
+    flat = np.full((300, 400), 128, np.uint8)
+    return [one[:, :400], one[:, 150:550], one[:, 300:], flat, other[:, :400], other[:, 200:600]]
+
+
+def test_what_overlaps_hangs_together(pieces: list[NDArray[np.uint8]]) -> None:
+    found = find_overlap(pieces)
+    assert found.is_whole
+    assert found.groups == ((0, 1, 2), (4, 5), (3,))
+
+
+def test_neighbours_are_enough_where_all_hang_together(pieces: list[NDArray[np.uint8]]) -> None:
+    assert find_overlap(pieces[:3]).pairs == 2
+
+
+def test_too_many_pairs_are_left_and_that_is_said(pieces: list[NDArray[np.uint8]]) -> None:
+    assert not find_overlap(pieces, most_pairs=4).is_whole
+
+
+def test_no_pictures_have_no_parts() -> None:
+    assert find_overlap([]).groups == ()

@@ -1,0 +1,71 @@
+"""The published JSON Schemas: current, and true of what is written."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+from any_value import any_of  # type: ignore[import-not-found]
+from hypothesis import HealthCheck, given, settings
+from jsonschema import Draft202012Validator, ValidationError
+
+from walltopo.scan.detections import CocoFile
+from walltopo.scan.schemas import SCHEMAS, schema_name, schema_text
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+SAVED = [file for file, kind in SCHEMAS.items() if kind is not CocoFile]
+
+
+def validator(file: str) -> Draft202012Validator:
+    schema = json.loads((DOCS / "schemas" / schema_name(file)).read_text(encoding="utf-8"))
+    Draft202012Validator.check_schema(schema)
+    return Draft202012Validator(schema)
+
+
+def read(path: Path) -> Any:
+    text = path.read_text(encoding="utf-8")
+    return tomllib.loads(text) if path.suffix == ".toml" else json.loads(text)
+
+
+def test_every_schema_is_current_and_linked() -> None:
+    page = (DOCS / "scan-folder.md").read_text(encoding="utf-8")
+    assert {path.name for path in (DOCS / "schemas").iterdir()} == set(map(schema_name, SCHEMAS))
+    for file in SCHEMAS:
+        published = (DOCS / "schemas" / schema_name(file)).read_text(encoding="utf-8")
+        assert published == schema_text(file), "run `make docs`"
+        assert f"(schemas/{schema_name(file)})" in page
+
+
+@pytest.mark.parametrize("file", SAVED)
+def test_whatever_is_saved_is_valid(file: str, tmp_path: Path) -> None:
+    check_schema = validator(file)
+
+    @settings(
+        max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    )
+    @given(any_of(SCHEMAS[file]))
+    def check(value: Any) -> None:
+        path = tmp_path / Path(file).name
+        value.save(path)
+        check_schema.validate(read(path))
+
+    check()
+
+
+@pytest.mark.parametrize("file", SCHEMAS)
+def test_something_else_is_not_valid(file: str) -> None:
+    values: list[Any] = [[], 3, {"version": "one", "images": 3}]
+    for value in values:
+        with pytest.raises(ValidationError):
+            validator(file).validate(value)
+
+
+@pytest.mark.slow
+def test_what_a_scan_writes_is_valid(tiny_scan: Path) -> None:
+    asked_for = {"moves.json"}  # written by a command of its own
+    written = [file for file in SCHEMAS if "edits" not in file and file not in asked_for]
+    for file in written:
+        validator(file).validate(read(tiny_scan / file))

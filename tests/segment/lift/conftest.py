@@ -1,0 +1,73 @@
+"""Scenes for the lift's tests."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from walltopo.core import Camera, Mask, Mesh, View
+
+
+class Maker:
+    """Makes random little scenes: a bumpy sheet, cameras before it, blobs as masks."""
+
+    def __call__(
+        self, seed: int, views: int = 4, masks: int = 4, distorted: bool = False, cells: int = 14
+    ) -> tuple[Mesh, list[View]]:
+        rng = np.random.default_rng(seed)
+        side = np.linspace(-1, 1, cells + 1)
+        x, y = np.meshgrid(side, side)
+        z = rng.normal(0, 0.08, x.shape)
+        vertices = np.stack([x, y, z], -1).reshape(-1, 3) + rng.normal(0, 0.01, (x.size, 3))
+        grid = np.arange(x.size).reshape(x.shape)
+        a, b = grid[:-1, :-1].ravel(), grid[:-1, 1:].ravel()
+        c, d = grid[1:, 1:].ravel(), grid[1:, :-1].ravel()
+        faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+        mesh = Mesh(vertices, faces.astype(np.int32))
+        return mesh, [self.view(rng, k, masks, distorted) for k in range(views)]
+
+    def view(self, rng: np.random.Generator, number: int, masks: int, distorted: bool) -> View:
+        width, height = 96, 72
+        if distorted:
+            camera = Camera("OPENCV", width, height, (80.0, 78, 48, 36, -0.1, 0.02, 0.004, -0.002))
+        else:
+            camera = Camera("PINHOLE", width, height, (80.0, 78.0, 48.0, 36.0))
+        centre = np.array([*rng.uniform(-0.8, 0.8, 2), -rng.uniform(1.2, 2.5)])
+        forward = np.array([*rng.uniform(-0.3, 0.3, 2), 0.0]) - centre
+        forward /= np.linalg.norm(forward)
+        right = np.cross([0, 1.0, 0], forward)
+        right /= np.linalg.norm(right)
+        rotation = np.stack([right, np.cross(forward, right), forward])
+        pose = np.column_stack([rotation, -rotation @ centre])
+        return View(f"{number}.jpg", camera, pose, tuple(self.mask(rng) for _ in range(masks)))
+
+    def mask(self, rng: np.random.Generator) -> Mask:
+        rows, cols = np.mgrid[:72, :96]
+        cx, cy, rx, ry = rng.uniform(0, 96), rng.uniform(0, 72), *rng.uniform(4, 22, 2)
+        bitmap = ((cols - cx) / rx) ** 2 + ((rows - cy) / ry) ** 2 < 1
+        return Mask.from_full(bitmap, int(rng.integers(1, 3)), float(rng.uniform(0.3, 1.0)))
+
+
+@pytest.fixture(scope="session")
+def make_scene() -> Maker:
+    """`make_scene(seed, views, masks, distorted)` gives a mesh and views."""
+    return Maker()
+
+
+@pytest.fixture(scope="session")
+def three_bumps() -> tuple[Mesh, list[View], np.ndarray]:
+    """A sheet with three discs of colour, eight views with exact masks, and the truth."""
+    from walltopo.geometry.zbuffer import render_ids
+
+    maker = Maker()
+    mesh, views = maker(1, views=8, masks=0, cells=60)
+    truth = np.zeros(len(mesh.faces), dtype=np.int32)
+    for number, (x, y) in enumerate([(-0.5, -0.4), (0.4, -0.3), (0.0, 0.5)], start=1):
+        truth[np.hypot(mesh.centroids[:, 0] - x, mesh.centroids[:, 1] - y) < 0.22] = number
+    seen = []
+    for view in views:
+        ids, _ = render_ids(mesh.vertices, mesh.faces, view.camera, view.cam_from_world)
+        objects = np.where(ids >= 0, truth[ids], 0)
+        found = [Mask.from_full(objects == n, 1, 0.9) for n in (1, 2, 3) if (objects == n).any()]
+        seen.append(view.with_masks(tuple(found)))
+    return mesh, seen, truth
