@@ -8,7 +8,7 @@ DEMO ?= demo-scan
 # Processes that the tests run in: browsers and servers wait much. 0: in this one.
 WORKERS ?= 2
 
-.PHONY: help demo gym test audit test-ultralytics test-pythons lint docs site wheels sbom npm-package film moves-film viewer app pictures system system-venv system-compiler browser database clean
+.PHONY: help demo gym test docs-check count audit test-ultralytics test-pythons lint docs site wheels sbom npm-package film moves-film viewer app pictures system system-venv system-compiler browser database clean
 .DEFAULT_GOAL := help
 
 help:
@@ -18,6 +18,8 @@ help:
 	@echo "make test-ultralytics   the tests that need Ultralytics (AGPL-3.0), in an environment of its own"
 	@echo "make test-pythons       the quick tests on Python 3.12 and 3.13, where they are installed"
 	@echo "make lint     ruff, mypy, import floors"
+	@echo "make docs-check   pages against the code, the tests and the records"
+	@echo "make count    lines of code and files of each package"
 	@echo "make wheels   wheels and source archives of all distributions in dist/"
 	@echo "make site     build the documentation as static files in site/"
 	@echo "make sbom     what the packages are made of (CycloneDX) and their licences in dist/"
@@ -85,6 +87,12 @@ lint: $(VENV)/dev-ready
 	$(BIN)/ruff check src climb lab gym tests examples conftest.py
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+docs-check: $(VENV)/dev-ready
+	$(BIN)/python -m walltopo_lab.site.docs_check
+
+count: $(VENV)/dev-ready
+	$(BIN)/python -m walltopo_lab.code_size src/walltopo
 
 docs: $(VENV)/dev-ready
 	COLUMNS=1000 $(BIN)/walltopo settings --markdown > docs/settings.md

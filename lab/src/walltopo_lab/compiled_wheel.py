@@ -4,7 +4,8 @@
 
 Writes, beside the given one, a wheel for this Python on 64-bit Linux on x86 that holds numba's
 files for all kernels of `walltopo/pipeline/kernels.txt`. They serve where numba is of the version
-that is installed here and the processor is of the kind `walltopo.geometry.kernels.PROCESSOR` or newer;
+that is installed here and the processor is of the kind
+`walltopo.geometry.kernels.PROCESSOR` or newer;
 elsewhere the scan compiles, as it does from a wheel without.
 """
 

@@ -7,36 +7,11 @@ from pathlib import Path
 import pytest
 
 from walltopo.core import InputError
-from walltopo_lab.benchmarks.figures import CONSTANTS, complaints, pages, written
+from walltopo_lab.benchmarks.figures import CONSTANTS, complaints, written
 from walltopo_lab.benchmarks.record import filled, main
-from walltopo_lab.benchmarks.results import RESULTS, Part, Record, lines_of
-from walltopo_lab.benchmarks.tables import PARTS
-from walltopo_lab.benchmarks.tables_page import write_page
+from walltopo_lab.benchmarks.results import RESULTS, Record, lines_of
 
 ROOT = Path(__file__).parents[3]
-
-
-@pytest.mark.parametrize("page", pages(ROOT), ids=lambda page: page.name)
-def test_the_figures_of_a_page_are_as_recorded(page: Path) -> None:
-    assert complaints(page, ROOT) == []
-
-
-def test_the_page_of_tables_is_as_recorded(tmp_path: Path) -> None:
-    kept = {name: ROOT / RESULTS / f"tables-{name}.json" for name in PARTS}
-    parts = {name: Part.load(path) for name, path in kept.items()}
-    write_page(tmp_path / "results.md", parts)
-    assert (tmp_path / "results.md").read_text() == (ROOT / "docs" / "results.md").read_text()
-
-
-def test_every_record_is_used_and_says_where_it_comes_from() -> None:
-    text = "".join(page.read_text() for page in pages(ROOT))
-    for path in sorted((ROOT / RESULTS).glob("*.json")):
-        if path.name.startswith("tables-"):
-            continue
-        record = Record.load(path)
-        assert record.measured is not None, path.name
-        assert record.output, path.name
-        assert f"{path.stem}.json" in text or f"figures: {path.stem}" in text, path.name
 
 
 def made(root: Path, page: str) -> Path:

@@ -7,7 +7,7 @@ an entry counts once, in its place, and to take the last one back is to drop it.
 
 Ids may change from scan to scan, places hardly do. So every hold is given by its id and its
 position (metres, world frame; as it was when the entry was made), every route by its id and the
-position of one of its holds; who replays the log looks for the place first (`walltopo.editing.find`).
+position of one of its holds; the replay looks for the place first (`walltopo.editing.replay`).
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """What a climb is like, in numbers that know no wall: the input of the grade model.
 
-Lengths are shares of the body's height, efforts those of `walltopo_climb.movement.statics`. Each feature
+Lengths are shares of the body's height, efforts those of
+`walltopo_climb.movement.statics`. Each feature
 comes with the sign of its effect on the grade where there can be no doubt (+1: never easier).
 """
 

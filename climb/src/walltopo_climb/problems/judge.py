@@ -34,7 +34,8 @@ class Judged:
 
     Parameters
     ----------
-    off : how far it is from the wish, in grades. place, grade : see `walltopo_climb.grades.of_scan`.
+    off : how far it is from the wish, in grades.
+    place, grade : see `walltopo_climb.grades.of_scan`.
     moves : of hands. used : holds that an adult, and the wished body, use.
     """
 

@@ -19,7 +19,8 @@ class ScanPlaces(Base):
     """A scan whose routes were placed.
 
     `model` is the identity of the grade model: places of two models are not on one scale. `learnt`
-    is what that model knows of its errors (`walltopo_climb.grades.model.Learnt`). `shown` is the revision
+    is what that model knows of its errors (`walltopo_climb.grades.model.Learnt`). `shown` is
+    the revision
     of the edits that the scan's files showed (`ScanEdits.shown`), 0 before any.
     """
 

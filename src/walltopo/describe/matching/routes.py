@@ -1,6 +1,7 @@
 """Which route of a new scan is which route that hangs already: by its holds.
 
-The holds of both scans are matched in the wall's frame (`walltopo.describe.matching.holds`: position,
+The holds of both scans are matched in the wall's frame
+(`walltopo.describe.matching.holds`: position,
 normal, size and kind, one-to-one of least cost). Two routes are the same if they share most of
 their holds, in the same colour; who goes with whom is the assignment of greatest agreement
 (H. W. Kuhn, "The Hungarian method for the assignment problem", 1955).

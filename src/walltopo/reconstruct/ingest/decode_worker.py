@@ -1,4 +1,4 @@
-"""The process that decodes photos and videos: `python -m walltopo.reconstruct.ingest.decode_worker`.
+"""Decode photos and videos: `python -m walltopo.reconstruct.ingest.decode_worker`.
 
 Decoders are C libraries fed with files from anywhere. Here one of them may crash, or ask for more
 memory than ingest may take, and costs no more than the file that it was given.

@@ -1,4 +1,4 @@
-"""ArUco markers in photos, with corners to a tenth of a pixel, free of the spread of bright fields."""
+"""ArUco markers in photos: corners to a tenth of a pixel, free of the spread of bright fields."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Jobs of the child process that calls COLMAP: messages in both directions, and how jobs are made."""
+"""Jobs of the child process that calls COLMAP: its messages, and how jobs are made."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fit `walltopo.describe.routes.order` and `walltopo.describe.routes.start_and_top` to simulated scans of generated gyms."""
+"""Fit the weights of `walltopo.describe.routes.start_and_top` on scans of generated gyms."""
 
 from __future__ import annotations
 
