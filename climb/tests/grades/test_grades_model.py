@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from walltopo.core import InputError
+from walltopo.core.files import shipped_file
 from walltopo_climb.grades.features import FEATURES
 from walltopo_climb.grades.font import FONT
 from walltopo_climb.grades.model import GradeModel, shipped_model
@@ -41,6 +40,6 @@ def test_grades_ranges_are_open_where_nothing_was_learnt() -> None:
 
 
 def test_grades_another_network_is_no_grade_model() -> None:
-    other = Path(str(shipped_model().network.path)).with_name("hold_types.onnx")
+    other = shipped_file("hold_types.onnx")
     with pytest.raises(InputError, match="grade model"):
         GradeModel.load(other)
