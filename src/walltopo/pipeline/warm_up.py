@@ -12,16 +12,12 @@ from __future__ import annotations
 import importlib
 import os
 import re
-import subprocess
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from walltopo.core.children import end_with_parent
-
-__all__ = ["TABLE", "compile_line", "warming_up"]
+from walltopo.core.children import child_process, end_with_parent, python_module
 
 # Lines `module function signature`, in the order in which a scan calls them.
 TABLE = Path(__file__).with_name("kernels.txt")
@@ -33,21 +29,9 @@ _REPEATED = re.compile(r"UniTuple\((\w+) x (\d+)\)")
 @contextmanager
 def warming_up() -> Iterator[None]:
     """While this is open, a child compiles kernels; it ends with it at the latest."""
-    child = subprocess.Popen(
-        [sys.executable, "-m", "walltopo.pipeline.warm_up"],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.DEVNULL,
-        # Not a part of the result: whatever goes wrong here, the scan compiles by itself, and says.
-        stderr=subprocess.DEVNULL,
-        start_new_session=True,
-    )
-    try:
+    # Whatever goes wrong in it, the scan compiles by itself, and reports that.
+    with child_process(python_module("walltopo.pipeline.warm_up")):
         yield
-    finally:
-        child.kill()
-        child.wait()
-        assert child.stdin is not None
-        child.stdin.close()
 
 
 def compile_line(line: str) -> None:

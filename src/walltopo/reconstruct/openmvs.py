@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import os
+import io
 import re
 import shutil
 import subprocess
@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from walltopo.core import EnvironmentLacksError, Progress, StageError
+from walltopo.core.children import child_process, ending
 
 __all__ = [
     "PROGRAMS",
@@ -95,19 +96,13 @@ def run_program(program: Path, arguments: Sequence[str], work: Path, progress: P
     command = [str(program), *arguments, "-w", str(work)]
     with (
         log.open("w", encoding="utf-8") as stream,
-        subprocess.Popen(
-            command,
-            cwd=work,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            errors="replace",
-            env={**os.environ, "LC_ALL": "C"},
-        ) as process,
-    ):
-        assert process.stdout is not None
+        child_process(
+            command, environment={"LC_ALL": "C"}, errors=subprocess.STDOUT, folder=work
+        ) as child,
         # Universal newlines: OpenMVS rewrites its progress line with carriage returns.
-        for line in process.stdout:
+        io.TextIOWrapper(child.output, errors="replace") as lines,
+    ):
+        for line in lines:
             stream.write(line)
             tail = [*tail, line.rstrip()][-_TAIL_LINES:]
             step = parse_progress(line)
@@ -118,10 +113,10 @@ def run_program(program: Path, arguments: Sequence[str], work: Path, progress: P
                 shown = 0
             progress.advance(int(step.percent) - shown)
             shown = int(step.percent)
-        code = process.wait()
+        code = child.wait()
     if code != 0:
         raise StageError(
-            f"OpenMVS {name} ended with code {code}:\n" + "\n".join(tail),
+            f"OpenMVS {name} ended with {ending(code)}:\n" + "\n".join(tail),
             f"The whole output is in {log}.",
         )
 

@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import StageError
-
-__all__ = ["main", "simplified", "simplified_apart"]
+from walltopo.core.children import child_process, ending, python_module
 
 Points = NDArray[np.float32]
 Triangles = NDArray[np.int32]
@@ -41,24 +40,20 @@ def simplified_apart(points: Points, triangles: Triangles, target: int) -> tuple
         folder = Path(name)
         np.save(folder / "points.npy", points)
         np.save(folder / "triangles.npy", triangles)
-        command = [
-            sys.executable,
-            "-m",
-            "walltopo.describe.routes.simplify_worker",
-            name,
-            str(target),
-        ]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
-        if done.returncode:
+        command = python_module(__name__, name, str(target))
+        with child_process(command, errors=subprocess.STDOUT) as child:
+            printed = child.output.read().decode("utf-8", "replace")
+            code = child.wait()
+        if code:
             raise StageError(
                 f"the mesh of {len(triangles)} triangles could not be simplified (the process "
-                f"ended with {done.returncode}): {done.stderr.strip()[-500:]}"
+                f"ended with {ending(code)}): {printed.strip()[-500:]}"
             )
         return np.load(folder / "points.npy"), np.load(folder / "triangles.npy")
 
 
 def main() -> None:
-    """Replace the two files in the folder that is told."""
+    """Replace the two files in the folder of the first argument."""
     folder, target = Path(sys.argv[1]), int(sys.argv[2])
     points, triangles = np.load(folder / "points.npy"), np.load(folder / "triangles.npy")
     points, triangles = simplified(points, triangles, target)

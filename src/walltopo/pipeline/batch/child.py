@@ -7,19 +7,14 @@ from there. The process ends with whoever started it.
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 import time
-from contextlib import suppress
 from pathlib import Path
 
 import msgspec
 
 from walltopo.core import InputError
+from walltopo.core.children import child_process, ending, python_module
 from walltopo.pipeline.batch.job import Job, Outcome
-
-__all__ = ["TRIES", "run_job"]
 
 TRIES = 3
 # Run by its name: a floor above, where the words for the log are.
@@ -48,13 +43,12 @@ def run_job(job: Job, threads: int = 0, tries: int = TRIES) -> Outcome:
                 ) from error
             seconds = round(time.monotonic() - begun, 2)
             return msgspec.structs.replace(outcome, tries=number, seconds=seconds)
-    how = f"by signal {-code}" if code < 0 else f"with exit code {code}"
     return Outcome(
         out=job.out,
         state="lost",
         tries=tries,
         seconds=round(time.monotonic() - begun, 2),
-        error=f"its process ended {how}, {tries} times",
+        error=f"its process ended with {ending(code)}, {tries} times",
         hint=f"Its last words may stand in {Path(job.out) / 'scan.log'}; fewer scans at a time "
         "need less memory.",
     )
@@ -62,30 +56,10 @@ def run_job(job: Job, threads: int = 0, tries: int = TRIES) -> Outcome:
 
 def _run_once(job: Job, threads: int) -> tuple[int, bytes]:
     """Exit code and answer of the process."""
-    environment = dict(os.environ)
-    if threads:
-        for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
-            environment[name] = str(threads)
-    child = subprocess.Popen(
-        [sys.executable, "-m", _MODULE],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,  # until it has its log
-        start_new_session=True,
-        env=environment,
-    )
-    assert child.stdin is not None
-    assert child.stdout is not None
-    try:
-        with suppress(BrokenPipeError):
-            child.stdin.write(msgspec.json.encode(job) + b"\n")
-            child.stdin.flush()
-        told = child.stdout.read()
-        return child.wait(), told
-    finally:
-        if child.poll() is None:
-            child.kill()
-            child.wait()
-        child.stdout.close()
-        with suppress(BrokenPipeError):
-            child.stdin.close()
+    names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS") if threads else ()
+    environment = dict.fromkeys(names, str(threads))
+    message = msgspec.json.encode(job) + b"\n"
+    # Its stderr goes nowhere until it has its log.
+    with child_process(python_module(_MODULE), message, environment=environment) as child:
+        answer = child.output.read()
+        return child.wait(), answer

@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 import os
-import signal
-import subprocess
-import sys
 import tempfile
 from collections.abc import Generator, Sequence
-from contextlib import closing, suppress
+from contextlib import closing
 from pathlib import Path
 from typing import IO, Final
 
 import msgspec
 
 from walltopo.core import EnvironmentLacksError, Progress, StageError
+from walltopo.core.children import child_process, ending, python_module
 from walltopo.reconstruct.ingest.decode_job import Answer, Begun, Broken, Done, Job
 from walltopo.reconstruct.ingest.settings import IngestSettings
-
-__all__ = ["decode_files"]
 
 _THREADS: Final = 4
 
@@ -41,9 +37,9 @@ def decode_files(
         first = min(alone, default=-1)
         batch = waiting or {first: alone.pop(first)}
         single = len(batch) == 1
-        child = _Child(Job(_as_bytes(batch), os.fsencode(folder), settings, _THREADS))
+        decoder = _Decoder(Job(_as_bytes(batch), os.fsencode(folder), settings, _THREADS))
         begun: set[int] = set()
-        with closing(child.answers()) as answers:
+        with closing(decoder.answers()) as answers:
             for answer in answers:
                 if isinstance(answer, Broken):
                     raise EnvironmentLacksError(answer.message, answer.hint)
@@ -56,14 +52,16 @@ def decode_files(
                     alone[answer.number] = file
                 else:
                     yield answer
-        for line in child.told:
+        for line in decoder.told:
             progress.detail(f"decoder: {line}")
         if batch and not begun:
-            raise StageError("\n".join([f"decoding photos ended ({child.end})", *child.told[-8:]]))
+            raise StageError(
+                "\n".join([f"decoding photos ended ({decoder.end})", *decoder.told[-8:]])
+            )
         for number in sorted(begun):
             file = batch.pop(number)
             if single:
-                yield Done(number, reasons=(f"its decoder crashed ({child.end})",))
+                yield Done(number, reasons=(f"its decoder crashed ({decoder.end})",))
             else:
                 alone[number] = file
 
@@ -72,11 +70,8 @@ def _as_bytes(files: dict[int, Path]) -> dict[int, bytes]:
     return {number: os.fsencode(file) for number, file in files.items()}
 
 
-class _Child:
-    """One run of `decode_worker`.
-
-    It has its own session, so that Ctrl-C reaches only this process; it is then killed.
-    """
+class _Decoder:
+    """One run of `decode_worker`."""
 
     def __init__(self, job: Job) -> None:
         self.job = job
@@ -84,33 +79,18 @@ class _Child:
         self.end = ""
 
     def answers(self) -> Generator[Answer]:
-        """Until it ends; then `end` says how and `told` what it printed."""
+        """Yield its answers; afterwards `end` says how it ended and `told` what it printed."""
+        command = python_module("walltopo.reconstruct.ingest.decode_worker")
+        message = msgspec.json.encode(self.job) + b"\n"
         with tempfile.TemporaryFile() as printed:
-            child = subprocess.Popen(
-                [sys.executable, "-m", "walltopo.reconstruct.ingest.decode_worker"],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=printed,
-                start_new_session=True,
-                env={**os.environ, **_ENVIRONMENT},
-            )
-            assert child.stdin is not None
-            assert child.stdout is not None
             try:
-                # A child that dies at once breaks the pipe; its exit says why.
-                with suppress(BrokenPipeError):
-                    child.stdin.write(msgspec.json.encode(self.job) + b"\n")
-                    child.stdin.flush()
-                for line in child.stdout:
-                    yield msgspec.json.decode(line, type=Answer)
-                self.end = _end(child.wait())
+                with child_process(
+                    command, message, environment=_ENVIRONMENT, errors=printed
+                ) as child:
+                    for line in child.output:
+                        yield msgspec.json.decode(line, type=Answer)
+                    self.end = ending(child.wait())
             finally:
-                if child.poll() is None:
-                    child.kill()
-                    child.wait()
-                child.stdout.close()
-                with suppress(BrokenPipeError):
-                    child.stdin.close()
                 self.told = _tail(printed)
 
 
@@ -120,15 +100,6 @@ _ENVIRONMENT: Final = {
     "MALLOC_TRIM_THRESHOLD_": "1048576",
     "OPENBLAS_NUM_THREADS": "1",
 }
-
-
-def _end(code: int) -> str:
-    if code >= 0:
-        return f"exit code {code}"
-    try:
-        return signal.Signals(-code).name
-    except ValueError:
-        return f"signal {-code}"
 
 
 def _tail(printed: IO[bytes]) -> list[str]:

@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import subprocess
-import sys
 from collections import deque
-from contextlib import suppress
 from typing import Any
 
 import msgspec
 
 from walltopo.core import Progress, StageError
+from walltopo.core.children import child_process, python_module
 from walltopo.reconstruct.sparse.jobs import Job, Mapped
-
-__all__ = ["run_worker"]
 
 _EVENT = "@walltopo "
 _WHAT = {
@@ -25,7 +21,6 @@ _WHAT = {
     "learned": "look again with a network",
     "learned matches": "match again with a network",
     "register": "register photos",
-    "register at once": "register photos, all at once",
     "refine": "refine all together",
 }
 _FEATURE = re.compile(r"Processed file \[\d+/\d+\]")
@@ -38,46 +33,24 @@ _GLOG = re.compile(r"^[IWEF]\d{8} [\d:.]+ +\d+ [\w.]+:\d+\] ?")
 def run_worker(job: Job, progress: Progress) -> Mapped:
     """Run one job of `colmap_worker`; what it mapped (nothing, where it only found features).
 
-    The child has its own session, so that Ctrl-C reaches only this process; it is then killed.
-
     Raises
     ------
     StageError : COLMAP failed or ended; carries the last lines of its log.
     """
     # COLMAP has threads of its own; BLAS on several would also make the last bits differ.
-    environment = {**os.environ, "PYTHONUNBUFFERED": "1", "OPENBLAS_NUM_THREADS": "1"}
+    environment = {"PYTHONUNBUFFERED": "1", "OPENBLAS_NUM_THREADS": "1"}
     if job.threads > 0:
         environment["OMP_NUM_THREADS"] = str(job.threads)
-    child = subprocess.Popen(
-        [sys.executable, "-m", "walltopo.reconstruct.sparse.colmap_worker"],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        start_new_session=True,
-        env=environment,
-        text=True,
-        encoding="utf-8",
-        errors="replace",
-    )
-    assert child.stdin is not None
-    assert child.stdout is not None
     listener = _Listener(progress)
-    try:
-        # A child that dies at once breaks the pipe; its output and exit code say why.
-        with suppress(BrokenPipeError):
-            child.stdin.write(msgspec.json.encode(job).decode("utf-8") + "\n")
-            child.stdin.flush()
-        for line in child.stdout:
-            listener.hear(line.rstrip("\n"))
+    with child_process(
+        python_module("walltopo.reconstruct.sparse.colmap_worker"),
+        msgspec.json.encode(job) + b"\n",
+        environment=environment,
+        errors=subprocess.STDOUT,
+    ) as child:
+        for line in child.output:
+            listener.hear(line.decode("utf-8", "replace").rstrip("\n"))
         code = child.wait()
-    finally:
-        # Ctrl-C and any error end here: no orphan goes on using the machine.
-        if child.poll() is None:
-            child.kill()
-            child.wait()
-        child.stdout.close()
-        with suppress(BrokenPipeError):
-            child.stdin.close()
     listener.check(code)
     return msgspec.convert(listener.result, Mapped)
 
