@@ -17,8 +17,8 @@ from walltopo.scan.routes import Routes
 
 
 def main(old_scan: Path, new_scan: Path) -> None:
-    old, old_holds, _ = load_scan(old_scan)
-    new, new_holds, _ = load_scan(new_scan)
+    old, old_holds, *_ = load_scan(old_scan)
+    new, new_holds, *_ = load_scan(new_scan)
     fates = Counter(change.what for change in changes(old_holds, new_holds))
     print("holds:", ", ".join(f"{count} {what}" for what, count in sorted(fates.items())))
     before = {route.id: route for route in Routes.load(old.routes).routes}

@@ -17,7 +17,7 @@ from walltopo.editing.crops import cutout_of
 from walltopo.editing.replay import replay
 from walltopo.editing.snapshot import ScanSnapshot
 from walltopo.editing.view_crops import looks_at
-from walltopo.scan.attributes import Hold, PaletteColour, RawAttributes
+from walltopo.scan.attributes import Hold, MeasuredWith, PaletteColour, RawAttributes
 from walltopo.scan.edits import Add, Edit, Paint, Ref, Remove, SetHold
 from walltopo.scan.light import SceneLight
 from walltopo.scan.photos import PhotoSet
@@ -153,3 +153,12 @@ def test_what_hides_a_place_hides_it(photographed: ScanSnapshot) -> None:
         assert look.picture[int(look.y), int(look.x)].tolist() == [200, 30, 40]
     behind = looks_at(photographed, np.array([PLACE[0], 0.5, PLACE[2]]), 0.3, 5)
     assert behind == []
+
+
+def test_a_new_hold_is_measured_with_the_settings_of_the_scan(photographed: ScanSnapshot) -> None:
+    measured_with = MeasuredWith(cutout_px=20)
+    found = msgspec.structs.replace(photographed.found, measured_with=measured_with)
+    outcome = replay(replace(photographed, found=found), [Add(hold=Ref(52, PLACE))])
+    picture = outcome.pictures[52]
+    assert picture is not None
+    assert max(picture.crop.shape) <= 20

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from small_wall import (  # type: ignore[import-not-found]
     route,
 )
 
-from walltopo.editing.replay import Outcome
+from walltopo.editing.replay import Outcome, replay
 from walltopo.scan.attributes import Hold
 from walltopo.scan.edits import (
     Assign,
@@ -401,3 +402,9 @@ def test_an_entry_counts_once_and_undo_is_the_log_without_it(edits: list[Edit]) 
     after(edits)
     assert same(before, after(edits[:-1])), "nothing of an entry stays when it is dropped"
     np.testing.assert_array_equal(SCAN.labels, made_scan().labels)
+
+
+def test_the_unit_of_the_scan_goes_into_its_table() -> None:
+    scan = replace(SCAN, unit=2.5)
+    found = replay(scan, ())
+    assert found.holds.unit == found.attributes.unit == 2.5

@@ -44,20 +44,17 @@ def run(args: argparse.Namespace) -> int:
     """Print or write the inventory; exit code 0."""
     from walltopo.core import SettingsError
     from walltopo.describe.matching.inventory import changes, count_holds, load_scan, wall_area
-    from walltopo.describe.routes.settings import RoutesSettings
-    from walltopo.scan.scale import unit_of
 
     if args.changed and args.since is None:
         raise SettingsError("--changed needs --since OLD")
-    scan, holds, metric = load_scan(args.scan)
-    unit = unit_of(holds, metric, RoutesSettings().typical_hold)
+    scan, holds, metric, unit = load_scan(args.scan)
     if args.since is None:
         rows = [row.to_json() for row in count_holds(holds, unit)]
         area = wall_area(scan)
         told = "m²" if metric else "square scan units (the scan has no scale)"
         summary = f"{len(holds)} instances on {area:.1f} {told} of mesh"
         return _emit(args, rows, {"holds": len(holds), "area_m2": round(area, 3)}, summary)
-    _, old, _ = load_scan(args.since)
+    old = load_scan(args.since).holds
     found = changes(old, holds, unit)
     counts = dict.fromkeys(("came", "went", "recoloured", "stayed"), 0)
     for change in found:

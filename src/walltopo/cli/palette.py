@@ -49,7 +49,7 @@ def run_learn(args: argparse.Namespace) -> int:
     from walltopo.describe.classify.palette import palette_of_holds, write_palette
     from walltopo.describe.matching.inventory import load_scan
 
-    scan, holds, _ = load_scan(args.scan)
+    scan, holds, *_ = load_scan(args.scan)
     out = args.out or scan.root / "palette.toml"
     with written_file(target(args, out, "palette learn", flag="--out")) as made:
         entries, counts = palette_of_holds(holds)

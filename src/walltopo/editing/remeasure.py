@@ -15,7 +15,6 @@ from walltopo.describe.classify.geometry import Shape
 from walltopo.describe.classify.observations import HoldView, hold_views
 from walltopo.describe.classify.observe import ERODE
 from walltopo.describe.classify.palette import Entry
-from walltopo.describe.classify.settings import ClassifySettings
 from walltopo.describe.classify.types import reliefs
 from walltopo.editing.memory import remembered
 from walltopo.editing.route_fit import fit_into_route
@@ -26,8 +25,6 @@ from walltopo.scan.attributes import UNKNOWN, Hold
 
 __all__ = ["Reading", "read_again", "read_hold"]
 
-# As `classify` has it, where the scan does not say: the setting is another stage's.
-CLASSIFY = ClassifySettings()
 # Share of its surface, old and new together, that must have changed for a hold to be read again.
 # By hand, not fitted: the scan read it in all photos, this reads it in those that see it best.
 CHANGED = 0.25
@@ -60,7 +57,7 @@ def read_hold(
     own : (F,) int32: 1 the instance, 0 the wall, -1 other instances.
     shape : of those triangles; looks : the place in photos.
     """
-    seen = _views(own, looks)
+    seen = _views(own, looks, scanned.found.measured_with.cutout_px)
     colour = _colour(scanned, shape, seen)
     names = [view.name for view in scanned.views]
     hold = with_shape(
@@ -131,13 +128,13 @@ def _read_rows(board: EditState, rows: Ints, shape: Shape) -> Reading:
     return remembered(board.scanned, b"read" + rows.tobytes(), read)
 
 
-def _views(own: NDArray[np.int32], looks: Sequence[Look]) -> list[HoldView]:
+def _views(own: NDArray[np.int32], looks: Sequence[Look], pixels: int) -> list[HoldView]:
     """What the photos show of the triangles labelled 1, the best first."""
     seen: list[HoldView] = []
     for look in looks:
         ids = np.where(look.face >= 0, own[np.maximum(look.face, 0)], 0)
         ids = np.maximum(ids, 0).astype(np.int32)
-        seen += hold_views(look.photo, look.picture, ids, look.depth, ERODE, CLASSIFY.cutout_px)
+        seen += hold_views(look.photo, look.picture, ids, look.depth, ERODE, pixels)
     return sorted(seen, key=lambda view: (-view.quality, view.photo))
 
 
@@ -147,10 +144,8 @@ def _colour(scanned: ScanSnapshot, shape: Shape, seen: Sequence[HoldView]) -> Co
     if not seen or not entries:
         return Coloured(UNKNOWN, (128, 128, 128), 0.0)
     paints = paint_over_views({1: seen}, scanned.light, {1: shape.position})
-    scale = {
-        "spread": CLASSIFY.colour_spread,
-        "lightness_weight": CLASSIFY.lightness_weight,
-    }
+    used = scanned.found.measured_with
+    scale = {"spread": used.colour_spread, "lightness_weight": used.lightness_weight}
     return assign_colours(paints, entries, **scale)[1]
 
 

@@ -130,10 +130,12 @@ def _outcome(board: EditState, notes: Sequence[Note]) -> Outcome:
             palette=board.scanned.found.palette,
             instances=holds,
             left_out=tuple(row.row() for row in out),
+            unit=board.scanned.unit,
         ),
         routes=Routes(routes=routes, unrouted=tuple(unrouted), volumes=tuple(volumes)),
         holds=Holds(
             metric=board.scanned.metric,
+            unit=board.scanned.unit,
             holds=hold_rows(holds, board.scores, _owners_first(board, routes)),
         ),
         labels=board.labels,

@@ -20,9 +20,7 @@ from walltopo.scan.instances import InstanceRecords, InstanceTable
 from walltopo.scan.light import SceneLight
 from walltopo.scan.photos import PhotoSet
 from walltopo.scan.routes import Routes
-from walltopo.scan.scale import Scale, unit_of
-
-TYPICAL_HOLD = 0.15  # metres: the median hold, where the scan has no scale
+from walltopo.scan.scale import Scale
 
 
 @dataclass(frozen=True)
@@ -78,7 +76,7 @@ class ScanSnapshot:
             views=reads.sparse.views,
             photos=reads.photos,
             metric=reads.scale.metric,
-            unit=unit_of(reads.attributes_raw.instances, reads.scale.metric, TYPICAL_HOLD),
+            unit=reads.attributes_raw.unit,
             settings=settings,
         )
 

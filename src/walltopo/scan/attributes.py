@@ -9,19 +9,7 @@ import msgspec
 from msgspec.structs import replace
 
 from walltopo.core import InputError
-from walltopo.scan.document import Coordinate, Document, Label, Rgb, Share
-
-__all__ = [
-    "FLAT",
-    "UNKNOWN",
-    "Attributes",
-    "Doubtful",
-    "Hold",
-    "LeftOut",
-    "PaletteColour",
-    "RawAttributes",
-    "Role",
-]
+from walltopo.scan.document import Coordinate, Document, Label, Rgb, Share, Unit
 
 Point = tuple[Coordinate, Coordinate, Coordinate]
 
@@ -148,6 +136,14 @@ class Doubtful(msgspec.Struct, frozen=True):
         )
 
 
+class MeasuredWith(msgspec.Struct, frozen=True):
+    """Settings of `classify` that an edited hold must be measured with, too."""
+
+    colour_spread: float = 0.13
+    lightness_weight: float = 0.7
+    cutout_px: int = 160
+
+
 class RawAttributes(Document, frozen=True, kw_only=True):
     """`work/attributes.json`: what `classify` found, before any edit.
 
@@ -155,11 +151,15 @@ class RawAttributes(Document, frozen=True, kw_only=True):
     ----------
     palette, instances : see `Attributes`.
     left_out : instances that are too doubtful to be holds, the surest first.
+    unit : scan units in a metre: 1 where the scan has a scale, else by the size of its holds.
+    measured_with : settings that the holds were measured with.
     """
 
     palette: tuple[PaletteColour, ...] = ()
     instances: tuple[Hold, ...]
     left_out: tuple[Doubtful, ...] = ()
+    unit: Unit = 1.0
+    measured_with: MeasuredWith = MeasuredWith()
 
 
 class Attributes(Document, frozen=True, kw_only=True):
@@ -170,8 +170,10 @@ class Attributes(Document, frozen=True, kw_only=True):
     palette : the gym's colours.
     instances : the holds and volumes, in the order of ids.
     left_out : instances that are too doubtful to be holds, the surest first.
+    unit : scan units in a metre: 1 where the scan has a scale, else by the size of its holds.
     """
 
     palette: tuple[PaletteColour, ...] = ()
     instances: tuple[Hold, ...]
     left_out: tuple[LeftOut, ...] = ()
+    unit: Unit = 1.0

@@ -12,21 +12,6 @@ from walltopo.core.errors import InputError, naming
 from walltopo.core.files import read_json, write_json
 from walltopo.core.mask import MOST_SIDE
 
-__all__ = [
-    "Coordinate",
-    "Count",
-    "Document",
-    "FileName",
-    "Label",
-    "Level",
-    "Rgb",
-    "Share",
-    "Side",
-    "check_once",
-    "parse",
-    "read_document",
-]
-
 T = TypeVar("T")
 
 Doc = TypeVar("Doc", bound="Document")
@@ -89,6 +74,9 @@ Rgb = tuple[Level, Level, Level]  # sRGB
 
 # No wall reaches so far, and squares of it are still exact enough.
 Coordinate = Annotated[float, msgspec.Meta(ge=-1e6, le=1e6)]
+
+# Scan units in a metre.
+Unit = Annotated[float, msgspec.Meta(gt=0, le=1e6)]
 
 # The class that has one calls `check_name` on it.
 FileName = Annotated[str, msgspec.Meta(min_length=1, extra={"is": "file name"})]

@@ -7,7 +7,7 @@ from collections.abc import Collection
 import msgspec
 
 from walltopo.scan.attributes import Hold, Point, Role
-from walltopo.scan.document import Coordinate, Document, Label, Rgb, Share
+from walltopo.scan.document import Coordinate, Document, Label, Rgb, Share, Unit
 from walltopo.scan.routes import Route
 
 __all__ = ["HoldRow", "Holds", "hold_rows"]
@@ -40,9 +40,16 @@ class HoldRow(msgspec.Struct, frozen=True):
 
 
 class Holds(Document, frozen=True, kw_only=True):
-    """`holds.json`; `metric` tells whether its lengths are metres."""
+    """`holds.json`.
+
+    Parameters
+    ----------
+    metric : whether its lengths are metres.
+    unit : scan units in a metre, as in `attributes.json`.
+    """
 
     metric: bool
+    unit: Unit = 1.0
     holds: tuple[HoldRow, ...]
 
 

@@ -10,8 +10,6 @@ import numpy as np
 from walltopo.scan.attributes import Hold
 from walltopo.scan.document import Coordinate, Document, Label
 
-__all__ = ["Aligned", "Frame", "Plate", "Scale", "unit_of", "unit_of_sizes"]
-
 Point = tuple[Coordinate, Coordinate, Coordinate]
 
 
@@ -82,6 +80,9 @@ class Scale(Document, frozen=True, kw_only=True):
     def frame(self) -> Frame:
         """What is known of the world frame."""
         return Frame(self.metric, self.up_known, self.floor_known)
+
+
+TYPICAL_HOLD = 0.15  # metres: the median hold of a gym
 
 
 def unit_of(holds: Sequence[Hold], metric: bool, typical_hold: float) -> float:

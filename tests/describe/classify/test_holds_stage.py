@@ -18,7 +18,7 @@ from walltopo.describe.classify.settings import ClassifySettings
 from walltopo.geometry.ply import write_ply
 from walltopo.geometry.zbuffer import render_ids
 from walltopo.pipeline.runner import run_stage
-from walltopo.scan.attributes import Hold, RawAttributes
+from walltopo.scan.attributes import Hold, MeasuredWith, RawAttributes
 from walltopo.scan.folder import ScanFolder
 from walltopo.scan.instances import InstanceRecord, InstanceRecords, InstanceTable
 from walltopo.scan.manifest import Metrics
@@ -262,3 +262,20 @@ def test_what_lies_on_a_printed_plate_is_no_hold(scan: ScanFolder) -> None:
         rows = RawAttributes.load(scan.attributes_raw).left_out
         assert [row.hold.id for row in rows] == left_out
     assert rows[0].reason == "lies on a printed plate"
+
+
+def test_the_unit_of_an_unscaled_scan_is_written_once(scan: ScanFolder) -> None:
+    """By this scan's own setting; every later reader takes it from the file."""
+    with_(METRES, metric=False).save(scan.scale)
+    classify(scan, ClassifySettings(typical_hold=0.3))
+    found = RawAttributes.load(scan.attributes_raw)
+    sizes = [hold.size for hold in found.instances if hold.role == "hold" and hold.size > 0]
+    assert found.unit == pytest.approx(np.median(sizes) / 0.3)
+    METRES.save(scan.scale)
+    classify(scan)
+    assert RawAttributes.load(scan.attributes_raw).unit == 1.0
+
+
+def test_edited_holds_are_measured_with_the_settings_of_the_scan(scan: ScanFolder) -> None:
+    classify(scan, ClassifySettings(colour_spread=0.2, lightness_weight=0.5, cutout_px=64))
+    assert RawAttributes.load(scan.attributes_raw).measured_with == MeasuredWith(0.2, 0.5, 64)

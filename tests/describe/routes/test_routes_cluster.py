@@ -27,6 +27,7 @@ from walltopo.pipeline.runner import run_stage
 from walltopo.scan.attributes import Hold, RawAttributes
 from walltopo.scan.folder import ScanFolder
 from walltopo.scan.routes import Routes
+from walltopo.scan.scale import TYPICAL_HOLD, unit_of
 
 BY_NAME = RoutesSettings(link="colour")
 
@@ -140,7 +141,12 @@ def test_unscaled_scan_gives_the_same_routes() -> None:
         for hold in holds
     ]
     one, _ = find_routes(mesh, holds, BY_NAME)
-    two, _ = find_routes(Mesh(mesh.vertices * factor, mesh.faces), scaled, BY_NAME, metric=False)
+    two, _ = find_routes(
+        Mesh(mesh.vertices * factor, mesh.faces),
+        scaled,
+        BY_NAME,
+        unit=unit_of(scaled, False, TYPICAL_HOLD),
+    )
     assert [route.holds for route in one] == [route.holds for route in two]
 
 

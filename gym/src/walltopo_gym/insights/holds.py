@@ -15,10 +15,8 @@ from uuid import UUID
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from walltopo.pipeline.settings import Settings
 from walltopo.scan.attributes import Attributes
 from walltopo.scan.folder import ScanFolder
-from walltopo.scan.scale import Scale, unit_of
 from walltopo_gym.gyms.models import Wall
 from walltopo_gym.insights.models import Aims, Washing
 from walltopo_gym.insights.routes import OfRoute
@@ -133,14 +131,13 @@ def _counted(store: FileStore, scan: UUID) -> list[tuple[tuple[str, str, str], i
     """Colour, type and size of the holds of a published scan, which does not change any more."""
     with tempfile.TemporaryDirectory() as name:
         folder = ScanFolder(Path(name))
-        take_files(store, scan, folder, "attributes", "scale")
-        holds = Attributes.load(folder.attributes).instances
-        metric = Scale.load(folder.scale).metric
-    unit = unit_of(holds, metric, Settings().routes.typical_hold)
+        take_files(store, scan, folder, "attributes")
+        found = Attributes.load(folder.attributes)
     kinds = Counter(
-        (hold.colour, "volume" if hold.kind == "volume" else hold.type, _size(hold.size / unit))
-        for hold in holds
-    )
+        (hold.colour, "volume" if hold.kind == "volume" else hold.type,
+         _size(hold.size / found.unit))
+        for hold in found.instances
+    )  # fmt: skip
     return sorted(kinds.items())
 
 

@@ -11,12 +11,10 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from walltopo.describe.matching.routes import Line, compare
-from walltopo.pipeline.settings import Settings
 from walltopo.scan import routes as found
 from walltopo.scan.attributes import Attributes, Hold
 from walltopo.scan.folder import ScanFolder
 from walltopo.scan.manifest import Manifest
-from walltopo.scan.scale import Scale, unit_of
 from walltopo_gym.gyms.models import Wall
 from walltopo_gym.publishing.models import Placement, Route
 from walltopo_gym.publishing.worse import worse_than
@@ -82,7 +80,6 @@ def _holds(store: FileStore, scan: UUID) -> tuple[tuple[Hold, ...], float]:
     """The holds of a scan, and its units a metre."""
     with tempfile.TemporaryDirectory() as name:
         folder = ScanFolder(Path(name))
-        take_files(store, scan, folder, "attributes", "scale")
-        holds = Attributes.load(folder.attributes).instances
-        metric = Scale.load(folder.scale).metric
-    return holds, unit_of(holds, metric, Settings().routes.typical_hold)
+        take_files(store, scan, folder, "attributes")
+        found = Attributes.load(folder.attributes)
+    return found.instances, found.unit

@@ -23,11 +23,9 @@ import numpy as np
 from walltopo.describe.matching.holds import match_holds
 from walltopo.describe.matching.routes import Fate, compare, same_paint
 from walltopo.geometry.ply import read_mesh
-from walltopo.pipeline.settings import Settings
 from walltopo.scan.attributes import Attributes, Hold
 from walltopo.scan.folder import ScanFolder
 from walltopo.scan.routes import Routes
-from walltopo.scan.scale import Scale, unit_of
 from walltopo_lab.evaluate.align import align_views
 from walltopo_lab.evaluate.carry import carry_truth, overlap_with_missing
 from walltopo_lab.evaluate.routes import match_pairs
@@ -57,9 +55,8 @@ def read_side(folder: Path, truth: Truth) -> Side:
     mesh = frame.mesh(whole.without_guesses())
     carried = carry_truth(truth, mesh, _WITHIN)
     pairs = match_pairs(overlap_with_missing(found, carried, mesh.areas, truth))
-    holds = {hold.id: hold for hold in Attributes.load(scan.attributes).instances}
-    metric = Scale.load(scan.scale).metric
-    unit = unit_of(tuple(holds.values()), metric, Settings().routes.typical_hold)
+    described = Attributes.load(scan.attributes)
+    holds, unit = {hold.id: hold for hold in described.instances}, described.unit
     routes = {route.id: route.holds for route in Routes.load(scan.routes).routes}
     return Side(holds, routes, {k: v for k, v in pairs.items() if k in holds}, unit)
 

@@ -25,7 +25,7 @@ from walltopo.describe.classify.palette import Entry, read_palette
 from walltopo.describe.classify.settings import ClassifySettings
 from walltopo.describe.classify.types import reliefs
 from walltopo.describe.classify.verdicts import classifier_of, followed, with_class_colours
-from walltopo.scan.attributes import UNKNOWN, Hold, PaletteColour, RawAttributes
+from walltopo.scan.attributes import UNKNOWN, Hold, MeasuredWith, PaletteColour, RawAttributes
 from walltopo.scan.instances import InstanceRecords, InstanceTable
 from walltopo.scan.light import SceneLight
 from walltopo.scan.manifest import Metrics
@@ -154,10 +154,15 @@ def describe_instances(
         cutouts[number] = best_views(looks.seen[number], settings.cutouts)
     progress.step("writing cutouts")
     kept = write_cutouts(cutout_folder, cutouts, names)
+    rounded = tuple(hold.rounded() for hold in holds)
     attributes = RawAttributes(
         palette=tuple(PaletteColour(entry.name, entry.rgb) for entry in entries),
-        instances=tuple(hold.rounded() for hold in holds),
+        instances=rounded,
         left_out=tuple(rows),
+        unit=unit_of(rounded, wall.metric, settings.typical_hold),
+        measured_with=MeasuredWith(
+            settings.colour_spread, settings.lightness_weight, settings.cutout_px
+        ),
     )
     figures = _figures(attributes, progress) | {"cutouts": len(kept.index)}
     return attributes, looks.light, kept, figures

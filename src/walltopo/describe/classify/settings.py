@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from walltopo.core import about, check_settings
+from walltopo.scan.scale import TYPICAL_HOLD
 
 
 @dataclass(frozen=True)
@@ -105,7 +106,7 @@ class ClassifySettings:
             high=1,
             expert=True,
         ),
-    ] = 0.15
+    ] = TYPICAL_HOLD
     downclimb: Annotated[
         str,
         about(

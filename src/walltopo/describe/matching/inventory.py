@@ -8,7 +8,7 @@ from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,8 +17,6 @@ from walltopo.describe.matching.holds import match_holds
 from walltopo.scan.attributes import Attributes, Hold
 from walltopo.scan.folder import ScanFolder
 from walltopo.scan.scale import Scale
-
-__all__ = ["Change", "Row", "changes", "count_holds", "size_class", "to_csv", "wall_area"]
 
 # Upper limits of the size classes in metres, by the longest extent of the hold.
 SIZES = (("XS", 0.06), ("S", 0.10), ("M", 0.16), ("L", 0.26), ("XL", 0.45), ("XXL", np.inf))
@@ -161,8 +159,23 @@ def wall_area(scan: ScanFolder) -> float:
     return float(read_mesh(scan.mesh).without_guesses().areas.sum())
 
 
-def load_scan(root: Path) -> tuple[ScanFolder, tuple[Hold, ...], bool]:
-    """A scan folder, its holds, and whether it has metres.
+class ScanHolds(NamedTuple):
+    """The holds of a scan.
+
+    Parameters
+    ----------
+    metric : whether lengths are metres.
+    unit : scan units in a metre.
+    """
+
+    folder: ScanFolder
+    holds: tuple[Hold, ...]
+    metric: bool
+    unit: float
+
+
+def load_scan(root: Path) -> ScanHolds:
+    """Return the holds of a scan.
 
     Raises
     ------
@@ -175,4 +188,5 @@ def load_scan(root: Path) -> tuple[ScanFolder, tuple[Hold, ...], bool]:
         raise InputError(
             f"{scan.attributes}: no such file", "Run `walltopo scan` up to `classify` first."
         )
-    return scan, Attributes.load(scan.attributes).instances, Scale.load(scan.scale).metric
+    found = Attributes.load(scan.attributes)
+    return ScanHolds(scan, found.instances, Scale.load(scan.scale).metric, found.unit)

@@ -25,7 +25,6 @@ from walltopo.describe.routes.start_and_top import wall_of
 from walltopo.images.colour import linear_from_srgb8
 from walltopo.scan.attributes import UNKNOWN, Doubtful, Hold
 from walltopo.scan.routes import Route
-from walltopo.scan.scale import unit_of
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -65,7 +64,7 @@ def find_routes(
     holds: Sequence[Hold],
     settings: RoutesSettings,
     *,
-    metric: bool = True,
+    unit: float = 1.0,
     left_out: Sequence[Doubtful] = (),
     progress: Progress | None = None,
 ) -> tuple[list[Route], list[int]]:
@@ -76,7 +75,7 @@ def find_routes(
 
     Parameters
     ----------
-    metric : the scan is in metres; else see `units.unit_of`.
+    unit : scan units in a metre.
     left_out : instances shown as no hold; one near an end of a route may be a hold of it.
 
     Returns
@@ -85,7 +84,6 @@ def find_routes(
     downclimb holds are not among them).
     """
     progress = progress or Silent()
-    unit = unit_of(holds, metric, settings.typical_hold)
     climbed = [hold for hold in holds if hold.role == "hold" and hold.colour != UNKNOWN]
     grouping = Grouping(np.zeros(0, dtype=np.int64), np.zeros((0, 0)))
     if climbed:

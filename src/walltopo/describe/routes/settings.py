@@ -63,16 +63,6 @@ class RoutesSettings:
             expert=True,
         ),
     ] = 0.5
-    typical_hold: Annotated[
-        float,
-        about(
-            "Median hold size assumed where the scan has no scale; sets the unit of the distances",
-            unit="m",
-            low=0.02,
-            high=1,
-            expert=True,
-        ),
-    ] = 0.15
     ambiguous_above: Annotated[
         float,
         about(

@@ -13,7 +13,6 @@ from walltopo.scan.context import Context
 from walltopo.scan.folder import ScanFolder
 from walltopo.scan.manifest import Metrics
 from walltopo.scan.routes import Routes
-from walltopo.scan.scale import Scale
 
 
 @dataclass(frozen=True)
@@ -21,7 +20,6 @@ class Reads:
     """What the stage is given."""
 
     mesh: Mesh = of(ScanFolder.mesh)
-    scale: Scale = of(ScanFolder.scale)
     attributes_raw: RawAttributes = of(ScanFolder.attributes_raw)
 
 
@@ -42,7 +40,7 @@ def run(reads: Reads, settings: RoutesSettings, context: Context) -> Writes:
         reads.mesh,
         holds,
         settings,
-        metric=reads.scale.metric,
+        unit=reads.attributes_raw.unit,
         left_out=reads.attributes_raw.left_out,
         progress=context.progress,
     )

@@ -13,7 +13,7 @@ from walltopo.scan.detections import Detections
 from walltopo.scan.instances import InstanceRecord, InstanceRecords, InstanceTable
 from walltopo.scan.manifest import Metrics
 from walltopo.scan.photos import PhotoSet
-from walltopo.scan.scale import unit_of_sizes
+from walltopo.scan.scale import TYPICAL_HOLD, unit_of_sizes
 from walltopo.segment.propose.evidence import explained, shipped_model
 from walltopo.segment.propose.pieces import Ground, Pieces, gather_pieces, masks_of
 from walltopo.segment.propose.settings import ProposeSettings
@@ -46,7 +46,7 @@ def propose(
     measured = table.face_instance[whole.measured]
     said = masks_of(records.instances, detections)
     sizes = np.sqrt(np.bincount(measured, mesh.areas)[1:])
-    unit = unit_of_sizes(sizes.tolist(), metric, settings.typical_hold)
+    unit = unit_of_sizes(sizes.tolist(), metric, TYPICAL_HOLD)
     progress.step("finding the wall's panels")
     ground = Ground.of(mesh, unit, metric, settings.seed)
     seen = sights(mesh, views, photos, progress)

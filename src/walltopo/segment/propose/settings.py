@@ -38,16 +38,6 @@ class ProposeSettings:
             expert=True,
         ),
     ] = 0.1
-    typical_hold: Annotated[
-        float,
-        about(
-            "Median hold size assumed where the scan has no scale",
-            unit="m",
-            low=0.02,
-            high=1,
-            expert=True,
-        ),
-    ] = 0.15
     seed: Annotated[int, about("seed of the search for panels", low=0, expert=True)] = 0
 
     def __post_init__(self) -> None:

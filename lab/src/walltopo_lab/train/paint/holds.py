@@ -23,6 +23,7 @@ from walltopo.describe.routes.grouping import group_by_paint, group_holds
 from walltopo.describe.routes.settings import RoutesSettings
 from walltopo.images.colour import linear_from_srgb8
 from walltopo.scan.light import SceneLight
+from walltopo.scan.scale import TYPICAL_HOLD
 from walltopo_lab.train.paint.photos import DimPhoto
 
 __all__ = ["WAYS", "PhotoHolds", "ari", "of_generated", "read_holds", "score", "straight"]
@@ -81,7 +82,7 @@ def read_holds(
         extents.append(float(max(np.ptp(rows), np.ptp(columns)) + 1))
         wall.append(_ring(picture, free, rows, columns, extents[-1]))
         centres.append([columns.mean(), 0.0, rows.mean()])
-    unit = float(np.median(extents)) / RoutesSettings().typical_hold
+    unit = float(np.median(extents)) / TYPICAL_HOLD
     points, around = np.array(centres) / unit, np.array(wall)
     around = np.where(np.isnan(around), np.nanmedian(around, axis=0), around)
     light = SceneLight(np.zeros((1, 3)), points, np.zeros(len(points)), np.log(around + 0.002))
