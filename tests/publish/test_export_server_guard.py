@@ -22,8 +22,8 @@ from walltopo.scan.edits import SetHold
 from walltopo.scan.folder import ScanFolder
 
 EDITS = [{"do": "hold", "hold": {"id": 3, "at": [1, 0, 2]}, "colour": "red"}]
-# "--" is the version of a scan that nobody has edited.
-BODY = json.dumps({"version": "--", "edits": {"version": 2, "edits": EDITS}}).encode()
+# "none" is the version of a scan that nobody has edited.
+BODY = json.dumps({"version": "none", "edits": {"version": 2, "edits": EDITS}}).encode()
 
 
 def build(root: Path) -> ScanFolder:
@@ -182,7 +182,7 @@ def test_a_body_where_none_belongs_is_no_request(
         b"[" * 100_000,
         b"1" * 5000,
         b"\xff\xfe",
-        BODY.replace(b'"version": "--", ', b""),
+        BODY.replace(b'"version": "none", ', b""),
         BODY.replace(b"red", b"\\ud800"),
         BODY.replace(b'"id": 3', b'"id": 1e20'),
         BODY.replace(b"[1, 0, 2]", b"[1, 0, 1e300]"),

@@ -15,7 +15,7 @@ from walltopo.scan.folder import ScanFolder
 
 def log_version(scan: ScanFolder) -> str:
     """Return a text that changes when `edits.json` does, whoever writes it."""
-    return hash_path(scan.edits)
+    return hash_path(scan.edits) or "none"
 
 
 def read_log(scan: ScanFolder) -> tuple[EditLog, str]:

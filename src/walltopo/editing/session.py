@@ -109,7 +109,8 @@ class EditSession:
         version : that the log was made on; None replaces any log.
         """
         with self._saving:
-            return save_log(self.folder, log, version or log_version(self.folder))
+            expected = log_version(self.folder) if version is None else version
+            return save_log(self.folder, log, expected)
 
     def outcome(self, log: EditLog) -> tuple[Outcome, ScanSnapshot]:
         """Return the holds and routes that a log makes, with the scan before it."""

@@ -15,11 +15,11 @@ from starlette.routing import BaseRoute
 
 from walltopo.publish.server.address import check_origin, listen
 from walltopo.publish.server.app import make_app
-from walltopo.publish.server.connections import Connection
 from walltopo.publish.server.guard import Rules
 from walltopo.scan.folder import ScanFolder
 
 KEEP_ALIVE_S = 5
+MAX_CONNECTIONS = 64  # a browser opens six; more are answered with 503
 END_S = 2  # for answers that are on their way at Ctrl-C
 MOST_LINE = 16_000  # bytes of a request's head that h11 gathers
 
@@ -61,7 +61,8 @@ class Server(uvicorn.Server):
             uvicorn.Config(
                 app,
                 loop="asyncio",
-                http=Connection,
+                http="h11",
+                limit_concurrency=MAX_CONNECTIONS,
                 ws="none",
                 lifespan="off",
                 proxy_headers=False,
@@ -99,14 +100,21 @@ class Server(uvicorn.Server):
 
     @contextmanager
     def capture_signals(self) -> Iterator[None]:
-        """End by a signal, and well: uvicorn's own raises it again afterwards."""
+        """End well by a signal: uvicorn's own method raises the signal again afterwards.
+
+        The watchdog of the command line, which hears of signals by the wakeup descriptor and ends
+        the process after two seconds, is off meanwhile: open connections and a running rebuild
+        may take longer.
+        """
         if threading.current_thread() is not threading.main_thread():
             yield
             return
         caught = (signal.SIGINT, signal.SIGTERM)
         before = {number: signal.signal(number, self.handle_exit) for number in caught}
+        woken = signal.set_wakeup_fd(-1)
         try:
             yield
         finally:
+            signal.set_wakeup_fd(woken)
             for number, handler in before.items():
                 signal.signal(number, handler)
