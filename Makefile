@@ -76,9 +76,9 @@ test-pythons:
 	    || { echo "no python$$version here: not tested"; continue; }; \
 	  python$$version -m venv $(VENV)-$$version \
 	    && $(VENV)-$$version/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]' -e ./climb -e ./lab \
-	    && $(VENV)-$$version/bin/python -m pytest tests/core tests/geometry tests/images tests/scan tests/reconstruct/ingest tests/segment/lift \
+	    && $(VENV)-$$version/bin/python -m pytest tests/core tests/geometry tests/images tests/scans tests/reconstruct/ingest tests/segment/lift \
 	         tests/describe tests/cli \
-	         --deselect tests/scan/test_scans_schemas.py::test_what_a_scan_writes_is_valid \
+	         --deselect tests/scans/test_scans_schemas.py::test_what_a_scan_writes_is_valid \
 	    || exit 1; \
 	done
 
@@ -96,7 +96,7 @@ count: $(VENV)/dev-ready
 
 docs: $(VENV)/dev-ready
 	COLUMNS=1000 $(BIN)/walltopo settings --markdown > docs/settings.md
-	$(BIN)/python -m walltopo.scan.schemas docs/schemas
+	$(BIN)/python -m walltopo.scans.schemas docs/schemas
 	$(BIN)/python -m walltopo_lab.benchmarks.bad_input > docs/bad-input.md
 	$(BIN)/python -m walltopo_lab.benchmarks.tables --page
 	$(BIN)/python -m walltopo_lab.benchmarks.figures

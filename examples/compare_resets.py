@@ -13,7 +13,7 @@ from pathlib import Path
 
 from walltopo.describe.matching.inventory import changes, load_scan
 from walltopo.describe.matching.routes import compare
-from walltopo.scan.routes import Routes
+from walltopo.scans.routes import Routes
 
 
 def main(old_scan: Path, new_scan: Path) -> None:

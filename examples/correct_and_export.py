@@ -11,10 +11,10 @@ import sys
 from pathlib import Path
 
 from walltopo.pipeline.runner import refresh
-from walltopo.scan.edits import EditLog, Ref, Remove, SetRoute
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.holds import Holds
-from walltopo.scan.routes import Routes
+from walltopo.scans.edits import EditLog, Ref, Remove, SetRoute
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.holds import Holds
+from walltopo.scans.routes import Routes
 
 
 def main(scan: Path) -> None:

@@ -13,8 +13,8 @@ from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
 
-from walltopo.scan.holds import HoldRow, Holds
-from walltopo.scan.routes import Routes
+from walltopo.scans.holds import HoldRow, Holds
+from walltopo.scans.routes import Routes
 
 COLUMNS = ("wall", "route", "colour", "holds", "length_m", "steepness_deg", "kinds")
 

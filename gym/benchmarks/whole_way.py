@@ -21,8 +21,8 @@ from typing import Any
 from gym.tests.running import QUICK, Process
 from gym.tests.worlds import PASSWORD
 
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.manifest import Manifest
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.manifest import Manifest
 
 _ROOT = Path(__file__).resolve().parents[2]
 _DEMO = _ROOT / "examples" / "demo-photos"

@@ -16,11 +16,11 @@ from fastapi.testclient import TestClient
 from sqlalchemy import create_engine, event, text
 
 from walltopo.core.files import files_below
-from walltopo.scan import routes as found
-from walltopo.scan.attributes import Attributes, Hold
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.manifest import Manifest, StageRecord
-from walltopo.scan.scale import Scale
+from walltopo.scans import routes as found
+from walltopo.scans.attributes import Attributes, Hold
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.manifest import Manifest, StageRecord
+from walltopo.scans.scale import Scale
 from walltopo_gym.accounts.actor import TOKEN_PREFIX, Scope, sign_in
 from walltopo_gym.accounts.models import ApiToken
 from walltopo_gym.accounts.passwords import Passwords

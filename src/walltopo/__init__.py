@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from walltopo.geometry.ply import read_mesh
     from walltopo.pipeline.runner import scan
     from walltopo.pipeline.settings import Settings, load_settings
-    from walltopo.scan.colmap_model import read_views
-    from walltopo.scan.detections import read_coco_masks
+    from walltopo.scans.colmap_model import read_views
+    from walltopo.scans.detections import read_coco_masks
     from walltopo.segment.lift import LiftParams, lift
 
     __version__: str
@@ -43,9 +43,9 @@ _LAZY = {
     "Settings": "walltopo.pipeline.settings",
     "lift": "walltopo.segment.lift",
     "load_settings": "walltopo.pipeline.settings",
-    "read_coco_masks": "walltopo.scan.detections",
+    "read_coco_masks": "walltopo.scans.detections",
     "read_mesh": "walltopo.geometry.ply",
-    "read_views": "walltopo.scan.colmap_model",
+    "read_views": "walltopo.scans.colmap_model",
     "scan": "walltopo.pipeline.runner",
 }
 

@@ -55,7 +55,7 @@ def test_importing_is_light(code: str) -> None:
 def test_lift_and_scan_stay_functions_whatever_is_imported() -> None:
     check = (
         "import inspect, walltopo, walltopo.segment.lift.settings, walltopo.pipeline.runner, "
-        "walltopo.scan; is_function = inspect.isfunction; "
+        "walltopo.scans.folder; is_function = inspect.isfunction; "
         "print(is_function(walltopo.lift), is_function(walltopo.scan))"
     )
     out = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, check=True)

@@ -13,7 +13,7 @@ import pytest
 from PIL import Image
 
 from walltopo.cli import EXIT_CODES
-from walltopo.scan.manifest import Manifest
+from walltopo.scans.manifest import Manifest
 
 DEFECT = """
 import sys

@@ -13,7 +13,7 @@ from walltopo.cli.console import Terminal
 from walltopo.cli.scan_progress import ScanListener, roughly
 from walltopo.pipeline.forecast import COSTS, Forecast
 from walltopo.pipeline.runner import scan
-from walltopo.scan.manifest import StageRecord
+from walltopo.scans.manifest import StageRecord
 
 
 class Clock:

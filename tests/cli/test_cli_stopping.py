@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from walltopo.scan.manifest import Manifest
+from walltopo.scans.manifest import Manifest
 
 SWALLOWS = """
     try:

@@ -12,10 +12,10 @@ from walltopo.cli.console import Terminal
 from walltopo.cli.listener import describe_metrics
 from walltopo.cli.scan import _show_result
 from walltopo.pipeline.stages import stage_names
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.holds import HoldRow, Holds
-from walltopo.scan.manifest import Manifest, StageRecord
-from walltopo.scan.routes import Route, Routes, route_name
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.holds import HoldRow, Holds
+from walltopo.scans.manifest import Manifest, StageRecord
+from walltopo.scans.routes import Route, Routes, route_name
 
 UP = (0.0, 0.0, 1.0)
 

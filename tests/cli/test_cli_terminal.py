@@ -20,7 +20,7 @@ from walltopo.cli import main
 from walltopo.cli.console import Terminal, visible
 from walltopo.cli.listener import TerminalListener
 from walltopo.cli.quiet import quiet_libraries
-from walltopo.scan.manifest import StageRecord
+from walltopo.scans.manifest import StageRecord
 
 HOSTILE = "a\x1b]0;title\x07\x1b[31m\x9b2J\x08\x7f\u202e[/red][bold]:smile:\udcff.jpg"
 OBEYED = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff\u202a-\u202e]")

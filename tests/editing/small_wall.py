@@ -13,11 +13,11 @@ from walltopo.describe.routes.start_and_top import wall_of
 from walltopo.editing.replay import Outcome, replay
 from walltopo.editing.settings import EditSettings
 from walltopo.editing.snapshot import ScanSnapshot
-from walltopo.scan.attributes import Doubtful, Hold, RawAttributes
-from walltopo.scan.edits import Edit, Ref
-from walltopo.scan.light import SceneLight
-from walltopo.scan.photos import PhotoSet
-from walltopo.scan.routes import Ambiguous, Routes
+from walltopo.scans.attributes import Doubtful, Hold, RawAttributes
+from walltopo.scans.edits import Edit, Ref
+from walltopo.scans.light import SceneLight
+from walltopo.scans.photos import PhotoSet
+from walltopo.scans.routes import Ambiguous, Routes
 
 WIDTH, HEIGHT, CELL, RADIUS = 4.0, 4.0, 0.05, 0.1
 RED, BLUE = (200, 30, 40), (40, 80, 190)

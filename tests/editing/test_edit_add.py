@@ -17,10 +17,10 @@ from walltopo.editing.crops import cutout_of
 from walltopo.editing.replay import replay
 from walltopo.editing.snapshot import ScanSnapshot
 from walltopo.editing.view_crops import looks_at
-from walltopo.scan.attributes import Hold, MeasuredWith, PaletteColour, RawAttributes
-from walltopo.scan.edits import Add, Edit, Paint, Ref, Remove, SetHold
-from walltopo.scan.light import SceneLight
-from walltopo.scan.photos import PhotoSet
+from walltopo.scans.attributes import Hold, MeasuredWith, PaletteColour, RawAttributes
+from walltopo.scans.edits import Add, Edit, Paint, Ref, Remove, SetHold
+from walltopo.scans.light import SceneLight
+from walltopo.scans.photos import PhotoSet
 
 BUMP, PLACE, RADIUS = (2.5, 1.9), (2.5, 0.0, 1.9), 0.12
 TOP = 0.05  # metres that the bump stands out

@@ -22,8 +22,8 @@ from small_wall import (  # type: ignore[import-not-found]
 )
 
 from walltopo.editing.replay import Outcome, replay
-from walltopo.scan.attributes import Hold
-from walltopo.scan.edits import (
+from walltopo.scans.attributes import Hold
+from walltopo.scans.edits import (
     Assign,
     Cut,
     Edit,
@@ -41,7 +41,7 @@ from walltopo.scan.edits import (
     Share,
     Split,
 )
-from walltopo.scan.routes import Route
+from walltopo.scans.routes import Route
 
 COLUMN = {1: [*range(1, 7)], 2: [*range(11, 17)], 3: [*range(21, 27)]}
 

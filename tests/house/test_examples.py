@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from walltopo.scan.edits import EditLog
-from walltopo.scan.holds import Holds
-from walltopo.scan.routes import Routes
+from walltopo.scans.edits import EditLog
+from walltopo.scans.holds import Holds
+from walltopo.scans.routes import Routes
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

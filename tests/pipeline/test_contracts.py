@@ -14,11 +14,11 @@ from walltopo.pipeline.runner import run_stage
 from walltopo.pipeline.settings import Settings
 from walltopo.pipeline.stage import Stage
 from walltopo.pipeline.stages import STAGES
-from walltopo.scan.artifacts import artifacts_of, figures, of
-from walltopo.scan.context import Context
-from walltopo.scan.folder import ARTIFACTS, ScanFolder
-from walltopo.scan.manifest import Metrics
-from walltopo.scan.photos import Photo, PhotoList
+from walltopo.scans.artifacts import artifacts_of, figures, of
+from walltopo.scans.context import Context
+from walltopo.scans.folder import ARTIFACTS, ScanFolder
+from walltopo.scans.manifest import Metrics
+from walltopo.scans.photos import Photo, PhotoList
 
 each_stage = pytest.mark.parametrize("stage", STAGES, ids=[stage.name for stage in STAGES])
 

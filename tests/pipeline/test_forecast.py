@@ -6,7 +6,7 @@ import pytest
 
 from walltopo.pipeline.forecast import COSTS, Forecast, photos_of
 from walltopo.pipeline.stages import stage_names
-from walltopo.scan.manifest import StageRecord
+from walltopo.scans.manifest import StageRecord
 
 ALL = list(COSTS)
 

@@ -8,6 +8,7 @@ import shutil
 from hashlib import sha256
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from walltopo.cli import main
@@ -17,8 +18,10 @@ from walltopo.pipeline.health import stages_health
 from walltopo.pipeline.runner import scan
 from walltopo.pipeline.settings import load_settings
 from walltopo.pipeline.stages import STAGES
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.manifest import Manifest
+from walltopo.scans.edits import EditLog, Ref, SetRoute
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.manifest import Manifest
+from walltopo.scans.sources import SourceFile, SourceList
 
 SETTINGS = load_settings(None, ["sparse.threads=1", "texture.size=512"])  # of `tiny_scan`
 
@@ -123,12 +126,16 @@ def test_what_a_user_put_there_can_be_accepted(wall: Path) -> None:
 
 
 def test_photos_that_cannot_be_made_again_are_told(wall: Path, tmp_path: Path) -> None:
+    moved = os.fsencode(tmp_path / "moved-away.jpg")
+    listed = msgspec.json.decode((wall / "sources.json").read_bytes(), type=SourceList)
+    files = tuple(SourceFile(moved, item.content) for item in listed.files)
+    SourceList(files=files).save(wall / "sources.json")
     manifest = Manifest.load(wall / "scan.json")
     manifest.sources = [str(tmp_path / "moved-away")]
     manifest.save(wall / "scan.json")
     photo = next((wall / "photos").iterdir())
     photo.write_bytes(photo.read_bytes()[:-100])
-    with pytest.raises(InputError, match=r"photos changed since ingest, and .*moved-away is gone"):
+    with pytest.raises(InputError, match=r"moved-away.jpg is gone since the scan was made"):
         scan([], wall, SETTINGS)
     assert photo.exists()
 
@@ -156,7 +163,7 @@ def test_status_tells_how_the_stages_stand(
     scan([], wall, SETTINGS)
     assert main(["status", str(wall)]) == 0
     (wall / "wall.glb").write_bytes(b"glTF")
-    (wall / "routes.edits.toml").write_text('[[rename]]\nroute = 1\nname = "new"\n')
+    EditLog(edits=(SetRoute(route=Ref(1), name="new"),)).save(wall / "edits.json")
     manifest = Manifest.load(wall / "scan.json")
     manifest.stages["lift"].state = "running"
     manifest.save(wall / "scan.json")

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from walltopo.pipeline.stages import stage_names
-from walltopo.scan.manifest import Manifest
+from walltopo.scans.manifest import Manifest
 
 # Those of `tiny_scan`.
 SETTINGS = ["--set", "sparse.threads=1", "--set", "texture.size=512"]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -12,18 +11,19 @@ import pytest
 
 from walltopo.core import EnvironmentLacksError, InputError, StageError
 from walltopo.core.files import read_json
+from walltopo.pipeline import runner, stages
 from walltopo.pipeline.runner import scan
 from walltopo.pipeline.settings import Settings
 from walltopo.pipeline.stage import Stage
-from walltopo.scan.artifacts import figures, of
-from walltopo.scan.colmap_model import SparseModel
-from walltopo.scan.context import Context
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.manifest import Metrics
-from walltopo.scan.photos import Photo, PhotoList, PhotoSet
-from walltopo.scan.routes import Route, Routes
-from walltopo.scan.scale import Aligned, Frame
-from walltopo.scan.sources import SourceList
+from walltopo.scans.artifacts import figures, of
+from walltopo.scans.colmap_model import SparseModel
+from walltopo.scans.context import Context
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.manifest import Metrics
+from walltopo.scans.photos import Photo, PhotoList, PhotoSet
+from walltopo.scans.routes import Route, Routes
+from walltopo.scans.scale import Aligned, Frame
+from walltopo.scans.sources import SourceList
 
 
 @dataclass(frozen=True)
@@ -242,7 +242,9 @@ def test_a_foreign_folder_is_left_alone(pipeline: Pipeline, photo: Path, tmp_pat
         scan(photo, photo)
 
 
-def test_two_runs_at_once_are_refused(pipeline: Pipeline, photo: Path, tmp_path: Path) -> None:
+def test_two_runs_at_once_are_refused(
+    pipeline: Pipeline, photo: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     out = tmp_path / "scan"
     caught: list[BaseException] = []
 
@@ -253,7 +255,8 @@ def test_two_runs_at_once_are_refused(pipeline: Pipeline, photo: Path, tmp_path:
             caught.append(error)
         return RoutesWrites(Routes(routes=()), {})
 
-    vars(sys.modules["fake_routes.stage"]).update(run=again)
+    routes = replace(stages.STAGES[2], run=again)
+    monkeypatch.setattr(runner, "STAGES", (*stages.STAGES[:2], routes))
     scan(photo, out)
     assert "another walltopo is at work" in str(caught[0])
 

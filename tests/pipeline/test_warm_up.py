@@ -52,8 +52,12 @@ def test_a_wrong_line_is_an_error(line: str, error: type[Exception]) -> None:
 
 def test_every_module_of_a_scan_with_kernels_is_in_the_table() -> None:
     """Those that no scan with the default settings calls are named here."""
-    elsewhere = {"climbing.search", "climbing.statics", "lifting.merge", "lifting.distance",
-                 "lifting.overlap", "raycast.lens", "dense.depth"}  # fmt: skip
+    elsewhere = {
+        "geometry.screen",
+        "reconstruct.dense.depth_maps",
+        "segment.lift.distance",
+        "segment.lift.fast",
+    }
     product = Path(walltopo.__file__).parent
     named = {module.removeprefix("walltopo.") for module, _ in _named()}
     for file in product.rglob("*.py"):

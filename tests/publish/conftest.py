@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from made_scan import build_scan  # type: ignore[import-not-found]
 
-from walltopo.scan.folder import ScanFolder
+from walltopo.scans.folder import ScanFolder
 
 
 @pytest.fixture

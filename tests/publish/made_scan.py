@@ -13,16 +13,16 @@ from walltopo.pipeline.runner import run_stage
 from walltopo.publish.outputs import export_wall
 from walltopo.publish.settings import ExportSettings
 from walltopo.publish.wall_data import Wall
-from walltopo.scan.attributes import Attributes, Hold, RawAttributes
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.holds import Holds, hold_rows
-from walltopo.scan.instances import InstanceRecord, InstanceRecords, InstanceTable
-from walltopo.scan.light import SceneLight
-from walltopo.scan.manifest import Manifest, Metrics, StageRecord
-from walltopo.scan.photos import Photo, PhotoList, SkippedFile
-from walltopo.scan.pictures import INDEX, CutoutIndex, TextureUv
-from walltopo.scan.routes import Route, Routes
-from walltopo.scan.scale import Plate, Scale
+from walltopo.scans.attributes import Attributes, Hold, RawAttributes
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.holds import Holds, hold_rows
+from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTable
+from walltopo.scans.light import SceneLight
+from walltopo.scans.manifest import Manifest, Metrics, StageRecord
+from walltopo.scans.photos import Photo, PhotoList, SkippedFile
+from walltopo.scans.pictures import INDEX, CutoutIndex, TextureUv
+from walltopo.scans.routes import Route, Routes
+from walltopo.scans.scale import Plate, Scale
 
 WIDTH, HEIGHT = 6.0, 4.0  # metres
 COLOURS = {"red": (200, 40, 40), "blue": (40, 80, 200), "green": (40, 150, 60)}

@@ -12,7 +12,7 @@ from walltopo.editing.http import editor_routes
 from walltopo.editing.session import EditSession
 from walltopo.pipeline.edit_session import open_session
 from walltopo.publish.server.run import Server
-from walltopo.scan.folder import ScanFolder
+from walltopo.scans.folder import ScanFolder
 
 
 class StillSession(EditSession):

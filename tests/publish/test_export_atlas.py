@@ -12,7 +12,7 @@ from walltopo.publish.settings import ExportSettings
 from walltopo.publish.surface import Look, split_at_borders
 from walltopo.publish.tiers import TierBuilder
 from walltopo.publish.wall_data import read_wall
-from walltopo.scan.folder import ScanFolder
+from walltopo.scans.folder import ScanFolder
 
 MakeScan = Callable[..., ScanFolder]
 

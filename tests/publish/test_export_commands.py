@@ -14,8 +14,8 @@ import msgspec
 import pytest
 
 from walltopo.cli import main
-from walltopo.scan.folder import ScanFolder, world_frame
-from walltopo.scan.scale import Scale
+from walltopo.scans.folder import ScanFolder, world_frame
+from walltopo.scans.scale import Scale
 
 MakeScan = Callable[..., ScanFolder]
 

@@ -21,11 +21,11 @@ from walltopo.editing.log_file import log_version, read_log, save_log
 from walltopo.pipeline.edit_session import open_session
 from walltopo.pipeline.runner import refresh
 from walltopo.publish.server.run import Server
-from walltopo.scan.edits import EditLog, Paint, Ref, Remove, SetRole, SetRoute
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.holds import HoldRow, Holds
-from walltopo.scan.manifest import Manifest
-from walltopo.scan.routes import Routes
+from walltopo.scans.edits import EditLog, Paint, Ref, Remove, SetRole, SetRoute
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.holds import HoldRow, Holds
+from walltopo.scans.manifest import Manifest
+from walltopo.scans.routes import Routes
 from walltopo_climb.problems.put import as_problem
 from walltopo_climb.problems.rows import Proposal
 

@@ -10,9 +10,9 @@ import pytest
 
 from walltopo.core import InputError
 from walltopo.publish.wall_data import read_wall
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.holds import Holds
-from walltopo.scan.instances import Relabelled
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.holds import Holds
+from walltopo.scans.instances import Relabelled
 
 MakeScan = Callable[..., ScanFolder]
 

@@ -18,7 +18,7 @@ from walltopo.publish.convert import FORMATS, convert, crop_route, crop_section
 from walltopo.publish.files.meshes import instance_colours
 from walltopo.publish.merge import join_textures, merge_walls
 from walltopo.publish.wall_data import Wall, read_wall
-from walltopo.scan.folder import ScanFolder
+from walltopo.scans.folder import ScanFolder
 
 MakeScan = Callable[..., ScanFolder]
 
@@ -102,7 +102,7 @@ def test_csv_and_geojson(wall: Wall, tmp_path: Path) -> None:
 
 
 def test_labelme_outlines_lie_on_the_holds(scan: ScanFolder, wall: Wall, tmp_path: Path) -> None:
-    from walltopo.scan.colmap_model import read_views
+    from walltopo.scans.colmap_model import read_views
 
     convert(wall, "labelme", tmp_path / "labels", scan=scan)
     view = read_views(scan.sparse)[1]

@@ -15,7 +15,7 @@ from walltopo.publish.settings import ExportSettings
 from walltopo.publish.surface import Surface
 from walltopo.publish.tiers import TierBuilder
 from walltopo.publish.wall_data import Wall, read_wall
-from walltopo.scan.folder import ScanFolder
+from walltopo.scans.folder import ScanFolder
 
 MakeScan = Callable[..., ScanFolder]
 

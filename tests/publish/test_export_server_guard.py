@@ -18,8 +18,8 @@ from walltopo.editing.log_file import read_log
 from walltopo.publish.server.address import check_origin, listen
 from walltopo.publish.server.guard import MOST_BODY
 from walltopo.publish.server.run import Server
-from walltopo.scan.edits import SetHold
-from walltopo.scan.folder import ScanFolder
+from walltopo.scans.edits import SetHold
+from walltopo.scans.folder import ScanFolder
 
 EDITS = [{"do": "hold", "hold": {"id": 3, "at": [1, 0, 2]}, "colour": "red"}]
 # "none" is the version of a scan that nobody has edited.

@@ -12,7 +12,7 @@ import pytest
 from served import connect, head, served, talk  # type: ignore[import-not-found]
 
 from walltopo.publish.server.run import MAX_CONNECTIONS, Server
-from walltopo.scan.folder import ScanFolder
+from walltopo.scans.folder import ScanFolder
 
 MakeScan = Callable[..., ScanFolder]
 LARGE = 40_000_000  # bytes: more than the system keeps for a connection

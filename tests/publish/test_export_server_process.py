@@ -17,7 +17,7 @@ from pathlib import Path
 import pytest
 
 from walltopo.cli import main
-from walltopo.scan.folder import ScanFolder
+from walltopo.scans.folder import ScanFolder
 
 MakeScan = Callable[..., ScanFolder]
 

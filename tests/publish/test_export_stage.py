@@ -20,12 +20,12 @@ from walltopo.publish.settings import ExportSettings
 from walltopo.publish.wall_data import read_wall
 from walltopo.publish.wall_files import PageFiles
 from walltopo.publish.web_page import render
-from walltopo.scan.artifacts import artifacts_of
-from walltopo.scan.attributes import Attributes, LeftOut
-from walltopo.scan.folder import ScanFolder, write_moves
-from walltopo.scan.holds import Holds
-from walltopo.scan.instances import InstanceTable
-from walltopo.scan.moves import Moves
+from walltopo.scans.artifacts import artifacts_of
+from walltopo.scans.attributes import Attributes, LeftOut
+from walltopo.scans.folder import ScanFolder, write_moves
+from walltopo.scans.holds import Holds
+from walltopo.scans.instances import InstanceTable
+from walltopo.scans.moves import Moves
 
 MakeScan = Callable[..., ScanFolder]
 

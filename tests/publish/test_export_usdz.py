@@ -15,7 +15,7 @@ from PIL import Image
 
 from walltopo.publish.convert import convert
 from walltopo.publish.wall_data import Wall, read_wall
-from walltopo.scan.folder import ScanFolder
+from walltopo.scans.folder import ScanFolder
 
 MakeScan = Callable[..., ScanFolder]
 

@@ -17,7 +17,7 @@ from test_viewer_browser import VIEWER, missing  # type: ignore[import-not-found
 
 from walltopo.cli import main
 from walltopo.publish.web_page import write_single_page
-from walltopo.scan.folder import ScanFolder
+from walltopo.scans.folder import ScanFolder
 
 MakeScan = Callable[..., ScanFolder]
 

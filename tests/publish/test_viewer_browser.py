@@ -28,10 +28,10 @@ from walltopo.editing.notes import REASONS
 from walltopo.pipeline.edit_session import open_session
 from walltopo.publish.settings import ExportSettings
 from walltopo.publish.wall_data import read_wall
-from walltopo.scan.attributes import FLAT
-from walltopo.scan.edits import EditLog
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.holds import HoldRow, count_words, steepness_words
+from walltopo.scans.attributes import FLAT
+from walltopo.scans.edits import EditLog
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.holds import HoldRow, count_words, steepness_words
 
 VIEWER = Path(__file__).resolve().parents[2] / "viewer"
 SMALL = ExportSettings(first_triangles=6000, title="Test wall")

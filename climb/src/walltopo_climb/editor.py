@@ -12,9 +12,9 @@ from starlette.routing import BaseRoute, Route
 
 from walltopo.editing.http import EDITS, PreviewIn, json_response, read_body
 from walltopo.editing.session import EditSession
-from walltopo.scan.document import Label
-from walltopo.scan.edits import EditLog
-from walltopo.scan.scale import Scale
+from walltopo.scans.document import Label
+from walltopo.scans.edits import EditLog
+from walltopo.scans.scale import Scale
 from walltopo_climb.problems.ease import Way
 from walltopo_climb.problems.rows import Proposals, Tweaks
 from walltopo_climb.problems.wall import SetWall

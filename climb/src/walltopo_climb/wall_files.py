@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.holds import HoldRow
-from walltopo.scan.routes import Route
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.holds import HoldRow
+from walltopo.scans.routes import Route
 
 
 def read_wall(path: Path) -> tuple[tuple[HoldRow, ...], tuple[Route, ...], float]:

@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from walltopo.cli import main
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.holds import HoldRow, Holds
-from walltopo.scan.manifest import Manifest
-from walltopo.scan.moves import Moves
-from walltopo.scan.routes import Route, Routes
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.holds import HoldRow, Holds
+from walltopo.scans.manifest import Manifest
+from walltopo.scans.moves import Moves
+from walltopo.scans.routes import Route, Routes
 
 
 @pytest.fixture

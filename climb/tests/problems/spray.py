@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from walltopo.scan.holds import HoldRow
+from walltopo.scans.holds import HoldRow
 
 TYPES = ("jug", "crimp", "sloper", "pinch", "pocket", "foothold")
 

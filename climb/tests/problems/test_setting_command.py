@@ -9,10 +9,10 @@ import pytest
 from spray import spray_wall  # type: ignore[import-not-found]
 
 from walltopo.cli import main
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.holds import Holds
-from walltopo.scan.routes import Route, Routes
-from walltopo.scan.scale import Scale
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.holds import Holds
+from walltopo.scans.routes import Route, Routes
+from walltopo.scans.scale import Scale
 
 
 @pytest.fixture

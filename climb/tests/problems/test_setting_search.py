@@ -11,8 +11,8 @@ from msgspec.structs import replace
 from spray import spray_wall  # type: ignore[import-not-found]
 
 from walltopo.core import InputError
-from walltopo.scan.edits import SetProblem
-from walltopo.scan.routes import Route
+from walltopo.scans.edits import SetProblem
+from walltopo.scans.routes import Route
 from walltopo_climb.grades.font import FONT
 from walltopo_climb.grades.model import shipped_model
 from walltopo_climb.grades.of_scan import Scale

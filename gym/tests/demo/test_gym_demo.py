@@ -8,7 +8,7 @@ from typing import Any
 from gym.tests.worlds import World, hold, make_world
 from sqlalchemy import func, select
 
-from walltopo.scan.routes import Route as FoundRoute
+from walltopo.scans.routes import Route as FoundRoute
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.climbing.models import Ascent
 from walltopo_gym.clock import now

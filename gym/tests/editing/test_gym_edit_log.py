@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from gym.tests.worlds import World, hold
 
-from walltopo.scan.edits import EditLog, Ref, Remove
+from walltopo.scans.edits import EditLog, Ref, Remove
 from walltopo_gym.editing.log import mark_shown, read_log, save_log
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.scans.models import Scan

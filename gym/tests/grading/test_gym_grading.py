@@ -17,9 +17,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sqlalchemy import delete, select, update
 
-from walltopo.scan import routes as found
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.holds import Holds, hold_rows
+from walltopo.scans import routes as found
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.holds import Holds, hold_rows
 from walltopo_climb.grades.calibrate import Known
 from walltopo_climb.grades.font import FONT, V_OF
 from walltopo_climb.grades.model import Errors, Learnt

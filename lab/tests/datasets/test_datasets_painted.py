@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from walltopo.core import Camera, InputError, Mesh, View
 from walltopo.geometry.ply import write_ply
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.instances import InstanceRecord, InstanceRecords, InstanceTable
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTable
 from walltopo_lab.cli import dataset as commands
 from walltopo_lab.datasets.legend import Legend, object_colours, read_legend, write_legend
 from walltopo_lab.datasets.painted import paint_instances, read_painted, write_painted

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from walltopo.scan.attributes import Hold
+from walltopo.scans.attributes import Hold
 from walltopo_lab.evaluate.routes import attribute_metrics
 from walltopo_lab.evaluate.truth import TrueInstance
 

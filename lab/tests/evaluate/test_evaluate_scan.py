@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh
 from walltopo.geometry.ply import read_mesh, write_ply
-from walltopo.scan.attributes import Attributes, Hold
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.instances import InstanceRecord, InstanceRecords, InstanceTable
-from walltopo.scan.routes import Route, Routes
-from walltopo.scan.scale import Scale
+from walltopo.scans.attributes import Attributes, Hold
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTable
+from walltopo.scans.routes import Route, Routes
+from walltopo.scans.scale import Scale
 from walltopo_lab.cli import evaluate as commands
 from walltopo_lab.evaluate.carry import carry_truth, overlap_with_missing
 from walltopo_lab.evaluate.errors_mesh import Outcome, coloured_mesh, outcome_of_faces

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from walltopo.core import InputError, Mask
-from walltopo.scan.detections import Detections
+from walltopo.scans.detections import Detections
 from walltopo.segment.detect.votes import decode_votes
 from walltopo_lab.train.audit import TURNS, judge, turn_boxes
 from walltopo_lab.train.augment import Crop, crop_sample, shift_colours

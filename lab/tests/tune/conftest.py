@@ -35,7 +35,7 @@ def boxes(mesh: Mesh) -> NDArray[np.int32]:
 
 def write_gym(folder: Path) -> None:
     """Truth, cameras and masks of a tiny wall, as a generator would write them."""
-    from walltopo.scan.detections import Detections
+    from walltopo.scans.detections import Detections
     from walltopo_lab.datasets.project import masks_of_view
 
     mesh = grid(40)

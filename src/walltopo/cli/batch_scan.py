@@ -26,7 +26,7 @@ from walltopo.pipeline.batch.job import Job, Outcome, settings_of_job
 
 if TYPE_CHECKING:
     from walltopo.pipeline.forecast import Forecast
-    from walltopo.scan.manifest import StageRecord
+    from walltopo.scans.manifest import StageRecord
 
 __all__ = ["LOG", "main"]
 

@@ -14,7 +14,7 @@ from walltopo.cli.outputs import add_overwrite, target
 from walltopo.core import InputError, SettingsError
 
 if TYPE_CHECKING:
-    from walltopo.scan.folder import ScanFolder
+    from walltopo.scans.folder import ScanFolder
 
 __all__ = ["register"]
 
@@ -108,8 +108,8 @@ def _export(args: argparse.Namespace) -> int:
     from walltopo.publish.convert import FOLDERS, FORMATS, convert, crop_route, crop_section
     from walltopo.publish.files.listings import routes_beside
     from walltopo.publish.wall_data import read_wall
-    from walltopo.scan.folder import ScanFolder
-    from walltopo.scan.holds import count_words
+    from walltopo.scans.folder import ScanFolder
+    from walltopo.scans.holds import count_words
 
     scan = ScanFolder(args.scan)
     name, section = args.scan.resolve().name, None
@@ -151,7 +151,7 @@ def _size(made: Path) -> str:
 
 def _check_frames(scans: Sequence[ScanFolder]) -> None:
     """All must lie in one world frame, or what they show would be joined at a wrong place."""
-    from walltopo.scan.folder import world_frame
+    from walltopo.scans.folder import world_frame
 
     ways = "say --same-frame if you know better"
     frames: dict[str, list[str]] = {}
@@ -178,9 +178,9 @@ def _merge(args: argparse.Namespace) -> int:
     from walltopo.publish.outputs import export_wall
     from walltopo.publish.settings import ExportSettings
     from walltopo.publish.wall_data import read_wall
-    from walltopo.scan.folder import ScanFolder
-    from walltopo.scan.holds import Holds, count_words
-    from walltopo.scan.routes import Routes
+    from walltopo.scans.folder import ScanFolder
+    from walltopo.scans.holds import Holds, count_words
+    from walltopo.scans.routes import Routes
 
     scans = [ScanFolder(path) for path in args.scans]
     if not args.same_frame:

@@ -18,7 +18,7 @@ from rich.progress import (
 )
 from rich.text import Text
 
-from walltopo.scan.manifest import StageRecord
+from walltopo.scans.manifest import StageRecord
 
 __all__ = ["TerminalListener", "describe_metrics", "duration"]
 

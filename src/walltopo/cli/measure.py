@@ -98,7 +98,7 @@ def _detect(args: argparse.Namespace) -> int:
     from walltopo.core import Silent
     from walltopo.reconstruct.scale.plates import built_in_plates, read_plates
     from walltopo.reconstruct.scale.world_frame import detect_in_photos
-    from walltopo.scan.photos import PhotoSet
+    from walltopo.scans.photos import PhotoSet
 
     plates = read_plates(args.plates) if args.plates else built_in_plates()
     table = Table("photo", "plate", "markers", "shortest side")

@@ -36,7 +36,7 @@ def _check(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.geometry.mesh_check import check_mesh
     from walltopo.geometry.ply import read_mesh
-    from walltopo.scan.colmap_model import read_views
+    from walltopo.scans.colmap_model import read_views
 
     report = check_mesh(read_mesh(args.file), read_views(args.cameras) if args.cameras else ())
     if args.json:

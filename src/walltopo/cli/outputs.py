@@ -43,7 +43,7 @@ def target(
 
 
 def _refuse_scan(place: Path) -> None:
-    from walltopo.scan.folder import owning_scan
+    from walltopo.scans.folder import owning_scan
 
     scan = owning_scan(place)
     if scan is not None:

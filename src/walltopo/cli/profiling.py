@@ -11,7 +11,7 @@ from typing import Any
 from walltopo.cli.scan_progress import ScanListener
 from walltopo.core.errors import EnvironmentLacksError
 from walltopo.pipeline.memory import resident_mb
-from walltopo.scan.manifest import StageRecord
+from walltopo.scans.manifest import StageRecord
 
 __all__ = ["ProfiledListener", "profiled"]
 

@@ -147,9 +147,9 @@ def _show_result(root: Path) -> None:
     from rich.table import Table
 
     from walltopo.cli.console import console
-    from walltopo.scan.folder import ScanFolder
-    from walltopo.scan.holds import Holds, count_words, steepness_words
-    from walltopo.scan.routes import Routes, route_name
+    from walltopo.scans.folder import ScanFolder
+    from walltopo.scans.holds import Holds, count_words, steepness_words
+    from walltopo.scans.routes import Routes, route_name
 
     folder = ScanFolder(root)
     routes, holds = Routes.load(folder.routes).routes, Holds.load(folder.holds)

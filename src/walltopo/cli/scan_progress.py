@@ -10,7 +10,7 @@ from rich.progress import BarColumn, Progress, SpinnerColumn, TaskProgressColumn
 
 from walltopo.cli.listener import TerminalListener
 from walltopo.pipeline.forecast import Forecast, photos_of
-from walltopo.scan.manifest import StageRecord
+from walltopo.scans.manifest import StageRecord
 
 __all__ = ["ScanListener", "roughly"]
 

@@ -33,7 +33,7 @@ def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 def _status(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.pipeline.health import stages_health
-    from walltopo.scan.folder import ScanFolder
+    from walltopo.scans.folder import ScanFolder
 
     folder = ScanFolder(args.scan)
     if not folder.manifest.is_file():

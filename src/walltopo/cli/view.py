@@ -62,7 +62,7 @@ def _editor(args: argparse.Namespace) -> tuple[Sequence[BaseRoute], Callable[[],
         return (), lambda: None
     from walltopo.editing.http import editor_routes
     from walltopo.pipeline.edit_session import open_session
-    from walltopo.scan.folder import ScanFolder
+    from walltopo.scans.folder import ScanFolder
 
     session = open_session(ScanFolder(args.scan))
     return editor_routes(session), session.close
@@ -72,7 +72,7 @@ def _view(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console, error_console
     from walltopo.cli.qr import show_qr
     from walltopo.publish.server.run import Server
-    from walltopo.scan.folder import ScanFolder
+    from walltopo.scans.folder import ScanFolder
 
     if not ScanFolder(args.scan).page.is_file():
         raise InputError(

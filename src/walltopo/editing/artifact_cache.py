@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, TypeVar, cast
 
 from walltopo.core.hashes import stamp
-from walltopo.scan.artifacts import Artifact, HasRoot
+from walltopo.scans.artifacts import Artifact, HasRoot
 
 T = TypeVar("T")
 

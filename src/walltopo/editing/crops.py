@@ -13,7 +13,7 @@ from walltopo.describe.classify.observations import HoldView
 from walltopo.editing.messages import Crop
 from walltopo.editing.snapshot import ScanSnapshot
 from walltopo.editing.view_crops import looks_at
-from walltopo.scan.edits import Place
+from walltopo.scans.edits import Place
 
 __all__ = ["crops_of", "cutout_of"]
 

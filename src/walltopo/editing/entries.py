@@ -18,8 +18,8 @@ from walltopo.editing.route_fit import fit_into_route, route_colour
 from walltopo.editing.snapshot import ScanSnapshot
 from walltopo.editing.state import EditState, RouteFacts
 from walltopo.editing.view_crops import looks_at
-from walltopo.scan.attributes import Doubtful, Hold
-from walltopo.scan.edits import (
+from walltopo.scans.attributes import Doubtful, Hold
+from walltopo.scans.edits import (
     Add,
     Assign,
     Cut,

@@ -18,8 +18,8 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from walltopo.editing.session import EditSession
-from walltopo.scan.document import parse
-from walltopo.scan.edits import EditLog, Place
+from walltopo.scans.document import parse
+from walltopo.scans.edits import EditLog, Place
 
 EDITS = "/api/edits"
 # Other distributions add routes: name -> function of an `EditSession` that returns routes.

@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from walltopo.core import EnvironmentLacksError, InputError
 from walltopo.core.errors import EditsChangedError
 from walltopo.core.files import atomic_path, hash_path
-from walltopo.scan.edits import EditLog
-from walltopo.scan.folder import ScanFolder
+from walltopo.scans.edits import EditLog
+from walltopo.scans.folder import ScanFolder
 
 
 def log_version(scan: ScanFolder) -> str:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import msgspec
 
 from walltopo.editing.notes import Note
-from walltopo.scan.document import Coordinate
-from walltopo.scan.edits import Place
-from walltopo.scan.holds import HoldRow
-from walltopo.scan.routes import Route
+from walltopo.scans.document import Coordinate
+from walltopo.scans.edits import Place
+from walltopo.scans.holds import HoldRow
+from walltopo.scans.routes import Route
 
 
 class ShownHold(HoldRow, frozen=True):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import msgspec
 
-from walltopo.scan.document import Count
+from walltopo.scans.document import Count
 
 __all__ = ["REASONS", "MissingError", "Note"]
 

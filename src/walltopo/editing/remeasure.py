@@ -21,7 +21,7 @@ from walltopo.editing.route_fit import fit_into_route
 from walltopo.editing.snapshot import ScanSnapshot
 from walltopo.editing.state import EditState
 from walltopo.editing.view_crops import Look, looks_at
-from walltopo.scan.attributes import UNKNOWN, Hold
+from walltopo.scans.attributes import UNKNOWN, Hold
 
 __all__ = ["Reading", "read_again", "read_hold"]
 

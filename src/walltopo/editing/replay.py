@@ -36,9 +36,9 @@ from walltopo.editing.notes import MissingError, Note
 from walltopo.editing.remeasure import read_again, with_shape
 from walltopo.editing.snapshot import ScanSnapshot
 from walltopo.editing.state import EditState, RouteFacts
-from walltopo.scan.attributes import Attributes, Doubtful
-from walltopo.scan.document import Rgb
-from walltopo.scan.edits import (
+from walltopo.scans.attributes import Attributes, Doubtful
+from walltopo.scans.document import Rgb
+from walltopo.scans.edits import (
     Add,
     Assign,
     Cut,
@@ -56,8 +56,8 @@ from walltopo.scan.edits import (
     Share,
     Split,
 )
-from walltopo.scan.holds import Holds, hold_rows
-from walltopo.scan.routes import Ambiguous, Route, Routes
+from walltopo.scans.holds import Holds, hold_rows
+from walltopo.scans.routes import Ambiguous, Route, Routes
 
 __all__ = ["Outcome", "replay"]
 

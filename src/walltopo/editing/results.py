@@ -13,8 +13,8 @@ from walltopo.editing.crops import cutout_of
 from walltopo.editing.messages import EditResult, Region, ShownHold, Surface
 from walltopo.editing.replay import Outcome
 from walltopo.editing.snapshot import ScanSnapshot
-from walltopo.scan.attributes import Doubtful
-from walltopo.scan.holds import HoldRow, hold_rows
+from walltopo.scans.attributes import Doubtful
+from walltopo.scans.holds import HoldRow, hold_rows
 
 __all__ = ["result_of", "shown_labels"]
 

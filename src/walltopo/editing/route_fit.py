@@ -8,7 +8,7 @@ from walltopo.describe.routes.grouping import FLATTEN, balanced_paint, cues_of, 
 from walltopo.describe.routes.order import STRONGEST, colour_of
 from walltopo.editing.state import EditState
 from walltopo.images.colour import linear_from_srgb8
-from walltopo.scan.attributes import UNKNOWN
+from walltopo.scans.attributes import UNKNOWN
 
 __all__ = ["fit_into_route", "route_colour"]
 

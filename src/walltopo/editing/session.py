@@ -24,9 +24,9 @@ from walltopo.editing.replay import Outcome, replay
 from walltopo.editing.results import result_of, shown_labels
 from walltopo.editing.settings import EditSettings
 from walltopo.editing.snapshot import ScanSnapshot, SnapshotFiles
-from walltopo.scan.artifacts import Load, load_bundle
-from walltopo.scan.edits import EditLog, Place
-from walltopo.scan.folder import ScanFolder
+from walltopo.scans.artifacts import Load, load_bundle
+from walltopo.scans.edits import EditLog, Place
+from walltopo.scans.folder import ScanFolder
 
 
 class Rebuilder(Protocol):

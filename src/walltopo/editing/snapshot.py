@@ -11,16 +11,16 @@ from numpy.typing import NDArray
 from walltopo.core import Mesh, View
 from walltopo.editing.settings import EditSettings
 from walltopo.geometry.triangle_index import Triangles, triangles_of_mesh
-from walltopo.scan.artifacts import of
-from walltopo.scan.attributes import RawAttributes
-from walltopo.scan.colmap_model import SparseModel
-from walltopo.scan.edits import EditLog
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.instances import InstanceRecords, InstanceTable
-from walltopo.scan.light import SceneLight
-from walltopo.scan.photos import PhotoSet
-from walltopo.scan.routes import Routes
-from walltopo.scan.scale import Scale
+from walltopo.scans.artifacts import of
+from walltopo.scans.attributes import RawAttributes
+from walltopo.scans.colmap_model import SparseModel
+from walltopo.scans.edits import EditLog
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.instances import InstanceRecords, InstanceTable
+from walltopo.scans.light import SceneLight
+from walltopo.scans.photos import PhotoSet
+from walltopo.scans.routes import Routes
+from walltopo.scans.scale import Scale
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from walltopo.describe.classify.observations import HoldView
 from walltopo.editing.notes import MissingError
 from walltopo.editing.snapshot import ScanSnapshot
-from walltopo.scan.attributes import Doubtful, Hold
-from walltopo.scan.edits import Ref, RoleName
+from walltopo.scans.attributes import Doubtful, Hold
+from walltopo.scans.edits import Ref, RoleName
 
 REACH = 0.12  # metres: a hold this near to the place is the one that was meant
 FAR = 0.5  # metres: beyond it even the right id is another hold

@@ -11,8 +11,8 @@ from walltopo.pipeline.runner import kept_settings, refresh, stale_stages
 from walltopo.pipeline.stages.edit import EDIT
 from walltopo.pipeline.stages.export import EXPORT
 from walltopo.pipeline.workplace import held
-from walltopo.scan.artifacts import Load
-from walltopo.scan.folder import ScanFolder
+from walltopo.scans.artifacts import Load
+from walltopo.scans.folder import ScanFolder
 
 STAGES_AFTER_LOG = (EDIT.name, EXPORT.name)
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from walltopo.scan.manifest import StageRecord
+from walltopo.scans.manifest import StageRecord
 
 __all__ = ["COSTS", "Cost", "Forecast", "photos_of"]
 

@@ -13,9 +13,9 @@ from walltopo.core.files import files_below
 from walltopo.core.hashes import Ledger
 from walltopo.pipeline.settings import Settings
 from walltopo.pipeline.stage import Stage
-from walltopo.scan.artifacts import Artifact
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.manifest import Output, StageRecord
+from walltopo.scans.artifacts import Artifact
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.manifest import Output, StageRecord
 
 __all__ = ["changed_outputs", "input_hash", "outputs_of"]
 
@@ -26,7 +26,9 @@ def input_hash(folder: ScanFolder, stage: Stage, settings: Settings, ledger: Led
     parts: list[Any] = [stage.name, stage.version, section]
     # A setting that names a file (a model, a palette, a reference) counts by its content.
     parts += [ledger.hash(path) for path in _named_paths(getattr(settings, stage.name))]
-    parts += [[item.name, ledger.hash(item.in_folder(folder))] for item in stage.reads]
+    for item in stage.reads:
+        path = item.in_folder(folder)
+        parts.append([item.name, item.fingerprint(path) if item.fingerprint else ledger.hash(path)])
     text = json.dumps(parts, sort_keys=True, default=str)
     return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
 

@@ -17,9 +17,9 @@ from walltopo.pipeline.stages import STAGES
 from walltopo.pipeline.stages.ingest import INGEST
 from walltopo.pipeline.workplace import is_held
 from walltopo.reconstruct.ingest.sources import list_sources
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.manifest import Manifest, StageRecord
-from walltopo.scan.sources import SourceList
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.manifest import Manifest, StageRecord
+from walltopo.scans.sources import SourceList
 
 __all__ = ["StageHealth", "stages_health"]
 
@@ -104,6 +104,7 @@ def _sources_problem(folder: ScanFolder, given: list[Path], ledger: Ledger) -> s
         return ""
     try:
         listed = list_sources(given, folder.root, ledger.hash)
-        return "" if listed == SourceList.load(folder.sources) else "the photos have changed"
+        known = SourceList.load(folder.sources)
+        return "" if listed.contents == known.contents else "the photos have changed"
     except InputError as error:
         return error.message.splitlines()[0]

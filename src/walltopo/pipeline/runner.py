@@ -33,10 +33,10 @@ from walltopo.pipeline.stages.ingest import INGEST
 from walltopo.pipeline.warm_up import warming_up
 from walltopo.pipeline.workplace import held, set_aside
 from walltopo.reconstruct.ingest.sources import is_video, list_sources
-from walltopo.scan.artifacts import Artifact, Load, artifacts_of, load_artifact, load_bundle
-from walltopo.scan.context import Context
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.manifest import Manifest, Metrics, StageRecord
+from walltopo.scans.artifacts import Artifact, Load, artifacts_of, load_artifact, load_bundle
+from walltopo.scans.context import Context
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.manifest import Manifest, Metrics, StageRecord
 
 __all__ = [
     "Listener",
@@ -126,14 +126,15 @@ def scan(
         if not sources:
             raise InputError(f"{folder.root}: no photos given, and none were ingested before")
         ledger = Ledger(folder.work / "hashes.json", trust=not verify)
+        if not folder.manifest.exists():  # nothing is written where a stage could not run
+            _check(chosen, settings)
         note_sources(folder, sources, ledger)
         runner = _Runner(folder, manifest, settings, sources, listener, ledger, accept_changes)
         runner.workers = workers or runner.workers
         first = 0 if force else len(STAGES) if from_stage is None else stage_index(from_stage)
         forced = [stage for stage in chosen if stage_index(stage.name) >= first]
         due = runner.due(chosen, forced)
-        for stage in due:
-            stage.check(getattr(settings, stage.name))
+        _check(due, settings)
         listener.scan_begins(runner.forecast(due))
         # Whoever has a mesh to make calls most kernels later; whoever has one knows most already.
         compiling = any(stage.name == "dense" for stage in due)
@@ -148,6 +149,12 @@ def scan(
                     ledger.save()
         metrics = {name: record.metrics for name, record in manifest.stages.items()}
         return ScanResult(folder, metrics, tuple(runner.ran))
+
+
+def _check(stages: Sequence[Stage], settings: Settings) -> None:
+    """Raise what a stage would lack on this machine."""
+    for stage in stages:
+        stage.check(getattr(settings, stage.name))
 
 
 def note_sources(folder: ScanFolder, given: Sequence[Path], ledger: Ledger | None = None) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from walltopo.scan.artifacts import Artifact, artifacts_of
+from walltopo.scans.artifacts import Artifact, artifacts_of
 
 
 @dataclass(frozen=True)
@@ -17,7 +17,7 @@ class Stage:
     Parameters
     ----------
     name : section of the settings, and entry in `scan.json`.
-    reads, writes : dataclasses whose fields are declared by `walltopo.scan.artifacts.of`;
+    reads, writes : dataclasses whose fields are declared by `walltopo.scans.artifacts.of`;
         `writes` has the stage's figures besides, as `metrics`. A stage cannot read anything else.
     run : a function of `reads`, the stage's settings and a `Context` that returns `writes`.
     check : raises, before the first stage begins, if this machine lacks what the settings ask for.

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from walltopo.core import BusyError, EnvironmentLacksError, InputError
-from walltopo.scan.folder import ScanFolder
+from walltopo.scans.folder import ScanFolder
 
 __all__ = ["held", "is_held", "set_aside"]
 

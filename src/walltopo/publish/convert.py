@@ -13,7 +13,7 @@ from walltopo.publish.atlas.visible_faces import front_direction
 from walltopo.publish.settings import ExportSettings
 from walltopo.publish.tiers import TierBuilder
 from walltopo.publish.wall_data import Wall, keep_faces
-from walltopo.scan.folder import ScanFolder
+from walltopo.scans.folder import ScanFolder
 
 __all__ = ["FOLDERS", "FORMATS", "convert", "crop_route", "crop_section"]
 

@@ -26,7 +26,7 @@ from walltopo.publish.meshopt import available
 from walltopo.publish.report.coverage import THIN, count_views
 from walltopo.publish.surface import simplify, split_at_borders
 from walltopo.publish.wall_data import Wall, keep_faces
-from walltopo.scan.arrays import read_arrays
+from walltopo.scans.arrays import read_arrays
 
 __all__ = ["Hidden", "outline_vertices", "thin_faces"]
 

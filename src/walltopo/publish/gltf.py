@@ -14,8 +14,8 @@ from walltopo.images.colour import linear_from_srgb8
 from walltopo.publish.glb import GlbWriter
 from walltopo.publish.surface import Surface
 from walltopo.publish.tables import SCHEMA, hold_columns, origin_columns, route_columns
-from walltopo.scan.holds import HoldRow
-from walltopo.scan.routes import Route
+from walltopo.scans.holds import HoldRow
+from walltopo.scans.routes import Route
 
 __all__ = ["Packing", "write_glb"]
 

@@ -21,7 +21,7 @@ from walltopo.publish.meshopt import available
 from walltopo.publish.settings import ExportSettings
 from walltopo.publish.surface import Surface
 from walltopo.publish.wall_data import Wall
-from walltopo.scan.arrays import read_arrays
+from walltopo.scans.arrays import read_arrays
 
 __all__ = ["TIERS", "KeptTier", "TierShelf"]
 

@@ -19,8 +19,8 @@ from walltopo.core import InputError, Mesh, SettingsError
 from walltopo.core.files import atomic_path
 from walltopo.images.files import read_rgb
 from walltopo.publish.wall_data import Wall, keep_faces
-from walltopo.scan.holds import HoldRow
-from walltopo.scan.routes import Route
+from walltopo.scans.holds import HoldRow
+from walltopo.scans.routes import Route
 
 __all__ = ["join_textures", "merge_walls"]
 

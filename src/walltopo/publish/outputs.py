@@ -13,8 +13,8 @@ from walltopo.publish.surface import Look
 from walltopo.publish.tiers import TierBuilder
 from walltopo.publish.wall_data import Wall
 from walltopo.publish.web_page import write_page, write_tier
-from walltopo.scan.manifest import Metrics
-from walltopo.scan.pictures import Made
+from walltopo.scans.manifest import Metrics
+from walltopo.scans.pictures import Made
 
 
 @dataclass(frozen=True)

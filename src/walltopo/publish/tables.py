@@ -15,8 +15,8 @@ import msgspec
 import numpy as np
 
 from walltopo.publish.surface import Surface
-from walltopo.scan.holds import HoldRow
-from walltopo.scan.routes import Route
+from walltopo.scans.holds import HoldRow
+from walltopo.scans.routes import Route
 
 __all__ = ["SCHEMA", "Column", "hold_columns", "route_columns"]
 

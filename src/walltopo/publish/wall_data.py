@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh, View
 from walltopo.publish.wall_files import WallFiles
-from walltopo.scan.artifacts import load_bundle
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.holds import HoldRow
-from walltopo.scan.pictures import TextureUv
-from walltopo.scan.routes import Route
+from walltopo.scans.artifacts import load_bundle
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.holds import HoldRow
+from walltopo.scans.pictures import TextureUv
+from walltopo.scans.routes import Route
 
 __all__ = ["Wall", "read_wall", "wall_of"]
 

@@ -5,17 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from walltopo.core import Mesh
-from walltopo.scan.artifacts import of
-from walltopo.scan.attributes import Attributes
-from walltopo.scan.colmap_model import SparseModel
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.holds import Holds
-from walltopo.scan.instances import InstanceTable, Relabelled
-from walltopo.scan.moves import Moves
-from walltopo.scan.photos import PhotoList, PhotoSet
-from walltopo.scan.pictures import Cutouts, TextureImage, TextureUv
-from walltopo.scan.routes import Routes
-from walltopo.scan.scale import Scale
+from walltopo.scans.artifacts import of
+from walltopo.scans.attributes import Attributes
+from walltopo.scans.colmap_model import SparseModel
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.holds import Holds
+from walltopo.scans.instances import InstanceTable, Relabelled
+from walltopo.scans.moves import Moves
+from walltopo.scans.photos import PhotoList, PhotoSet
+from walltopo.scans.pictures import Cutouts, TextureImage, TextureUv
+from walltopo.scans.routes import Routes
+from walltopo.scans.scale import Scale
 
 
 @dataclass(frozen=True)

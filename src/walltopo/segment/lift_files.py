@@ -16,10 +16,10 @@ from walltopo.core.files import atomic_path, check_name, read_json
 from walltopo.core.mask import MOST_SIDE
 from walltopo.geometry.ply import write_ply
 from walltopo.images.files import read_stored
-from walltopo.scan.colmap_model import read_views
-from walltopo.scan.detections import read_coco_masks
-from walltopo.scan.document import Coordinate, check_once, parse
-from walltopo.scan.instances import InstanceRecord, InstanceRecords, InstanceTable
+from walltopo.scans.colmap_model import read_views
+from walltopo.scans.detections import read_coco_masks
+from walltopo.scans.document import Coordinate, check_once, parse
+from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTable
 
 __all__ = [
     "attach_masks",

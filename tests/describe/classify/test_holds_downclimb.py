@@ -6,7 +6,7 @@ import pytest
 from msgspec.structs import replace
 
 from walltopo.describe.classify.downclimb import downclimb_colours, with_downclimbs
-from walltopo.scan.attributes import Hold
+from walltopo.scans.attributes import Hold
 
 
 def wall(unit: float = 1.0) -> list[Hold]:

@@ -18,12 +18,12 @@ from walltopo.describe.classify.settings import ClassifySettings
 from walltopo.geometry.ply import write_ply
 from walltopo.geometry.zbuffer import render_ids
 from walltopo.pipeline.runner import run_stage
-from walltopo.scan.attributes import Hold, MeasuredWith, RawAttributes
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.instances import InstanceRecord, InstanceRecords, InstanceTable
-from walltopo.scan.manifest import Metrics
-from walltopo.scan.pictures import Cutouts
-from walltopo.scan.scale import Plate, Scale
+from walltopo.scans.attributes import Hold, MeasuredWith, RawAttributes
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTable
+from walltopo.scans.manifest import Metrics
+from walltopo.scans.pictures import Cutouts
+from walltopo.scans.scale import Plate, Scale
 
 COLOURS = {1: "red", 2: "blue", 3: "yellow", 4: "red", 5: "wood", 6: "green"}
 PLACES = {1: (0.6, 0.6), 2: (1.2, 0.7), 3: (0.7, 1.4), 4: (1.5, 1.5), 5: (1.1, 1.1), 6: (0.2, 2.9)}

@@ -22,7 +22,7 @@ from walltopo.describe.classify.types import (
     reliefs,
     shipped_model,
 )
-from walltopo.scan.attributes import UNKNOWN, Hold
+from walltopo.scans.attributes import UNKNOWN, Hold
 from walltopo_lab.synth.holds import make_hold
 
 TYPES = ("jug", "crimp", "sloper", "pinch", "pocket", "foothold")

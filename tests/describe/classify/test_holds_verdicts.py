@@ -22,7 +22,7 @@ from walltopo.describe.classify.verdicts import (
     verdicts,
     with_class_colours,
 )
-from walltopo.scan.attributes import Hold
+from walltopo.scans.attributes import Hold
 
 HOLD = Hold(3, "hold", position=(0, 0, 1), type="crimp", colour="red", colour_confidence=0.9)
 

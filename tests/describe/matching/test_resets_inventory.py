@@ -14,9 +14,9 @@ from msgspec.structs import replace
 from walltopo.cli import main
 from walltopo.describe.matching.holds import match_holds
 from walltopo.describe.matching.inventory import changes, count_holds, size_class, to_csv
-from walltopo.scan.attributes import Attributes, Hold
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.scale import Scale
+from walltopo.scans.attributes import Attributes, Hold
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.scale import Scale
 
 
 def some_holds(count: int, seed: int = 0) -> list[Hold]:

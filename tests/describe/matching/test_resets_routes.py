@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from msgspec.structs import replace as changed
 
 from walltopo.describe.matching.routes import Fate, Line, compare
-from walltopo.scan.attributes import Hold
+from walltopo.scans.attributes import Hold
 
 
 def hold(number: int, x: float, z: float, *, colour: str = "red", size: float = 0.1) -> Hold:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from walltopo.core import Mesh
-from walltopo.scan.scale import Scale
+from walltopo.scans.scale import Scale
 
 METRES = Scale(method="measure", scale=1.0, metric=True, up_known=True, floor_known=True)
 

@@ -24,10 +24,10 @@ from walltopo.describe.routes.grouping import (
 from walltopo.describe.routes.settings import RoutesSettings
 from walltopo.geometry.ply import write_ply
 from walltopo.pipeline.runner import run_stage
-from walltopo.scan.attributes import Hold, RawAttributes
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.routes import Routes
-from walltopo.scan.scale import TYPICAL_HOLD, unit_of
+from walltopo.scans.attributes import Hold, RawAttributes
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.routes import Routes
+from walltopo.scans.scale import TYPICAL_HOLD, unit_of
 
 BY_NAME = RoutesSettings(link="colour")
 

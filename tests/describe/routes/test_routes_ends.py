@@ -15,7 +15,7 @@ from walltopo.describe.routes.start_and_top import (
     split_hands,
     wall_of,
 )
-from walltopo.scan.attributes import FLAT, Doubtful, Hold
+from walltopo.scans.attributes import FLAT, Doubtful, Hold
 
 RISES = (0.9, 1.3, 1.7, 2.1, 2.5, 2.9, 3.3, 3.7)
 

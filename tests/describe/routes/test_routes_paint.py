@@ -15,7 +15,7 @@ from walltopo.describe.routes.grouping import (
     may_be_linked,
 )
 from walltopo.images.colour import linear_from_srgb8
-from walltopo.scan.light import SceneLight
+from walltopo.scans.light import SceneLight
 
 RED, ORANGE, GREY = (190, 25, 35), (240, 110, 20), (125, 125, 125)
 

@@ -26,7 +26,7 @@ from walltopo.pipeline.ray_workers import RayWorkers, on_cluster
 from walltopo.pipeline.runner import run_stage, scan
 from walltopo.pipeline.settings import load_settings
 from walltopo.reconstruct.dense.settings import DenseSettings
-from walltopo.scan.folder import ScanFolder
+from walltopo.scans.folder import ScanFolder
 from walltopo.segment.detect.settings import DetectSettings
 
 GB = 1 << 30

@@ -9,8 +9,8 @@ from PIL import Image
 
 from walltopo.pipeline.runner import note_sources, run_stage
 from walltopo.reconstruct.ingest.settings import IngestSettings
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.photos import PhotoList
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.photos import PhotoList
 
 
 def picture(seed: int, size: tuple[int, int] = (640, 480), block: int = 10) -> Image.Image:

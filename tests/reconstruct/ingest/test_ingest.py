@@ -13,8 +13,8 @@ from PIL import Image
 from walltopo.core import InputError
 from walltopo.pipeline.runner import note_sources, run_stage
 from walltopo.reconstruct.ingest.settings import IngestSettings
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.photos import Photo, PhotoList
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.photos import Photo, PhotoList
 
 GPS_IFD, ORIENTATION, EXIF_IFD, FOCAL_35MM = 0x8825, 0x0112, 0x8769, 0xA405
 

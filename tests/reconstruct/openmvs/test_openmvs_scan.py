@@ -14,9 +14,9 @@ from walltopo.geometry.ply import read_mesh
 from walltopo.images.files import read_rgb
 from walltopo.reconstruct.texture.atlas import make_texture
 from walltopo.reconstruct.texture.settings import TextureSettings
-from walltopo.scan.colmap_model import read_views
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.pictures import TextureUv
+from walltopo.scans.colmap_model import read_views
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.pictures import TextureUv
 
 EDGE = 0.03
 

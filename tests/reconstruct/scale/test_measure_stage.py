@@ -15,9 +15,9 @@ from walltopo.geometry.similarity import rotation_with_z
 from walltopo.pipeline.runner import run_stage
 from walltopo.reconstruct.scale.settings import ScaleSettings
 from walltopo.reconstruct.scale.upright import TYPICAL_DISTANCE, turned_photos, up_from_cameras
-from walltopo.scan.colmap_model import read_views
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.scale import Aligned, Frame, Scale
+from walltopo.scans.colmap_model import read_views
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.scale import Aligned, Frame, Scale
 
 CAMERA = Camera("SIMPLE_RADIAL", 320, 240, (250.0, 160.0, 120.0, 0.02))
 

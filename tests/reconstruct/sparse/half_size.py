@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.photos import Photo, PhotoList
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.photos import Photo, PhotoList
 
 Floats = NDArray[np.float64]
 

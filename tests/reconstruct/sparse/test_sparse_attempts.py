@@ -15,7 +15,7 @@ from walltopo.pipeline.runner import run_stage
 from walltopo.reconstruct.sparse.attempts import agree
 from walltopo.reconstruct.sparse.outcome import hang_together
 from walltopo.reconstruct.sparse.settings import SparseSettings
-from walltopo.scan.colmap_model import read_views
+from walltopo.scans.colmap_model import read_views
 
 SPARSE = [0, 3, 6, 9, 21, 24]  # every third photo of two rows, at half size
 

@@ -16,9 +16,9 @@ from walltopo.core.files import hash_path
 from walltopo.pipeline.runner import run_stage
 from walltopo.reconstruct.scale.settings import ScaleSettings
 from walltopo.reconstruct.sparse.settings import SparseSettings
-from walltopo.scan.colmap_model import read_views
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.scale import Aligned, Frame, Scale
+from walltopo.scans.colmap_model import read_views
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.scale import Aligned, Frame, Scale
 
 Floats = NDArray[np.float64]
 SETTINGS: dict[str, Any] = {"first_octave": -1, "max_features": 4000, "threads": 2}

@@ -13,7 +13,7 @@ from walltopo.core import Silent
 from walltopo.core.files import hash_path
 from walltopo.pipeline.runner import run_stage
 from walltopo.pipeline.settings import load_settings
-from walltopo.scan.folder import ScanFolder
+from walltopo.scans.folder import ScanFolder
 
 SETTINGS = load_settings(None, ["sparse.threads=1"])
 

@@ -14,7 +14,7 @@ from walltopo.reconstruct.sparse.colmap_worker import register_images
 from walltopo.reconstruct.sparse.jobs import CameraEntry, ImageEntry, camera_entries
 from walltopo.reconstruct.sparse.models import match_keypoints
 from walltopo.reconstruct.sparse.outcome import why_unregistered
-from walltopo.scan.photos import Photo
+from walltopo.scans.photos import Photo
 
 
 def database_with(folder: Path, features: list[int]) -> Path:

@@ -13,9 +13,9 @@ import pytest
 from walltopo.core import EnvironmentLacksError, InputError, Silent
 from walltopo.images.files import read_rgb
 from walltopo.pipeline.runner import run_stage
-from walltopo.scan.detections import Detections
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.photos import Photo, PhotoList
+from walltopo.scans.detections import Detections
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.photos import Photo, PhotoList
 from walltopo.segment.detect.detector import open_detector, shipped_model
 from walltopo.segment.detect.found import box_iou
 from walltopo.segment.detect.onnx_detector import OnnxDetector, prepare

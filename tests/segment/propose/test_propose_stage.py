@@ -13,12 +13,12 @@ from walltopo.core import Camera, Mesh, View
 from walltopo.describe.classify.settings import ClassifySettings
 from walltopo.geometry.zbuffer import render_ids
 from walltopo.pipeline.stages.propose import Reads, run
-from walltopo.scan.colmap_model import SparseModel
-from walltopo.scan.context import Context
-from walltopo.scan.detections import Detections
-from walltopo.scan.instances import InstanceRecord, InstanceRecords, InstanceTable
-from walltopo.scan.photos import PhotoSet
-from walltopo.scan.scale import Scale
+from walltopo.scans.colmap_model import SparseModel
+from walltopo.scans.context import Context
+from walltopo.scans.detections import Detections
+from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTable
+from walltopo.scans.photos import PhotoSet
+from walltopo.scans.scale import Scale
 from walltopo.segment.propose.settings import ProposeSettings
 
 METRES = Scale(method="measure", scale=1.0, metric=True, up_known=True, floor_known=True)

@@ -1,4 +1,4 @@
-/** The log of edits, as `edits.json` holds it (`walltopo.scan.edits`), with undo and redo. */
+/** The log of edits, as `edits.json` holds it (`walltopo.scans.edits`), with undo and redo. */
 
 import type { Hold, Route, Tables, Vec3 } from "../types";
 

@@ -10,7 +10,7 @@ from walltopo.cli.options import Number
 from walltopo_climb.wall_files import read_wall
 
 if TYPE_CHECKING:
-    from walltopo.scan.moves import ClimberRow
+    from walltopo.scans.moves import ClimberRow
     from walltopo_climb.grades.model import Range
 
 
@@ -67,9 +67,9 @@ def _moves(args: argparse.Namespace) -> int:
     from walltopo.core import SettingsError
     from walltopo.pipeline.runner import refresh
     from walltopo.pipeline.workplace import held
-    from walltopo.scan.folder import ScanFolder, write_moves
-    from walltopo.scan.moves import GradeRow, Moves, RouteMoves
-    from walltopo.scan.routes import route_name
+    from walltopo.scans.folder import ScanFolder, write_moves
+    from walltopo.scans.moves import GradeRow, Moves, RouteMoves
+    from walltopo.scans.routes import route_name
     from walltopo_climb.grades.model import shipped_model
     from walltopo_climb.grades.of_scan import grade_routes, place_routes
     from walltopo_climb.movement.body import BODIES, Body
@@ -126,7 +126,7 @@ def _grade(args: argparse.Namespace) -> int:
     import json
 
     from walltopo.cli.console import console
-    from walltopo.scan.routes import route_name
+    from walltopo.scans.routes import route_name
     from walltopo_climb.grades.model import shipped_model
     from walltopo_climb.grades.of_scan import grade_routes, place_routes
 

@@ -13,7 +13,7 @@ from walltopo_climb.wall_files import read_wall
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from walltopo.scan.edits import Edit
+    from walltopo.scans.edits import Edit
     from walltopo_climb.problems.rows import Proposals, Tweaks
     from walltopo_climb.problems.wall import SetWall
 
@@ -151,7 +151,7 @@ def _ease(args: argparse.Namespace) -> int:
 
 
 def _read(path: Path) -> SetWall:
-    from walltopo.scan.folder import ScanFolder
+    from walltopo.scans.folder import ScanFolder
     from walltopo_climb.problems.wall import SetWall
 
     holds, routes, unit = read_wall(path)
@@ -171,8 +171,8 @@ def _put(path: Path, entries: Sequence[Edit]) -> None:
     from walltopo.cli.console import console
     from walltopo.core import InputError
     from walltopo.pipeline.edit_session import open_session
-    from walltopo.scan.edits import EditLog
-    from walltopo.scan.folder import ScanFolder
+    from walltopo.scans.edits import EditLog
+    from walltopo.scans.folder import ScanFolder
 
     session = open_session(ScanFolder(path))
     log, version = session.read()

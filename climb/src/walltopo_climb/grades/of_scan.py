@@ -9,9 +9,9 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from walltopo.scan.attributes import UNKNOWN
-from walltopo.scan.holds import HoldRow
-from walltopo.scan.routes import Route
+from walltopo.scans.attributes import UNKNOWN
+from walltopo.scans.holds import HoldRow
+from walltopo.scans.routes import Route
 from walltopo_climb.grades.calibrate import Known
 from walltopo_climb.grades.features import FEATURES, features
 from walltopo_climb.grades.font import parse_grade

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from walltopo.scan.holds import HoldRow
-from walltopo.scan.routes import Route
+from walltopo.scans.holds import HoldRow
+from walltopo.scans.routes import Route
 from walltopo_climb.movement.grips import (
     FOOT_ONLY,
     NEUTRAL,

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from walltopo.scan.holds import HoldRow
-from walltopo.scan.moves import ClimberRow, MoveRow
-from walltopo.scan.routes import Route
+from walltopo.scans.holds import HoldRow
+from walltopo.scans.moves import ClimberRow, MoveRow
+from walltopo.scans.routes import Route
 from walltopo_climb.movement.body import Body
 from walltopo_climb.movement.on_wall import climb_of, on_route
 from walltopo_climb.movement.sequence import Sequence as Moves

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from walltopo.scan.routes import Route
+from walltopo.scans.routes import Route
 from walltopo_climb.movement.body import Body
 from walltopo_climb.problems.pool import Pool
 from walltopo_climb.problems.wish import Wish

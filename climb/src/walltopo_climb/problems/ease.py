@@ -9,7 +9,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from walltopo.core import InputError
-from walltopo.scan.routes import Route, route_name
+from walltopo.scans.routes import Route, route_name
 from walltopo_climb.grades.of_scan import Climbed, Scale, climb_route
 from walltopo_climb.movement.body import BODIES
 from walltopo_climb.movement.rows import climber_rows

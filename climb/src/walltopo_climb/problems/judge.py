@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from walltopo.scan.holds import HoldRow
+from walltopo.scans.holds import HoldRow
 from walltopo_climb.grades.of_scan import Climbed, Scale, climb_route
 from walltopo_climb.movement.body import ADULT
 from walltopo_climb.movement.sequence import LIMBS, Sequence, find_sequence

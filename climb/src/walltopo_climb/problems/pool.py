@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from walltopo.scan.holds import HoldRow
+from walltopo.scans.holds import HoldRow
 from walltopo_climb.movement.body import Body
 from walltopo_climb.problems.wish import HOLD_KINDS, STEEPNESS_DEG, Wish
 

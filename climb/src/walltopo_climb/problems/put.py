@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from walltopo.scan.edits import Edit, Leave, Ref, RoleName, SetProblem, SetRole, Share
-from walltopo.scan.holds import HoldRow
-from walltopo.scan.routes import Route
+from walltopo.scans.edits import Edit, Leave, Ref, RoleName, SetProblem, SetRole, Share
+from walltopo.scans.holds import HoldRow
+from walltopo.scans.routes import Route
 from walltopo_climb.problems.rows import Proposal, Tweak
 
 __all__ = ["as_problem", "as_tweak"]

@@ -6,8 +6,8 @@ from typing import Literal
 
 import msgspec
 
-from walltopo.scan.document import Coordinate, Count, Label, Share
-from walltopo.scan.moves import ClimberRow, GradeRow
+from walltopo.scans.document import Coordinate, Count, Label, Share
+from walltopo.scans.moves import ClimberRow, GradeRow
 
 __all__ = ["Do", "Proposal", "Proposals", "Tweak", "Tweaks"]
 

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from walltopo.core import InputError
-from walltopo.scan.moves import GradeRow
+from walltopo.scans.moves import GradeRow
 from walltopo_climb.grades.font import FONT
 from walltopo_climb.grades.model import Range
 from walltopo_climb.grades.of_scan import Scale

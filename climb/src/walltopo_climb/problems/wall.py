@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from walltopo.core import InputError
-from walltopo.scan.holds import HoldRow
-from walltopo.scan.routes import Route
+from walltopo.scans.holds import HoldRow
+from walltopo.scans.routes import Route
 from walltopo_climb.grades.model import shipped_model
 from walltopo_climb.grades.of_scan import Scale, place_routes
 from walltopo_climb.problems.ease import Way, ease

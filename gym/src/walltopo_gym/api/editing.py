@@ -15,8 +15,8 @@ from sqlalchemy.orm import Session
 
 from walltopo.core import InputError
 from walltopo.editing.messages import Crop, RebuildStatus
-from walltopo.scan.document import Label, parse
-from walltopo.scan.edits import EditLog, Place
+from walltopo.scans.document import Label, parse
+from walltopo.scans.edits import EditLog, Place
 from walltopo_climb.problems.ease import Way
 from walltopo_climb.problems.wish import Wish
 from walltopo_gym.accounts.audit import log_change

@@ -21,7 +21,7 @@ from sqlalchemy.orm import Session
 from walltopo.core import InputError, StageError
 from walltopo.core.files import atomic_path
 from walltopo.reconstruct.ingest.sources import PHOTO_SUFFIXES
-from walltopo.scan.routes import Route as FoundRoute
+from walltopo.scans.routes import Route as FoundRoute
 from walltopo_gym.accounts.passwords import Passwords
 from walltopo_gym.accounts.people import add_person, find_person, set_password
 from walltopo_gym.climbing.counting import recount

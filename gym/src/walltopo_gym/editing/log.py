@@ -11,8 +11,8 @@ import msgspec
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from walltopo.scan.document import parse
-from walltopo.scan.edits import EditLog
+from walltopo.scans.document import parse
+from walltopo.scans.edits import EditLog
 from walltopo_gym.editing.models import ScanEdits
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.scans.models import Scan

@@ -16,7 +16,7 @@ __all__ = ["ScanEdits"]
 class ScanEdits(Base):
     """What setters corrected of a scan.
 
-    `log` is `walltopo.scan.edits.EditLog` as plain values; `revision` counts the saves; `shown` is
+    `log` is `walltopo.scans.edits.EditLog` as plain values; `revision` counts the saves; `shown` is
     the revision that the scan's files show.
     """
 

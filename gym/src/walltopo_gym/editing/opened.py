@@ -12,8 +12,8 @@ import msgspec
 from walltopo.editing.log_file import log_version
 from walltopo.editing.messages import Crop, RebuildStatus
 from walltopo.pipeline.edit_session import STAGES_AFTER_LOG, open_session
-from walltopo.scan.edits import EditLog, Place
-from walltopo.scan.folder import ScanFolder
+from walltopo.scans.edits import EditLog, Place
+from walltopo.scans.folder import ScanFolder
 from walltopo_climb.editor import ease_on, propose_on
 from walltopo_climb.problems.ease import Way
 from walltopo_climb.problems.wish import Wish

@@ -19,7 +19,7 @@ from dbos import DBOS, SetWorkflowID
 from sqlalchemy import delete, func, or_, select
 
 from walltopo.core import InputError
-from walltopo.scan.folder import ScanFolder
+from walltopo.scans.folder import ScanFolder
 from walltopo_climb.grades.model import shipped_identity, shipped_model
 from walltopo_climb.grades.of_scan import Graded, place_routes
 from walltopo_climb.wall_files import read_wall

@@ -10,7 +10,7 @@ from uuid import UUID
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from walltopo.scan.document import parse
+from walltopo.scans.document import parse
 from walltopo_climb.grades.calibrate import OWN_ERRORS
 from walltopo_climb.grades.model import Learnt, Range
 from walltopo_climb.grades.scale import GymScale

@@ -15,8 +15,8 @@ from uuid import UUID
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from walltopo.scan.attributes import Attributes
-from walltopo.scan.folder import ScanFolder
+from walltopo.scans.attributes import Attributes
+from walltopo.scans.folder import ScanFolder
 from walltopo_gym.gyms.models import Wall
 from walltopo_gym.insights.models import Aims, Washing
 from walltopo_gym.insights.routes import OfRoute

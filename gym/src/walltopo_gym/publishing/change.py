@@ -16,7 +16,7 @@ from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
 from walltopo.core import InputError
-from walltopo.scan.routes import Route as FoundRoute
+from walltopo.scans.routes import Route as FoundRoute
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.gyms.models import GradeSystem, Wall

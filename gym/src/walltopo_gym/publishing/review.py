@@ -11,10 +11,10 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from walltopo.describe.matching.routes import Line, compare
-from walltopo.scan import routes as found
-from walltopo.scan.attributes import Attributes, Hold
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.manifest import Manifest
+from walltopo.scans import routes as found
+from walltopo.scans.attributes import Attributes, Hold
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.manifest import Manifest
 from walltopo_gym.gyms.models import Wall
 from walltopo_gym.publishing.models import Placement, Route
 from walltopo_gym.publishing.worse import worse_than

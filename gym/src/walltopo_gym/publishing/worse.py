@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from walltopo.scan.manifest import Manifest
+from walltopo.scans.manifest import Manifest
 
 __all__ = ["worse_than"]
 

@@ -19,7 +19,7 @@ from walltopo.core.children import end_with_parent
 from walltopo.pipeline.forecast import Forecast
 from walltopo.pipeline.runner import scan
 from walltopo.pipeline.settings import load_settings
-from walltopo.scan.manifest import StageRecord
+from walltopo.scans.manifest import StageRecord
 from walltopo_gym.scans.job import Advanced, Ended, Failed, Job, Noted, Said, Step
 
 __all__ = ["main"]

@@ -15,7 +15,7 @@ from uuid import UUID
 from walltopo.core.files import files_below
 from walltopo.pipeline.stages import stage_named
 from walltopo.publish.kept_tiers import TIERS
-from walltopo.scan.folder import ScanFolder
+from walltopo.scans.folder import ScanFolder
 from walltopo_gym.storage.files import FileStore, hash_of_file
 
 __all__ = ["shelve", "shelve_stage", "take_files", "take_scan", "take_visible"]

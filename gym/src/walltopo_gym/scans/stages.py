@@ -13,7 +13,7 @@ from uuid import UUID
 
 from sqlalchemy import select, update
 
-from walltopo.scan.folder import ScanFolder
+from walltopo.scans.folder import ScanFolder
 from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
 from walltopo_gym.errors import ConflictError

@@ -341,7 +341,7 @@ def _damaged_and_moved(root: Path) -> list[str]:
 
 HEALING_CASES = (
     Case("a stored photo cut off since", _damaged_since, 0, "is not as ingest left it: made again"),
-    Case("the same, and its original gone", _damaged_and_moved, 3, "changed since ingest"),
+    Case("the same, and its original gone", _damaged_and_moved, 3, "is gone since the scan"),
 )
 
 INGEST_CASES = (

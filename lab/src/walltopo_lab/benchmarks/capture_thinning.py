@@ -38,9 +38,9 @@ from walltopo.reconstruct.sparse.jobs import (
     photo_ids,
 )
 from walltopo.reconstruct.sparse.settings import SparseSettings
-from walltopo.scan.colmap_model import read_views
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.photos import PhotoList, PhotoSet
+from walltopo.scans.colmap_model import read_views
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.photos import PhotoList, PhotoSet
 from walltopo_lab.benchmarks.reconstruction_poses import centres, fit_on_floor, load_truth, matched
 
 Floats = NDArray[np.float64]

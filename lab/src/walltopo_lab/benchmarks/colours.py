@@ -30,8 +30,8 @@ from walltopo.describe.classify.geometry import measure_shapes
 from walltopo.describe.classify.observe import observe
 from walltopo.describe.classify.palette import Entry
 from walltopo.describe.classify.settings import ClassifySettings
-from walltopo.scan.colmap_model import read_views
-from walltopo.scan.photos import PhotoSet
+from walltopo.scans.colmap_model import read_views
+from walltopo.scans.photos import PhotoSet
 from walltopo_lab.evaluate.truth import CLASS_IDS, read_truth
 
 CLASSES = {number: name for name, number in CLASS_IDS.items()}

@@ -46,9 +46,9 @@ from walltopo.reconstruct.dense.sgm import sgm_mesh
 from walltopo.reconstruct.sparse.settings import SparseSettings
 from walltopo.reconstruct.texture.atlas import Texture, make_texture
 from walltopo.reconstruct.texture.settings import TextureSettings
-from walltopo.scan.colmap_model import read_views
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.scale import Scale
+from walltopo.scans.colmap_model import read_views
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.scale import Scale
 from walltopo_lab.benchmarks.reconstruction_poses import run_stages, run_to_scale
 
 Floats = NDArray[np.float64]

@@ -16,7 +16,7 @@ from walltopo.publish.surface import mixed_triangles
 from walltopo.publish.tiers import TIERS, TierBuilder
 from walltopo.publish.wall_data import read_wall
 from walltopo.publish.web_page import viewer_script
-from walltopo.scan.folder import ScanFolder
+from walltopo.scans.folder import ScanFolder
 
 
 def report(folder: Path, script: int) -> None:

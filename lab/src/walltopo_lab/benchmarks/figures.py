@@ -67,7 +67,7 @@ CONSTANTS: dict[str, tuple[str, ...]] = {
         *("100 %", "1 %"),
     ),
     "routes.md": ("20 s",),
-    "security.md": ("8 MB", "20 s", "30 s", "5 s"),
+    "security.md": ("8 MB",),
     **{f"setter{language}.md": ("100 %",) for language in ("", ".cs", ".de", ".fr")},
     "synth.md": ("35 mm", "3 mm"),
     "viewer.md": ("170 ms", "200 ms", "64 MB"),

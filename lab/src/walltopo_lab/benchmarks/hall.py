@@ -37,9 +37,9 @@ from walltopo.reconstruct.sparse.feature_cache import database_of
 from walltopo.reconstruct.sparse.jobs import Pairing, photo_ids
 from walltopo.reconstruct.sparse.pairs import choose_pairs
 from walltopo.reconstruct.sparse.settings import SparseSettings
-from walltopo.scan.colmap_model import read_views
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.photos import Photo, PhotoList
+from walltopo.scans.colmap_model import read_views
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.photos import Photo, PhotoList
 
 Pair = tuple[int, int]
 

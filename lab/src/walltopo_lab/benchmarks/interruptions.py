@@ -26,7 +26,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from walltopo.core.files import files_below
-from walltopo.scan.manifest import Manifest
+from walltopo.scans.manifest import Manifest
 from walltopo_lab.synth import tiny
 
 # Small pictures: most of the time would go into them.

@@ -28,8 +28,8 @@ import numpy as np
 
 from walltopo.images.files import read_rgb
 from walltopo.pipeline.ray_workers import RayWorkers, on_cluster
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.manifest import Manifest
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.manifest import Manifest
 from walltopo.segment.detect.detector import Detector, open_detector
 from walltopo.segment.detect.settings import DetectSettings
 

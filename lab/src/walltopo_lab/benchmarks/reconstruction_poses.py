@@ -25,9 +25,9 @@ from walltopo.core import View
 from walltopo.pipeline.runner import note_sources, run_stage
 from walltopo.pipeline.settings import Settings
 from walltopo.reconstruct.sparse.settings import SparseSettings
-from walltopo.scan.colmap_model import read_views
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.scale import Aligned
+from walltopo.scans.colmap_model import read_views
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.scale import Aligned
 
 Floats = NDArray[np.float64]
 

@@ -26,9 +26,9 @@ from walltopo.geometry.similarity import fit_similarity
 from walltopo.images.files import read_rgb
 from walltopo.pipeline.runner import run_stage
 from walltopo.reconstruct.sparse.settings import SparseSettings
-from walltopo.scan.colmap_model import read_views
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.photos import Photo, PhotoList
+from walltopo.scans.colmap_model import read_views
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.photos import Photo, PhotoList
 from walltopo_lab.benchmarks.reconstruction_poses import centres, load_truth
 
 Features = Literal["sift", "auto", "xfeat"]

@@ -23,9 +23,9 @@ import numpy as np
 from walltopo.describe.matching.holds import match_holds
 from walltopo.describe.matching.routes import Fate, compare, same_paint
 from walltopo.geometry.ply import read_mesh
-from walltopo.scan.attributes import Attributes, Hold
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.routes import Routes
+from walltopo.scans.attributes import Attributes, Hold
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.routes import Routes
 from walltopo_lab.evaluate.align import align_views
 from walltopo_lab.evaluate.carry import carry_truth, overlap_with_missing
 from walltopo_lab.evaluate.routes import match_pairs

@@ -11,7 +11,7 @@ from typing import Any
 import msgspec
 
 import walltopo
-from walltopo.scan.document import Document
+from walltopo.scans.document import Document
 
 __all__ = ["RESULTS", "Measured", "Part", "Record", "lines_of", "measured_now", "tables"]
 

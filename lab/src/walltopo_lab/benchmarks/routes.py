@@ -28,8 +28,8 @@ from sklearn.metrics import adjusted_rand_score
 from walltopo.core import Mesh
 from walltopo.describe.routes.find import find_routes
 from walltopo.describe.routes.settings import RoutesSettings
-from walltopo.scan.attributes import Hold, Role
-from walltopo.scan.routes import Route
+from walltopo.scans.attributes import Hold, Role
+from walltopo.scans.routes import Route
 from walltopo_lab.benchmarks.routes_gyms import set_gym
 
 ROLES: dict[int, Role] = {-1: "volume", -2: "downclimb"}

@@ -15,7 +15,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from walltopo.describe.classify import downclimb
-from walltopo.scan.attributes import Hold
+from walltopo.scans.attributes import Hold
 from walltopo_lab.benchmarks.routes_gyms import set_gym
 
 PRESETS = ("modern", "oldschool-dark", "lead", "modern", "easy")

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh
-from walltopo.scan.attributes import Hold, Role
+from walltopo.scans.attributes import Hold, Role
 from walltopo_lab.evaluate.routes import type_of_kind
 from walltopo_lab.synth.bodies import Body
 from walltopo_lab.synth.holds import make_hold

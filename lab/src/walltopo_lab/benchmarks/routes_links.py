@@ -29,8 +29,8 @@ from walltopo.describe.classify.observe import observe
 from walltopo.describe.classify.settings import ClassifySettings
 from walltopo.describe.routes.find import find_routes
 from walltopo.describe.routes.settings import RoutesSettings
-from walltopo.scan.attributes import Hold
-from walltopo.scan.photos import PhotoSet
+from walltopo.scans.attributes import Hold
+from walltopo.scans.photos import PhotoSet
 from walltopo_lab.benchmarks.colours import generated_scan, scale, true_scan
 from walltopo_lab.benchmarks.routes import rand_index
 from walltopo_lab.evaluate.truth import read_truth

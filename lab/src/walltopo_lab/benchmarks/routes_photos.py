@@ -15,7 +15,7 @@ import numpy as np
 
 from walltopo.core import Silent
 from walltopo.describe.classify.observations import load_photo
-from walltopo.scan.segmentation import decode_segmentation, parse_segmentation
+from walltopo.scans.segmentation import decode_segmentation, parse_segmentation
 from walltopo_lab.train.paint.holds import WAYS, PhotoHolds, ari, of_generated, read_holds
 from walltopo_lab.train.paint.photos import make_photos, read_photos
 

@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 from walltopo.core.files import read_json
 from walltopo.geometry.ply import read_mesh
 from walltopo.geometry.zbuffer import render_ids
-from walltopo.scan.colmap_model import read_views
-from walltopo.scan.folder import ScanFolder
+from walltopo.scans.colmap_model import read_views
+from walltopo.scans.folder import ScanFolder
 from walltopo_lab.benchmarks.calibration import calibration_s
 
 SCANS = ("spraywall", "gym-a")

@@ -23,8 +23,8 @@ import numpy as np
 import numpy.typing as npt
 from msgspec import structs
 
-from walltopo.scan.holds import hold_rows
-from walltopo.scan.routes import Route
+from walltopo.scans.holds import hold_rows
+from walltopo.scans.routes import Route
 from walltopo_climb.grades.font import FONT, parse_grade
 from walltopo_climb.grades.model import GradeModel, Range
 from walltopo_climb.grades.of_scan import Scale, climb_route

@@ -23,8 +23,8 @@ import numpy as np
 from walltopo.core import Silent
 from walltopo.describe.classify.low_confidence import Lifted, Rise, flat_instances, measure_rises
 from walltopo.geometry.ply import read_mesh
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.instances import InstanceRecords, InstanceTable
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.instances import InstanceRecords, InstanceTable
 from walltopo.segment.lift import LiftParams, lift
 from walltopo_lab.benchmarks.tables_lift import Plan, load_wall, scan_defaults
 from walltopo_lab.evaluate.align import align_views

@@ -23,9 +23,9 @@ import numpy as np
 
 from walltopo.describe.routes import start_and_top as ends
 from walltopo.describe.routes import start_and_top as hands
-from walltopo.scan.attributes import Hold, RawAttributes
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.routes import Routes
+from walltopo.scans.attributes import Hold, RawAttributes
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.routes import Routes
 from walltopo_lab.evaluate.align import align_views
 from walltopo_lab.evaluate.scan import scan_views
 from walltopo_lab.evaluate.truth import read_truth

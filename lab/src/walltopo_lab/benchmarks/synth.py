@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from walltopo.scan.colmap_model import view_of_image
+from walltopo.scans.colmap_model import view_of_image
 from walltopo_lab.synth import PRESETS, PhotoSettings, gym_preset, make_gym
 
 # Seed and which photo of a walk of 12 each preset is shown with.

@@ -24,7 +24,7 @@ from rich.console import Console
 
 from walltopo.core import Camera, View
 from walltopo.core.files import hash_path, read_json
-from walltopo.scan.folder import ScanFolder
+from walltopo.scans.folder import ScanFolder
 from walltopo_lab.benchmarks.detectors import LOW_SCORE, thresholds
 from walltopo_lab.benchmarks.results import RESULTS, Part, measured_now
 from walltopo_lab.benchmarks.tables_lift import (

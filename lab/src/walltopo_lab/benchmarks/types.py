@@ -26,7 +26,7 @@ from walltopo.describe.classify.observe import observe
 from walltopo.describe.classify.settings import ClassifySettings
 from walltopo.describe.classify.types import shipped_model
 from walltopo.describe.classify.verdicts import verdicts
-from walltopo.scan.photos import PhotoSet
+from walltopo.scans.photos import PhotoSet
 from walltopo_lab.benchmarks.colours import true_scan
 from walltopo_lab.classifier.samples import read_cutouts
 from walltopo_lab.evaluate.truth import Truth, read_truth

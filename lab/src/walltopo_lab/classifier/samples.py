@@ -17,9 +17,9 @@ from walltopo.core.errors import naming
 from walltopo.core.files import read_json
 from walltopo.describe.classify.classifier import Meaning, read_classes, square
 from walltopo.images.files import open_picture, read_rgb
-from walltopo.scan.attributes import Attributes
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.pictures import Cutouts as StoredCutouts
+from walltopo.scans.attributes import Attributes
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.pictures import Cutouts as StoredCutouts
 
 __all__ = ["LABELS", "Cutouts", "read_cutouts"]
 
@@ -190,7 +190,7 @@ def _truth_class(item: dict[str, Any], label: str) -> tuple[str, Meaning] | None
 
 def _of_truth(source: Path, label: str, side: int) -> Iterator[_Cutout]:
     """Cutouts by the true masks of the photos."""
-    from walltopo.scan.segmentation import decode_segmentation, parse_segmentation
+    from walltopo.scans.segmentation import decode_segmentation, parse_segmentation
 
     items = {int(item["id"]): item for item in read_json(source / "truth/scene.json")["instances"]}
     data = json.loads((source / "truth" / "masks.json").read_text(encoding="utf-8"))

@@ -321,7 +321,7 @@ def _paint(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.core.outputs import written_file
     from walltopo.geometry.ply import read_mesh
-    from walltopo.scan.folder import ScanFolder
+    from walltopo.scans.folder import ScanFolder
     from walltopo_lab.datasets.legend import write_legend
     from walltopo_lab.datasets.painted import paint_instances, write_painted
     from walltopo_lab.datasets.scan_labels import read_scan_labels
@@ -348,8 +348,8 @@ def _project(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.core import SettingsError
     from walltopo.core.outputs import written_folder
-    from walltopo.scan.colmap_model import read_views
-    from walltopo.scan.folder import ScanFolder
+    from walltopo.scans.colmap_model import read_views
+    from walltopo.scans.folder import ScanFolder
     from walltopo_lab.datasets.coco import write_coco
     from walltopo_lab.datasets.painted import read_painted
     from walltopo_lab.datasets.project import project_labels
@@ -389,7 +389,7 @@ def _project(args: argparse.Namespace) -> int:
 
 def _unpaint(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
-    from walltopo.scan.folder import ScanFolder
+    from walltopo.scans.folder import ScanFolder
     from walltopo_lab.datasets.painted import read_painted
     from walltopo_lab.datasets.scan_labels import write_scan_labels
 

@@ -131,7 +131,7 @@ def _scan(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.core.files import write_json
     from walltopo.core.outputs import written_folder
-    from walltopo.scan.folder import ScanFolder
+    from walltopo.scans.folder import ScanFolder
     from walltopo_lab.evaluate.errors_mesh import write_errors
     from walltopo_lab.evaluate.scan import evaluate_scan, is_metric
     from walltopo_lab.evaluate.truth import read_truth

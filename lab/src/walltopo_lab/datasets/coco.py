@@ -13,8 +13,8 @@ from walltopo.core import InputError, Mask
 from walltopo.core.errors import naming
 from walltopo.core.files import join_inside, read_json, write_json
 from walltopo.core.toml import deeper_than
-from walltopo.scan.document import Label, Side, check_once, parse
-from walltopo.scan.segmentation import (
+from walltopo.scans.document import Label, Side, check_once, parse
+from walltopo.scans.segmentation import (
     Rle,
     Segmentation,
     check_outlines,

@@ -55,7 +55,7 @@ def label_image(photo: Photo, numbers: dict[int, int]) -> NDArray[np.uint8]:
 def _best_overlaps(photo: Photo, other: Photo) -> list[float]:
     from faster_coco_eval.core import mask as rle
 
-    from walltopo.scan.segmentation import encode_mask
+    from walltopo.scans.segmentation import encode_mask
 
     if not photo.annotations:
         return []

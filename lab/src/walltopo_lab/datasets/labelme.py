@@ -15,7 +15,7 @@ from walltopo.core import InputError
 from walltopo.core.errors import naming
 from walltopo.core.files import join_inside, read_json, write_json
 from walltopo.images.files import open_picture
-from walltopo.scan.document import parse
+from walltopo.scans.document import parse
 from walltopo_lab.datasets.model import Annotation, Dataset, Photo, Polygon
 from walltopo_lab.datasets.shapes import box_of_polygons, ellipse, polygons_of, rectangle
 

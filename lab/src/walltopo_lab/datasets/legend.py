@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from walltopo.core import InputError
 from walltopo.core.errors import naming
 from walltopo.core.files import read_json, write_json
-from walltopo.scan.document import Level, parse
+from walltopo.scans.document import Level, parse
 
 __all__ = ["Legend", "Rgb", "object_colours", "read_legend", "write_legend"]
 

@@ -16,7 +16,7 @@ from walltopo.core.errors import naming
 from walltopo.core.files import check_name
 from walltopo.core.mask import check_picture_size
 from walltopo.images.files import open_picture
-from walltopo.scan.segmentation import check_outlines
+from walltopo.scans.segmentation import check_outlines
 
 __all__ = ["Annotation", "Dataset", "Photo", "Polygon"]
 

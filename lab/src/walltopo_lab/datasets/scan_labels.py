@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError
 from walltopo.geometry.ply import read_mesh
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.instances import InstanceRecord, InstanceRecords, InstanceTable
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTable
 from walltopo_lab.datasets.painted import Painted
 
 __all__ = ["read_scan_labels", "write_scan_labels"]

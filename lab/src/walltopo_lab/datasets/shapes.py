@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from walltopo.core import Mask
-from walltopo.scan.segmentation import decode_segmentation
+from walltopo.scans.segmentation import decode_segmentation
 from walltopo_lab.datasets.model import Annotation, Photo, Polygon
 
 __all__ = [

@@ -12,7 +12,7 @@ import numpy as np
 from walltopo.core import InputError
 from walltopo.core.errors import naming
 from walltopo.core.files import read_json, write_json
-from walltopo.scan.document import parse
+from walltopo.scans.document import parse
 from walltopo_lab.datasets.coco import find_photo
 from walltopo_lab.datasets.model import Annotation, Dataset, Photo, Polygon
 from walltopo_lab.datasets.shapes import box_of_polygons, ellipse, polygons_of

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError
-from walltopo.scan.segmentation import encode_mask
+from walltopo.scans.segmentation import encode_mask
 from walltopo_lab.datasets.model import Annotation, Dataset, Photo
 from walltopo_lab.datasets.shapes import mask_of
 

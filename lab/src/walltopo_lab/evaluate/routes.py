@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from walltopo.scan.attributes import UNKNOWN, Hold
-from walltopo.scan.routes import Route
+from walltopo.scans.attributes import UNKNOWN, Hold
+from walltopo.scans.routes import Route
 from walltopo_lab.evaluate.overlap import Overlap
 from walltopo_lab.evaluate.truth import CLASS_IDS, TrueInstance
 

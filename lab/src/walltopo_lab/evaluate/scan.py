@@ -12,13 +12,13 @@ import numpy as np
 from walltopo.core import InputError, Mesh, Progress, Silent, View
 from walltopo.geometry.ply import read_mesh
 from walltopo.geometry.similarity import Similarity
-from walltopo.scan.attributes import Attributes
-from walltopo.scan.colmap_model import read_views
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.instances import InstanceRecords, InstanceTable
-from walltopo.scan.photos import PhotoList
-from walltopo.scan.routes import Routes
-from walltopo.scan.scale import Scale
+from walltopo.scans.attributes import Attributes
+from walltopo.scans.colmap_model import read_views
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.instances import InstanceRecords, InstanceTable
+from walltopo.scans.photos import PhotoList
+from walltopo.scans.routes import Routes
+from walltopo.scans.scale import Scale
 from walltopo_lab.evaluate.align import align_views, pose_metrics
 from walltopo_lab.evaluate.carry import (
     Carried,

@@ -13,8 +13,8 @@ from walltopo.core import Mesh
 from walltopo.describe.classify.geometry import measure_shapes
 from walltopo.describe.classify.types import TypeModel, reliefs
 from walltopo.geometry.ply import read_mesh
-from walltopo.scan.attributes import UNKNOWN
-from walltopo.scan.folder import ScanFolder
+from walltopo.scans.attributes import UNKNOWN
+from walltopo.scans.folder import ScanFolder
 from walltopo_lab.evaluate.align import align_views
 from walltopo_lab.evaluate.carry import carry_truth, overlap_with_missing
 from walltopo_lab.evaluate.routes import match_pairs, type_of_kind

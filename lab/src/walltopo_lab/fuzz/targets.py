@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from walltopo.scan.edits import EditLog
+    from walltopo.scans.edits import EditLog
 
 __all__ = ["TARGETS", "Files", "Target", "seeds", "warm"]
 
@@ -69,7 +69,7 @@ def warm() -> None:
 
 def _coco(folder: Path, name: str) -> None:
     from walltopo.core import Mask
-    from walltopo.scan.detections import Detections
+    from walltopo.scans.detections import Detections
 
     bitmap = np.random.default_rng(0).random((6, 8)) > 0.5
     mask = Mask.from_full(np.pad(bitmap, 6), 1, 0.75)
@@ -97,7 +97,7 @@ def _make_detections(root: Path) -> None:
 
 
 def _read_detections(folder: Path) -> object:
-    from walltopo.scan.detections import Detections
+    from walltopo.scans.detections import Detections
 
     return Detections.load(folder / "d.json")
 
@@ -140,7 +140,7 @@ def _make_models(root: Path) -> None:
 
 
 def _read_model(folder: Path) -> object:
-    from walltopo.scan.colmap_model import open_model, read_views
+    from walltopo.scans.colmap_model import open_model, read_views
 
     model = open_model(folder)
     points = np.array([point.xyz for point in model.points3D.values()])
@@ -228,8 +228,8 @@ _MESHES = {".ply", ".obj", ".glb", ".gltf", ".stl", ".off"}
 
 
 def _make_arrays(root: Path) -> None:
-    from walltopo.scan.instances import InstanceTable
-    from walltopo.scan.pictures import TextureUv
+    from walltopo.scans.instances import InstanceTable
+    from walltopo.scans.pictures import TextureUv
 
     for name in ("labels", "uv", "stored"):
         (root / name).mkdir()
@@ -242,8 +242,8 @@ def _make_arrays(root: Path) -> None:
 
 
 def _read_arrays(folder: Path) -> object:
-    from walltopo.scan.instances import InstanceTable
-    from walltopo.scan.pictures import TextureUv
+    from walltopo.scans.instances import InstanceTable
+    from walltopo.scans.pictures import TextureUv
 
     if (folder / "uv.npz").is_file():
         return TextureUv.load(folder / "uv.npz")
@@ -252,13 +252,13 @@ def _read_arrays(folder: Path) -> object:
 
 def _documents() -> dict[str, Any]:
     """A whole value of each document of a scan."""
-    from walltopo.scan.attributes import Attributes, Hold, LeftOut, PaletteColour
-    from walltopo.scan.holds import Holds, hold_rows
-    from walltopo.scan.instances import InstanceRecord, InstanceRecords
-    from walltopo.scan.photos import Photo, PhotoList, SkippedFile
-    from walltopo.scan.pictures import Cutout, CutoutIndex
-    from walltopo.scan.routes import Ambiguous, Route, Routes
-    from walltopo.scan.scale import Plate, Scale
+    from walltopo.scans.attributes import Attributes, Hold, LeftOut, PaletteColour
+    from walltopo.scans.holds import Holds, hold_rows
+    from walltopo.scans.instances import InstanceRecord, InstanceRecords
+    from walltopo.scans.photos import Photo, PhotoList, SkippedFile
+    from walltopo.scans.pictures import Cutout, CutoutIndex
+    from walltopo.scans.routes import Ambiguous, Route, Routes
+    from walltopo.scans.scale import Plate, Scale
 
     at = (0.0, 1.0, 2.0)
     hold = Hold(1, "hold", photos=("a.jpg",))
@@ -303,7 +303,7 @@ def _make_documents(root: Path) -> None:
 
 
 def _read_documents(folder: Path) -> object:
-    from walltopo.scan.schemas import SCHEMAS
+    from walltopo.scans.schemas import SCHEMAS
 
     names = [name for name in SCHEMAS if (folder / name).is_file()]
     documents = [SCHEMAS[name].load(folder / name) for name in names]  # type: ignore[attr-defined]
@@ -321,7 +321,7 @@ def _make_edits(root: Path) -> None:
 
 def _log_of_all() -> EditLog:
     """An entry of each kind."""
-    from walltopo.scan import edits as log
+    from walltopo.scans import edits as log
 
     at = (0.0, 1.0, 2.0)
     one = log.Ref(1, at)
@@ -348,7 +348,7 @@ def _log_of_all() -> EditLog:
 
 def _read_edits(folder: Path) -> object:
     """Replay a log on a small wall."""
-    from walltopo.scan.edits import EditLog
+    from walltopo.scans.edits import EditLog
 
     return _replayed(EditLog.load(folder / "edits.json"))
 
@@ -359,10 +359,10 @@ def _replayed(log: EditLog) -> object:
     from walltopo.editing.replay import replay
     from walltopo.editing.settings import EditSettings
     from walltopo.editing.snapshot import ScanSnapshot
-    from walltopo.scan.attributes import Hold, RawAttributes
-    from walltopo.scan.light import SceneLight
-    from walltopo.scan.photos import PhotoSet
-    from walltopo.scan.routes import Route, Routes
+    from walltopo.scans.attributes import Hold, RawAttributes
+    from walltopo.scans.light import SceneLight
+    from walltopo.scans.photos import PhotoSet
+    from walltopo.scans.routes import Route, Routes
 
     corners = np.array([[0, 1, 2], [0.1, 1, 2], [0, 1, 2.1]])
     none = np.zeros((0, 3))
@@ -416,7 +416,7 @@ def _read_tables(folder: Path) -> object:
 
 
 def _make_moves(root: Path) -> None:
-    from walltopo.scan.moves import ClimberRow, GradeRow, MoveRow, Moves, RouteMoves
+    from walltopo.scans.moves import ClimberRow, GradeRow, MoveRow, Moves, RouteMoves
 
     start = MoveRow(limb="start", holds=(1, 2, 0, 3), hip=(0.0, -0.2, 1.0), effort=0.5)
     step = MoveRow(
@@ -431,8 +431,8 @@ def _make_moves(root: Path) -> None:
 
 def _read_moves(folder: Path) -> object:
     """As the command reads it before it writes the script for pages opened from disk."""
-    from walltopo.scan.folder import ScanFolder, write_moves
-    from walltopo.scan.moves import Moves
+    from walltopo.scans.folder import ScanFolder, write_moves
+    from walltopo.scans.moves import Moves
 
     moves = Moves.load(folder / "moves.json")
     write_moves(ScanFolder(folder), moves)

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from walltopo.pipeline.settings import settings_markdown
-from walltopo.scan.schemas import SCHEMAS, schema_name, schema_text
+from walltopo.scans.schemas import SCHEMAS, schema_name, schema_text
 from walltopo_lab.benchmarks.figures import complaints, pages
 from walltopo_lab.benchmarks.results import RESULTS, Part, Record
 from walltopo_lab.benchmarks.tables import PARTS

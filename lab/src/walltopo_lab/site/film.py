@@ -20,11 +20,11 @@ from walltopo.core import Camera, InputError, View
 from walltopo.geometry.ply import read_mesh
 from walltopo.geometry.zbuffer import render_ids
 from walltopo.images.files import read_rgb
-from walltopo.scan.colmap_model import read_views
-from walltopo.scan.detections import Detections
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.holds import Holds
-from walltopo.scan.instances import InstanceTable
+from walltopo.scans.colmap_model import read_views
+from walltopo.scans.detections import Detections
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.holds import Holds
+from walltopo.scans.instances import InstanceTable
 
 __all__ = ["film", "write_film"]
 

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from walltopo.core import Camera, InputError, Mask, Progress, SettingsError, Silent
 from walltopo.core.files import atomic_path, hash_path, read_json, write_json
 from walltopo.core.outputs import MARKER
-from walltopo.scan.document import parse
-from walltopo.scan.segmentation import Rle, decode_segmentation, encode_mask
+from walltopo.scans.document import parse
+from walltopo.scans.segmentation import Rle, decode_segmentation, encode_mask
 from walltopo_lab.synth.params import GymSettings, PhotoSettings
 
 __all__ = ["Recipe", "generate", "render_gym"]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Camera, Mask, View
 from walltopo.core.files import atomic_path, read_json, write_json
-from walltopo.scan.detections import Detections
+from walltopo.scans.detections import Detections
 from walltopo_lab.synth.bodies import GymInstance
 from walltopo_lab.synth.gym import Gym
 from walltopo_lab.synth.marks import Tag

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mask, Progress, Silent
 from walltopo.images.files import read_rgb
-from walltopo.scan.detections import read_coco_masks
+from walltopo.scans.detections import read_coco_masks
 from walltopo_lab.train.pseudomask import HULL_POINTS, hull_of, paint_instances
 
 __all__ = ["Sample", "cache_coco", "cache_yolo", "open_cache", "read_yolo_boxes"]

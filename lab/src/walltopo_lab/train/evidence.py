@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from walltopo.core import Mask, Mesh, Silent, View
 from walltopo.geometry.ply import read_mesh
 from walltopo.pipeline.settings import Settings
-from walltopo.scan.colmap_model import read_views
-from walltopo.scan.detections import Detections
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.instances import InstanceRecord
-from walltopo.scan.photos import PhotoSet
+from walltopo.scans.colmap_model import read_views
+from walltopo.scans.detections import Detections
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.instances import InstanceRecord
+from walltopo.scans.photos import PhotoSet
 from walltopo.segment.lift import lift
 from walltopo.segment.lift_files import records_of, table_of
 from walltopo.segment.propose.evidence import CUES, EvidenceModel, Masks, Weights, explained

@@ -8,9 +8,9 @@ from typing import Any
 
 from walltopo.core import InputError, Mesh, View
 from walltopo.geometry.ply import read_mesh
-from walltopo.scan.colmap_model import read_views
-from walltopo.scan.detections import read_coco_masks
-from walltopo.scan.folder import ScanFolder
+from walltopo.scans.colmap_model import read_views
+from walltopo.scans.detections import read_coco_masks
+from walltopo.scans.folder import ScanFolder
 from walltopo.segment.lift import LiftParams
 from walltopo_lab.evaluate.align import align_views
 from walltopo_lab.evaluate.carry import Carried, carry_truth, overlap_with_missing

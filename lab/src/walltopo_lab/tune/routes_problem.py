@@ -15,8 +15,8 @@ from walltopo.describe.routes.grouping import group_holds
 from walltopo.describe.routes.proxy import PROXY_FACES, Proxy, build_proxy
 from walltopo.describe.routes.settings import RoutesSettings
 from walltopo.geometry.ply import read_mesh
-from walltopo.scan.attributes import Attributes, Hold
-from walltopo.scan.folder import ScanFolder
+from walltopo.scans.attributes import Attributes, Hold
+from walltopo.scans.folder import ScanFolder
 from walltopo_lab.evaluate.align import align_views
 from walltopo_lab.evaluate.carry import carry_truth, overlap_with_missing
 from walltopo_lab.evaluate.routes import grouping_scores, match_pairs

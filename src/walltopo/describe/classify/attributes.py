@@ -25,13 +25,13 @@ from walltopo.describe.classify.palette import Entry, read_palette
 from walltopo.describe.classify.settings import ClassifySettings
 from walltopo.describe.classify.types import reliefs
 from walltopo.describe.classify.verdicts import classifier_of, followed, with_class_colours
-from walltopo.scan.attributes import UNKNOWN, Hold, MeasuredWith, PaletteColour, RawAttributes
-from walltopo.scan.instances import InstanceRecords, InstanceTable
-from walltopo.scan.light import SceneLight
-from walltopo.scan.manifest import Metrics
-from walltopo.scan.photos import PhotoSet
-from walltopo.scan.pictures import Cutouts
-from walltopo.scan.scale import Scale, unit_of
+from walltopo.scans.attributes import UNKNOWN, Hold, MeasuredWith, PaletteColour, RawAttributes
+from walltopo.scans.instances import InstanceRecords, InstanceTable
+from walltopo.scans.light import SceneLight
+from walltopo.scans.manifest import Metrics
+from walltopo.scans.photos import PhotoSet
+from walltopo.scans.pictures import Cutouts
+from walltopo.scans.scale import Scale, unit_of
 
 
 @dataclass(frozen=True, eq=False)

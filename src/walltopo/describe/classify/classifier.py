@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from walltopo.core import InputError
 from walltopo.core.toml import read_toml
 from walltopo.images.networks import Network, open_network
-from walltopo.scan.document import parse
+from walltopo.scans.document import parse
 
 __all__ = [
     "CutoutClassifier",

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from walltopo.describe.classify.observations import HoldView
 from walltopo.describe.classify.palette import Entry, cluster_colours, name_of
 from walltopo.images.colour import features, linear_from_srgb8, srgb8_from_linear
-from walltopo.scan.light import SceneLight
+from walltopo.scans.light import SceneLight
 
 __all__ = [
     "Coloured",

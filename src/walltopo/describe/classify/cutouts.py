@@ -9,7 +9,7 @@ import numpy as np
 
 from walltopo.core.workers import ahead
 from walltopo.describe.classify.observations import HoldView
-from walltopo.scan.pictures import INDEX, Cutout, CutoutIndex, Cutouts
+from walltopo.scans.pictures import INDEX, Cutout, CutoutIndex, Cutouts
 
 __all__ = ["best_views", "write_cutouts"]
 

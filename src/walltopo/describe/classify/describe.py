@@ -15,8 +15,8 @@ from walltopo.describe.classify.observations import HoldView
 from walltopo.describe.classify.palette import Entry
 from walltopo.describe.classify.settings import ClassifySettings
 from walltopo.describe.classify.types import Relief, shipped_model
-from walltopo.scan.attributes import UNKNOWN, Hold, Role
-from walltopo.scan.light import SceneLight
+from walltopo.scans.attributes import UNKNOWN, Hold, Role
+from walltopo.scans.light import SceneLight
 
 __all__ = ["describe", "with_tints", "with_types"]
 

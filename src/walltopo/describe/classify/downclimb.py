@@ -8,7 +8,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from walltopo.geometry.graphs import components
-from walltopo.scan.attributes import Hold
+from walltopo.scans.attributes import Hold
 
 __all__ = ["downclimb_colours", "with_downclimbs"]
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.describe.classify.observations import WallLight
-from walltopo.scan.light import SceneLight
+from walltopo.scans.light import SceneLight
 
 __all__ = ["TINT_RADIUS", "solve_light"]
 

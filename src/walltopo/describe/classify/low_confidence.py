@@ -15,9 +15,9 @@ from walltopo.describe.classify.geometry import Shape, rim_normal, triangles_of
 from walltopo.describe.classify.observations import HoldView
 from walltopo.describe.classify.settings import ClassifySettings
 from walltopo.geometry.similarity import fit_plane
-from walltopo.scan.attributes import FLAT, Doubtful, Hold
-from walltopo.scan.instances import InstanceRecords, InstanceTable
-from walltopo.scan.scale import Plate, Scale, unit_of_sizes
+from walltopo.scans.attributes import FLAT, Doubtful, Hold
+from walltopo.scans.instances import InstanceRecords, InstanceTable
+from walltopo.scans.scale import Plate, Scale, unit_of_sizes
 
 __all__ = ["Lifted", "Rise", "doubtful", "flat_instances", "left_out", "measure_rises", "on_plates"]
 

@@ -11,8 +11,8 @@ from walltopo.core import Mesh, Progress, View
 from walltopo.describe.classify.light import solve_light
 from walltopo.describe.classify.observations import HoldView, load_photo, look, wall_patches
 from walltopo.describe.classify.settings import ClassifySettings
-from walltopo.scan.light import SceneLight
-from walltopo.scan.photos import PhotoSet
+from walltopo.scans.light import SceneLight
+from walltopo.scans.photos import PhotoSet
 
 Floats = NDArray[np.float64]
 

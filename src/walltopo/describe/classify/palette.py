@@ -15,8 +15,8 @@ from walltopo.core import InputError
 from walltopo.core.files import atomic_path
 from walltopo.core.toml import read_toml
 from walltopo.images.colour import features, linear_from_srgb8
-from walltopo.scan.attributes import Hold, Role
-from walltopo.scan.document import parse
+from walltopo.scans.attributes import Hold, Role
+from walltopo.scans.document import parse
 
 __all__ = [
     "REFERENCE",

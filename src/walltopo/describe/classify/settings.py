@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from walltopo.core import about, check_settings
-from walltopo.scan.scale import TYPICAL_HOLD
+from walltopo.scans.scale import TYPICAL_HOLD
 
 
 @dataclass(frozen=True)

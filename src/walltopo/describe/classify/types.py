@@ -17,7 +17,7 @@ from walltopo.core.files import shipped_file
 from walltopo.describe.classify.geometry import Shape, plane_axes, triangles_of
 from walltopo.geometry.zbuffer import render_ids
 from walltopo.images.networks import Network, open_network
-from walltopo.scan.attributes import UNKNOWN
+from walltopo.scans.attributes import UNKNOWN
 
 __all__ = [
     "NONE_OF_THESE",

@@ -22,7 +22,7 @@ from walltopo.describe.classify.classifier import (
 from walltopo.describe.classify.observations import HoldView
 from walltopo.describe.classify.palette import Entry
 from walltopo.describe.classify.settings import ClassifySettings
-from walltopo.scan.attributes import UNKNOWN, Hold
+from walltopo.scans.attributes import UNKNOWN, Hold
 
 __all__ = [
     "classifier_of",

@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.scan.attributes import Hold
+from walltopo.scans.attributes import Hold
 
 __all__ = ["match_holds"]
 

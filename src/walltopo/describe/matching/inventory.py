@@ -14,9 +14,9 @@ import numpy as np
 
 from walltopo.core import InputError
 from walltopo.describe.matching.holds import match_holds
-from walltopo.scan.attributes import Attributes, Hold
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.scale import Scale
+from walltopo.scans.attributes import Attributes, Hold
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.scale import Scale
 
 # Upper limits of the size classes in metres, by the longest extent of the hold.
 SIZES = (("XS", 0.06), ("S", 0.10), ("M", 0.16), ("L", 0.26), ("XL", 0.45), ("XXL", np.inf))

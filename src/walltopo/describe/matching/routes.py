@@ -18,7 +18,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from walltopo.describe.matching.holds import match_holds
-from walltopo.scan.attributes import UNKNOWN, Hold
+from walltopo.scans.attributes import UNKNOWN, Hold
 
 __all__ = ["Fate", "Line", "compare", "same_paint"]
 

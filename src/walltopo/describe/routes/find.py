@@ -23,8 +23,8 @@ from walltopo.describe.routes.proxy import PROXY_FACES, build_proxy
 from walltopo.describe.routes.settings import RoutesSettings
 from walltopo.describe.routes.start_and_top import wall_of
 from walltopo.images.colour import linear_from_srgb8
-from walltopo.scan.attributes import UNKNOWN, Doubtful, Hold
-from walltopo.scan.routes import Route
+from walltopo.scans.attributes import UNKNOWN, Doubtful, Hold
+from walltopo.scans.routes import Route
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

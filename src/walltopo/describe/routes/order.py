@@ -14,10 +14,10 @@ from walltopo.describe.routes.start_and_top import (
     bottom_to_top,
     find_ends,
 )
-from walltopo.scan.attributes import Hold
-from walltopo.scan.document import Rgb
-from walltopo.scan.edits import RoleName
-from walltopo.scan.routes import Ambiguous, Route
+from walltopo.scans.attributes import Hold
+from walltopo.scans.document import Rgb
+from walltopo.scans.edits import RoleName
+from walltopo.scans.routes import Ambiguous, Route
 
 __all__ = ["STRONGEST", "colour_of", "describe_route", "memberships", "route_facts"]
 

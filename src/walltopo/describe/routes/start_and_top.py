@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.scan.attributes import FLAT, UNKNOWN, Doubtful, Hold
+from walltopo.scans.attributes import FLAT, UNKNOWN, Doubtful, Hold
 
 __all__ = ["Doubt", "Ends", "Wall", "find_ends", "wall_of"]
 

@@ -19,7 +19,7 @@ from walltopo.core.files import atomic_path, files_below, join_inside
 from walltopo.pipeline.batch.child import run_job
 from walltopo.pipeline.batch.job import Job, Outcome
 from walltopo.pipeline.batch.listed import is_url
-from walltopo.scan.folder import ScanFolder
+from walltopo.scans.folder import ScanFolder
 
 __all__ = ["run_anywhere"]
 

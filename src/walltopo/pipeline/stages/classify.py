@@ -7,17 +7,17 @@ from dataclasses import dataclass
 from walltopo.core import Mesh
 from walltopo.describe.classify.settings import ClassifySettings
 from walltopo.pipeline.stage import Stage
-from walltopo.scan.artifacts import figures, of
-from walltopo.scan.attributes import RawAttributes
-from walltopo.scan.colmap_model import SparseModel
-from walltopo.scan.context import Context
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.instances import InstanceRecords, InstanceTable
-from walltopo.scan.light import SceneLight
-from walltopo.scan.manifest import Metrics
-from walltopo.scan.photos import PhotoSet
-from walltopo.scan.pictures import Cutouts
-from walltopo.scan.scale import Scale
+from walltopo.scans.artifacts import figures, of
+from walltopo.scans.attributes import RawAttributes
+from walltopo.scans.colmap_model import SparseModel
+from walltopo.scans.context import Context
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.instances import InstanceRecords, InstanceTable
+from walltopo.scans.light import SceneLight
+from walltopo.scans.manifest import Metrics
+from walltopo.scans.photos import PhotoSet
+from walltopo.scans.pictures import Cutouts
+from walltopo.scans.scale import Scale
 
 
 @dataclass(frozen=True)

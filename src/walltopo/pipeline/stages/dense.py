@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from walltopo.core import Mesh
 from walltopo.pipeline.stage import Stage
 from walltopo.reconstruct.dense.settings import DenseSettings
-from walltopo.scan.artifacts import figures, of
-from walltopo.scan.colmap_model import SparseModel
-from walltopo.scan.context import Context
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.manifest import Metrics
-from walltopo.scan.photos import PhotoSet
-from walltopo.scan.scale import Scale
+from walltopo.scans.artifacts import figures, of
+from walltopo.scans.colmap_model import SparseModel
+from walltopo.scans.context import Context
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.manifest import Metrics
+from walltopo.scans.photos import PhotoSet
+from walltopo.scans.scale import Scale
 
 
 @dataclass(frozen=True)

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from walltopo.pipeline.stage import Stage
-from walltopo.scan.artifacts import figures, of
-from walltopo.scan.context import Context
-from walltopo.scan.detections import Detections
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.manifest import Metrics
-from walltopo.scan.photos import PhotoList, PhotoSet
+from walltopo.scans.artifacts import figures, of
+from walltopo.scans.context import Context
+from walltopo.scans.detections import Detections
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.manifest import Metrics
+from walltopo.scans.photos import PhotoList, PhotoSet
 from walltopo.segment.detect.settings import DetectSettings
 
 

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from walltopo.editing.settings import EditSettings
 from walltopo.editing.snapshot import SnapshotFiles
 from walltopo.pipeline.stage import Stage
-from walltopo.scan.artifacts import figures, of
-from walltopo.scan.attributes import Attributes
-from walltopo.scan.context import Context
-from walltopo.scan.edits import EditLog
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.holds import Holds
-from walltopo.scan.instances import Relabelled
-from walltopo.scan.manifest import Metrics
-from walltopo.scan.routes import Routes
+from walltopo.scans.artifacts import figures, of
+from walltopo.scans.attributes import Attributes
+from walltopo.scans.context import Context
+from walltopo.scans.edits import EditLog
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.holds import Holds
+from walltopo.scans.instances import Relabelled
+from walltopo.scans.manifest import Metrics
+from walltopo.scans.routes import Routes
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from walltopo.pipeline.stage import Stage
 from walltopo.publish.settings import ExportSettings
 from walltopo.publish.wall_files import PageFiles
-from walltopo.scan.artifacts import figures, of
-from walltopo.scan.context import Context
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.manifest import Metrics
-from walltopo.scan.pictures import Made
+from walltopo.scans.artifacts import figures, of
+from walltopo.scans.context import Context
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.manifest import Metrics
+from walltopo.scans.pictures import Made
 
 
 @dataclass(frozen=True)

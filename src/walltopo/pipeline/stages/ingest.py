@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 from walltopo.pipeline.stage import Stage
 from walltopo.reconstruct.ingest.settings import IngestSettings
-from walltopo.scan.artifacts import figures, of
-from walltopo.scan.context import Context
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.manifest import Metrics
-from walltopo.scan.photos import PhotoList, PhotoSet
-from walltopo.scan.sources import SourceList
+from walltopo.scans.artifacts import figures, of
+from walltopo.scans.context import Context
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.manifest import Metrics
+from walltopo.scans.photos import PhotoList, PhotoSet
+from walltopo.scans.sources import SourceList
 
 
 @dataclass(frozen=True)

@@ -6,15 +6,15 @@ from dataclasses import dataclass
 
 from walltopo.core import Mesh
 from walltopo.pipeline.stage import Stage
-from walltopo.scan.artifacts import figures, of
-from walltopo.scan.colmap_model import SparseModel
-from walltopo.scan.context import Context
-from walltopo.scan.detections import Detections
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.instances import InstanceRecords, InstanceTable
-from walltopo.scan.manifest import Metrics
-from walltopo.scan.photos import PhotoSet
-from walltopo.scan.scale import Scale
+from walltopo.scans.artifacts import figures, of
+from walltopo.scans.colmap_model import SparseModel
+from walltopo.scans.context import Context
+from walltopo.scans.detections import Detections
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.instances import InstanceRecords, InstanceTable
+from walltopo.scans.manifest import Metrics
+from walltopo.scans.photos import PhotoSet
+from walltopo.scans.scale import Scale
 from walltopo.segment.propose.settings import ProposeSettings
 
 

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from walltopo.core import Mesh
 from walltopo.describe.routes.settings import RoutesSettings
 from walltopo.pipeline.stage import Stage
-from walltopo.scan.artifacts import figures, of
-from walltopo.scan.attributes import RawAttributes
-from walltopo.scan.context import Context
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.manifest import Metrics
-from walltopo.scan.routes import Routes
+from walltopo.scans.artifacts import figures, of
+from walltopo.scans.attributes import RawAttributes
+from walltopo.scans.context import Context
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.manifest import Metrics
+from walltopo.scans.routes import Routes
 
 
 @dataclass(frozen=True)

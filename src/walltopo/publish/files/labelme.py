@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from walltopo.core import InputError, Progress, View
 from walltopo.core.files import join_inside, write_json
 from walltopo.publish.wall_data import Wall
-from walltopo.scan.folder import ScanFolder
+from walltopo.scans.folder import ScanFolder
 
 __all__ = ["outlines", "write_labelme"]
 
@@ -79,7 +79,7 @@ def write_labelme(folder: Path, scan: ScanFolder, wall: Wall, progress: Progress
     """
     import shutil
 
-    from walltopo.scan.colmap_model import read_views
+    from walltopo.scans.colmap_model import read_views
 
     views = read_views(scan.sparse)
     progress.step("hold outlines", len(views))

@@ -13,7 +13,7 @@ import numpy as np
 from walltopo.core.files import atomic_path, write_json
 from walltopo.publish.atlas.visible_faces import front_direction
 from walltopo.publish.wall_data import Wall
-from walltopo.scan.routes import Route, route_name
+from walltopo.scans.routes import Route, route_name
 
 __all__ = ["routes_beside", "write_csv", "write_geojson"]
 

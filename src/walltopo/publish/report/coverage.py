@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from walltopo.core import InputError, Mesh, View
 from walltopo.core.files import atomic_path
 from walltopo.core.workers import ahead
-from walltopo.scan.arrays import read_arrays
+from walltopo.scans.arrays import read_arrays
 
 __all__ = ["THIN", "Spot", "count_views", "counted_views", "thin_spots"]
 

@@ -23,7 +23,7 @@ from walltopo.publish.atlas.visible_faces import (
 from walltopo.publish.report.coverage import THIN, counted_views, thin_spots
 from walltopo.publish.surface import Look
 from walltopo.publish.texture_image import texels
-from walltopo.scan.holds import HoldRow
+from walltopo.scans.holds import HoldRow
 
 __all__ = [
     "CameraMark",

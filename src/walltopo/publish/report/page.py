@@ -15,11 +15,11 @@ from walltopo.publish.surface import Look
 from walltopo.publish.wall_data import Wall
 from walltopo.publish.wall_files import PageFiles
 from walltopo.publish.web_page import render
-from walltopo.scan.attributes import LeftOut
-from walltopo.scan.holds import steepness_words
-from walltopo.scan.manifest import StageRecord
-from walltopo.scan.photos import Photo, PhotoSet, SkippedFile
-from walltopo.scan.scale import Scale
+from walltopo.scans.attributes import LeftOut
+from walltopo.scans.holds import steepness_words
+from walltopo.scans.manifest import StageRecord
+from walltopo.scans.photos import Photo, PhotoSet, SkippedFile
+from walltopo.scans.scale import Scale
 
 __all__ = ["Facts", "report_html"]
 

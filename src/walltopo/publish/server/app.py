@@ -20,7 +20,7 @@ from starlette.types import ASGIApp
 from walltopo.core import EnvironmentLacksError, WalltopoError
 from walltopo.core.errors import EditsChangedError, problem_key
 from walltopo.publish.server.guard import Guard, Rules, policy, problem
-from walltopo.scan.folder import ScanFolder
+from walltopo.scans.folder import ScanFolder
 
 # Compared with the path as it was sent: nothing that is encoded, hidden or steps up can match.
 SERVED = re.compile(

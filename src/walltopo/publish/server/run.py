@@ -16,7 +16,7 @@ from starlette.routing import BaseRoute
 from walltopo.publish.server.address import check_origin, listen
 from walltopo.publish.server.app import make_app
 from walltopo.publish.server.guard import Rules
-from walltopo.scan.folder import ScanFolder
+from walltopo.scans.folder import ScanFolder
 
 KEEP_ALIVE_S = 5
 MAX_CONNECTIONS = 64  # a browser opens six; more are answered with 503

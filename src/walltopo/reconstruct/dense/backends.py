@@ -20,10 +20,10 @@ from walltopo.reconstruct.dense.scene import (
 )
 from walltopo.reconstruct.dense.settings import DenseSettings
 from walltopo.reconstruct.dense.sgm import sgm_mesh
-from walltopo.scan.colmap_model import SparseModel
-from walltopo.scan.context import Context
-from walltopo.scan.manifest import Metrics
-from walltopo.scan.photos import PhotoSet
+from walltopo.scans.colmap_model import SparseModel
+from walltopo.scans.context import Context
+from walltopo.scans.manifest import Metrics
+from walltopo.scans.photos import PhotoSet
 
 # In an unscaled scan this share of the scene's diagonal stands for a metre in settings of size.
 _UNSCALED_METRE = 0.1

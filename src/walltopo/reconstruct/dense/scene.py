@@ -14,7 +14,7 @@ from walltopo.reconstruct.dense.marching_cubes import extract
 from walltopo.reconstruct.dense.remesh import finish
 from walltopo.reconstruct.dense.settings import DenseSettings
 from walltopo.reconstruct.dense.tsdf import find_space, fused
-from walltopo.scan.colmap_model import open_model, view_of_image
+from walltopo.scans.colmap_model import open_model, view_of_image
 
 __all__ = [
     "Scene",

@@ -16,10 +16,10 @@ from walltopo.reconstruct.ingest.decoding import decode_files
 from walltopo.reconstruct.ingest.image_file import LEAST_SHARPNESS
 from walltopo.reconstruct.ingest.settings import IngestSettings
 from walltopo.reconstruct.ingest.sources import Names, is_video, shown_name
-from walltopo.scan.context import Context
-from walltopo.scan.manifest import Metrics
-from walltopo.scan.photos import Photo, PhotoList, PhotoSet, SkippedFile
-from walltopo.scan.sources import SourceList
+from walltopo.scans.context import Context
+from walltopo.scans.manifest import Metrics
+from walltopo.scans.photos import Photo, PhotoList, PhotoSet, SkippedFile
+from walltopo.scans.sources import SourceList
 
 _FEWEST = 3
 # A photo is blurred below `LEAST_SHARPNESS`, and below this share of the set's median.

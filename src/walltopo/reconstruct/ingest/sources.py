@@ -14,9 +14,9 @@ from typing import Final
 
 from walltopo.core import InputError
 from walltopo.core.files import as_text
-from walltopo.scan.folder import ScanFolder
-from walltopo.scan.photos import SkippedFile
-from walltopo.scan.sources import SourceFile, SourceList
+from walltopo.scans.folder import ScanFolder
+from walltopo.scans.photos import SkippedFile
+from walltopo.scans.sources import SourceFile, SourceList
 
 __all__ = [
     "Names",

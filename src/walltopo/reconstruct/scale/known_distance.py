@@ -14,7 +14,7 @@ from walltopo.core import InputError, View
 from walltopo.core.mask import MOST_SIDE
 from walltopo.core.toml import read_toml
 from walltopo.reconstruct.scale.rays import triangulate
-from walltopo.scan.document import parse
+from walltopo.scans.document import parse
 
 __all__ = ["named_points", "parse_distance", "scale_from_distance"]
 

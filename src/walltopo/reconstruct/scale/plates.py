@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError
 from walltopo.core.toml import read_toml
-from walltopo.scan.document import parse
+from walltopo.scans.document import parse
 
 __all__ = ["BUILT_IN", "Plate", "built_in_plates", "marker_cells", "read_plates"]
 

@@ -29,12 +29,12 @@ from walltopo.reconstruct.scale.upright import (
     up_from_cameras,
     upright_frame,
 )
-from walltopo.scan.colmap_model import SparseModel
-from walltopo.scan.context import Context
-from walltopo.scan.manifest import Metrics
-from walltopo.scan.photos import PhotoSet
-from walltopo.scan.scale import Aligned, Scale
-from walltopo.scan.scale import Plate as PlateRecord
+from walltopo.scans.colmap_model import SparseModel
+from walltopo.scans.context import Context
+from walltopo.scans.manifest import Metrics
+from walltopo.scans.photos import PhotoSet
+from walltopo.scans.scale import Aligned, Scale
+from walltopo.scans.scale import Plate as PlateRecord
 
 Floats = NDArray[np.float64]
 

@@ -41,12 +41,12 @@ from walltopo.reconstruct.sparse.jobs import (
 from walltopo.reconstruct.sparse.models import KeptImage, match_keypoints, rebuild
 from walltopo.reconstruct.sparse.outcome import camera_centres, describe_model, why_unregistered
 from walltopo.reconstruct.sparse.settings import SparseSettings
-from walltopo.scan.colmap_model import SparseModel, open_model
-from walltopo.scan.context import Context
-from walltopo.scan.folder import ScanFolder, world_frame
-from walltopo.scan.manifest import Metrics
-from walltopo.scan.photos import Photo, PhotoSet
-from walltopo.scan.scale import Aligned, Frame, Scale
+from walltopo.scans.colmap_model import SparseModel, open_model
+from walltopo.scans.context import Context
+from walltopo.scans.folder import ScanFolder, world_frame
+from walltopo.scans.manifest import Metrics
+from walltopo.scans.photos import Photo, PhotoSet
+from walltopo.scans.scale import Aligned, Frame, Scale
 
 __all__ = ["align_to_reference"]
 

@@ -9,7 +9,7 @@ import msgspec
 from msgspec.structs import replace
 
 from walltopo.reconstruct.sparse.settings import SparseSettings
-from walltopo.scan.photos import Photo
+from walltopo.scans.photos import Photo
 
 __all__ = [
     "CameraEntry",

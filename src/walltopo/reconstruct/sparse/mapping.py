@@ -35,11 +35,11 @@ from walltopo.reconstruct.sparse.outcome import (
     why_unregistered,
 )
 from walltopo.reconstruct.sparse.settings import SparseSettings
-from walltopo.scan.colmap_model import SparseModel, open_model
-from walltopo.scan.context import Context
-from walltopo.scan.manifest import Metrics
-from walltopo.scan.photos import Photo, PhotoList, PhotoSet
-from walltopo.scan.scale import Aligned
+from walltopo.scans.colmap_model import SparseModel, open_model
+from walltopo.scans.context import Context
+from walltopo.scans.manifest import Metrics
+from walltopo.scans.photos import Photo, PhotoList, PhotoSet
+from walltopo.scans.scale import Aligned
 
 Floats = NDArray[np.float64]
 

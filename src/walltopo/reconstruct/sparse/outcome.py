@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.scan.colmap_model import open_model
+from walltopo.scans.colmap_model import open_model
 
 __all__ = [
     "camera_centres",

@@ -14,11 +14,11 @@ from walltopo.core import Mesh
 from walltopo.reconstruct.texture.atlas import make_texture
 from walltopo.reconstruct.texture.openmvs import openmvs_texture
 from walltopo.reconstruct.texture.settings import TextureSettings
-from walltopo.scan.colmap_model import SparseModel
-from walltopo.scan.context import Context
-from walltopo.scan.manifest import Metrics
-from walltopo.scan.photos import PhotoSet
-from walltopo.scan.pictures import TextureImage, TextureUv
+from walltopo.scans.colmap_model import SparseModel
+from walltopo.scans.context import Context
+from walltopo.scans.manifest import Metrics
+from walltopo.scans.photos import PhotoSet
+from walltopo.scans.pictures import TextureImage, TextureUv
 
 Painted = tuple[TextureImage, TextureUv, Metrics]
 

@@ -18,8 +18,8 @@ from walltopo.core import InputError, Progress
 from walltopo.core.files import atomic_path
 from walltopo.core.workers import Here, Workers
 from walltopo.images.files import read_rgb
-from walltopo.scan.detections import Detections
-from walltopo.scan.manifest import Metrics
+from walltopo.scans.detections import Detections
+from walltopo.scans.manifest import Metrics
 from walltopo.segment.detect.detector import Detector, open_detector
 from walltopo.segment.detect.found import Found
 from walltopo.segment.detect.settings import DetectSettings

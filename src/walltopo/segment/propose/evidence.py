@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core.files import shipped_file
-from walltopo.scan.document import Document
+from walltopo.scans.document import Document
 from walltopo.segment.propose.surroundings import Relief
 from walltopo.segment.propose.tint import Tint
 

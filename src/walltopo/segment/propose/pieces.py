@@ -12,8 +12,8 @@ from scipy.spatial import cKDTree
 from walltopo.core import Mesh
 from walltopo.geometry.neighbours import face_neighbours
 from walltopo.geometry.panels import NO_PANEL, Heights, Panel, find_panels, heights_over
-from walltopo.scan.detections import Detections
-from walltopo.scan.instances import InstanceRecord
+from walltopo.scans.detections import Detections
+from walltopo.scans.instances import InstanceRecord
 from walltopo.segment.propose.bumps import find_bumps, stands_out
 from walltopo.segment.propose.evidence import CUES, Masks, cues_of
 from walltopo.segment.propose.surroundings import Relief, Surroundings

@@ -9,11 +9,11 @@ import numpy as np
 from msgspec.structs import replace as changed
 
 from walltopo.core import Mesh, Progress, View
-from walltopo.scan.detections import Detections
-from walltopo.scan.instances import InstanceRecord, InstanceRecords, InstanceTable
-from walltopo.scan.manifest import Metrics
-from walltopo.scan.photos import PhotoSet
-from walltopo.scan.scale import TYPICAL_HOLD, unit_of_sizes
+from walltopo.scans.detections import Detections
+from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTable
+from walltopo.scans.manifest import Metrics
+from walltopo.scans.photos import PhotoSet
+from walltopo.scans.scale import TYPICAL_HOLD, unit_of_sizes
 from walltopo.segment.propose.evidence import explained, shipped_model
 from walltopo.segment.propose.pieces import Ground, Pieces, gather_pieces, masks_of
 from walltopo.segment.propose.settings import ProposeSettings

@@ -17,7 +17,7 @@ from scipy.ndimage import find_objects
 from walltopo.core import Mesh, Progress, View
 from walltopo.geometry.zbuffer import render_part
 from walltopo.images.colour import linear_from_srgb8, oklab_from_linear
-from walltopo.scan.photos import PhotoSet
+from walltopo.scans.photos import PhotoSet
 
 __all__ = ["Sight", "Tint", "sights", "tints"]
 

@@ -11,8 +11,8 @@ from scipy.optimize import minimize
 
 from walltopo.describe.routes import start_and_top as ends
 from walltopo.describe.routes import start_and_top as hands
-from walltopo.scan.attributes import Doubtful, Hold
-from walltopo.scan.routes import Route
+from walltopo.scans.attributes import Doubtful, Hold
+from walltopo.scans.routes import Route
 from walltopo_lab.train.ends.seen import SCANS, SeenGym, see
 
 __all__ = [

@@ -30,8 +30,8 @@ from walltopo.describe.routes.find import describe_groups
 from walltopo.describe.routes.grouping import group_by_paint
 from walltopo.describe.routes.settings import RoutesSettings
 from walltopo.images.colour import features, linear_from_srgb8, srgb8_from_linear
-from walltopo.scan.attributes import UNKNOWN, Doubtful, Hold
-from walltopo.scan.routes import Route
+from walltopo.scans.attributes import UNKNOWN, Doubtful, Hold
+from walltopo.scans.routes import Route
 from walltopo_lab.benchmarks.routes_downclimb import CALLED, PRESETS
 from walltopo_lab.benchmarks.routes_gyms import SetGym, set_gym
 from walltopo_lab.synth.bodies import Body

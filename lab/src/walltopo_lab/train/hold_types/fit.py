@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Progress
 from walltopo.describe.classify.types import NONE_OF_THESE, Relief, open_model
-from walltopo.scan.attributes import UNKNOWN
+from walltopo.scans.attributes import UNKNOWN
 from walltopo_lab.evaluate.types import named_on_scans
 from walltopo_lab.onnx_file import set_metadata
 from walltopo_lab.synth.holds import STYLES, make_hold

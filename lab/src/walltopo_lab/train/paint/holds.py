@@ -22,8 +22,8 @@ from walltopo.describe.routes import grouping as linking
 from walltopo.describe.routes.grouping import group_by_paint, group_holds
 from walltopo.describe.routes.settings import RoutesSettings
 from walltopo.images.colour import linear_from_srgb8
-from walltopo.scan.light import SceneLight
-from walltopo.scan.scale import TYPICAL_HOLD
+from walltopo.scans.light import SceneLight
+from walltopo.scans.scale import TYPICAL_HOLD
 from walltopo_lab.train.paint.photos import DimPhoto
 
 __all__ = ["WAYS", "PhotoHolds", "ari", "of_generated", "read_holds", "score", "straight"]

@@ -9,7 +9,7 @@ import msgspec
 from msgspec.structs import replace
 
 from walltopo.core import InputError
-from walltopo.scan.document import Coordinate, Document, Label, Rgb, Share, Unit
+from walltopo.scans.document import Coordinate, Document, Label, Rgb, Share, Unit
 
 Point = tuple[Coordinate, Coordinate, Coordinate]
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mask
 from walltopo.core.mask import check_picture_size
-from walltopo.scan.document import Count, Side, parse
+from walltopo.scans.document import Count, Side, parse
 
 __all__ = [
     "Rle",

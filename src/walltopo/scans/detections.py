@@ -13,8 +13,8 @@ from walltopo.core import InputError, Mask
 from walltopo.core.errors import naming
 from walltopo.core.files import write_json
 from walltopo.core.mask import check_picture_size
-from walltopo.scan.document import Label, Side, check_once, read_document
-from walltopo.scan.segmentation import Segmentation, decode_segmentation, encode_mask
+from walltopo.scans.document import Label, Side, check_once, read_document
+from walltopo.scans.segmentation import Segmentation, decode_segmentation, encode_mask
 
 __all__ = ["CocoFile", "Detections", "read_coco_masks"]
 

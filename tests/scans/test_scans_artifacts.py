@@ -9,9 +9,9 @@ import pytest
 
 from walltopo.core import InputError
 from walltopo.pipeline.stages import STAGES
-from walltopo.scan.artifacts import Artifact
-from walltopo.scan.folder import ARTIFACTS, ScanFolder
-from walltopo.scan.scale import Frame
+from walltopo.scans.artifacts import Artifact
+from walltopo.scans.folder import ARTIFACTS, ScanFolder
+from walltopo.scans.scale import Frame
 
 READ = sorted({item for stage in STAGES for item in stage.reads}, key=lambda item: item.name)
 LATE = {"photos", "texture"}  # their pixels are read by who needs them
@@ -52,7 +52,7 @@ def test_what_is_damaged_names_its_file(item: Artifact[Any], tmp_path: Path) -> 
 
 
 def test_an_optional_artifact_is_taken_away_by_none(tmp_path: Path) -> None:
-    from walltopo.scan.scale import Aligned
+    from walltopo.scans.scale import Aligned
 
     folder = ScanFolder(tmp_path)
     value = Aligned(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import msgspec
 
-from walltopo.scan.document import Coordinate, Count, Document, Label, Rgb, Share
+from walltopo.scans.document import Coordinate, Count, Document, Label, Rgb, Share
 
 __all__ = [
     "Ambiguous",

@@ -19,7 +19,7 @@ from typing import Annotated, Literal
 import msgspec
 
 from walltopo.core.files import write_json
-from walltopo.scan.document import Coordinate, Label, read_document
+from walltopo.scans.document import Coordinate, Label, read_document
 
 __all__ = [
     "LARGEST_REGION",

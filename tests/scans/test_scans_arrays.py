@@ -16,9 +16,9 @@ from hypothesis.extra import numpy as hnp
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mask, Mesh
-from walltopo.scan.detections import Detections
-from walltopo.scan.instances import InstanceTable
-from walltopo.scan.pictures import TextureUv
+from walltopo.scans.detections import Detections
+from walltopo.scans.instances import InstanceTable
+from walltopo.scans.pictures import TextureUv
 
 in_one_folder = settings(
     max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]

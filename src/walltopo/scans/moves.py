@@ -6,7 +6,7 @@ from typing import Literal
 
 import msgspec
 
-from walltopo.scan.document import Coordinate, Count, Document, Label, Share
+from walltopo.scans.document import Coordinate, Count, Document, Label, Share
 
 __all__ = ["ClimberRow", "GradeRow", "Limb", "MoveRow", "Moves", "RouteMoves"]
 

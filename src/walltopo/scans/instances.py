@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh
 from walltopo.core.files import atomic_path
-from walltopo.scan.arrays import read_arrays
-from walltopo.scan.document import Count, Document, Label, Share
+from walltopo.scans.arrays import read_arrays
+from walltopo.scans.document import Count, Document, Label, Share
 
 __all__ = ["InstanceRecord", "InstanceRecords", "InstanceTable", "Relabelled"]
 

@@ -15,8 +15,8 @@ from hypothesis.extra import numpy as hnp
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mask
-from walltopo.scan.detections import Detections
-from walltopo.scan.segmentation import Rle, decode_segmentation, encode_mask
+from walltopo.scans.detections import Detections
+from walltopo.scans.segmentation import Rle, decode_segmentation, encode_mask
 
 SIDES = st.integers(1, 40)
 

@@ -9,27 +9,29 @@ import msgspec
 
 from walltopo.core.files import atomic_path, hash_path
 from walltopo.geometry.ply import read_mesh, write_ply
-from walltopo.scan.artifacts import Artifact, artifact, optional_artifact
-from walltopo.scan.attributes import Attributes, RawAttributes
-from walltopo.scan.colmap_model import SparseModel
-from walltopo.scan.detections import Detections
-from walltopo.scan.edits import EditLog
-from walltopo.scan.holds import Holds
-from walltopo.scan.instances import InstanceRecords, InstanceTable, Relabelled
-from walltopo.scan.light import SceneLight
-from walltopo.scan.moves import Moves
-from walltopo.scan.photos import PhotoList, PhotoSet
-from walltopo.scan.pictures import Cutouts, Made, TextureImage, TextureUv
-from walltopo.scan.routes import Routes
-from walltopo.scan.scale import Aligned, Scale
-from walltopo.scan.sources import SourceList
+from walltopo.scans.artifacts import Artifact, artifact, optional_artifact
+from walltopo.scans.attributes import Attributes, RawAttributes
+from walltopo.scans.colmap_model import SparseModel
+from walltopo.scans.detections import Detections
+from walltopo.scans.edits import EditLog
+from walltopo.scans.holds import Holds
+from walltopo.scans.instances import InstanceRecords, InstanceTable, Relabelled
+from walltopo.scans.light import SceneLight
+from walltopo.scans.moves import Moves
+from walltopo.scans.photos import PhotoList, PhotoSet
+from walltopo.scans.pictures import Cutouts, Made, TextureImage, TextureUv
+from walltopo.scans.routes import Routes
+from walltopo.scans.scale import Aligned, Scale
+from walltopo.scans.sources import SourceList
 
 
 class ScanFolder:
     """One scan on disk; each attribute is a path, and on the class the artifact itself."""
 
     # The user's files that the scan is made from; the runner writes it before `ingest`.
-    sources = artifact(SourceList, "sources.json", "")
+    sources = Artifact(
+        "sources.json", "", SourceList.load, SourceList.store, fingerprint=SourceList.fingerprint
+    )
     # Upright JPEG photos without personal EXIF, and the list of them and of what was left out.
     photos = artifact(PhotoSet, "photos", "ingest")
     photo_list = artifact(PhotoList, "photos.json", "ingest")

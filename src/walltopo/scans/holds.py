@@ -6,9 +6,9 @@ from collections.abc import Collection
 
 import msgspec
 
-from walltopo.scan.attributes import Hold, Point, Role
-from walltopo.scan.document import Coordinate, Document, Label, Rgb, Share, Unit
-from walltopo.scan.routes import Route
+from walltopo.scans.attributes import Hold, Point, Role
+from walltopo.scans.document import Coordinate, Document, Label, Rgb, Share, Unit
+from walltopo.scans.routes import Route
 
 __all__ = ["HoldRow", "Holds", "hold_rows"]
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from walltopo.core import InputError
 from walltopo.core.files import check_name, move_into_place
 from walltopo.images.files import read_grey, read_rgb
-from walltopo.scan.document import Document, FileName, Side
+from walltopo.scans.document import Document, FileName, Side
 
 __all__ = ["Photo", "PhotoList", "PhotoSet", "SkippedFile"]
 

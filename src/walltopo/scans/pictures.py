@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh
 from walltopo.core.files import atomic_path, check_name, move_into_place
-from walltopo.scan.arrays import read_arrays
-from walltopo.scan.document import Count, Document, FileName, Label
+from walltopo.scans.arrays import read_arrays
+from walltopo.scans.document import Count, Document, FileName, Label
 
 __all__ = ["Cutout", "CutoutIndex", "Cutouts", "INDEX", "Made", "TextureImage", "TextureUv"]
 

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Sequence
 import msgspec
 import numpy as np
 
-from walltopo.scan.attributes import Hold
-from walltopo.scan.document import Coordinate, Document, Label
+from walltopo.scans.attributes import Hold
+from walltopo.scans.document import Coordinate, Document, Label
 
 Point = tuple[Coordinate, Coordinate, Coordinate]
 

@@ -12,14 +12,14 @@ from hypothesis import HealthCheck, given, settings
 from msgspec.structs import replace
 
 from walltopo.core import InputError
-from walltopo.scan.attributes import Attributes, Hold
-from walltopo.scan.holds import Holds, hold_rows
-from walltopo.scan.instances import InstanceRecords
-from walltopo.scan.manifest import Manifest
-from walltopo.scan.photos import PhotoList
-from walltopo.scan.pictures import CutoutIndex
-from walltopo.scan.routes import Route, Routes
-from walltopo.scan.scale import Aligned, Scale
+from walltopo.scans.attributes import Attributes, Hold
+from walltopo.scans.holds import Holds, hold_rows
+from walltopo.scans.instances import InstanceRecords
+from walltopo.scans.manifest import Manifest
+from walltopo.scans.photos import PhotoList
+from walltopo.scans.pictures import CutoutIndex
+from walltopo.scans.routes import Route, Routes
+from walltopo.scans.scale import Aligned, Scale
 
 DOCUMENTS: list[Any] = [
     Aligned,

@@ -12,8 +12,8 @@ from any_value import any_of  # type: ignore[import-not-found]
 from hypothesis import HealthCheck, given, settings
 from jsonschema import Draft202012Validator, ValidationError
 
-from walltopo.scan.detections import CocoFile
-from walltopo.scan.schemas import SCHEMAS, schema_name
+from walltopo.scans.detections import CocoFile
+from walltopo.scans.schemas import SCHEMAS, schema_name
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 SAVED = [file for file, kind in SCHEMAS.items() if kind is not CocoFile]

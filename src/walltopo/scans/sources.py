@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import os
 from pathlib import Path
 from typing import Self
@@ -9,8 +11,9 @@ from typing import Self
 import msgspec
 
 from walltopo.core import InputError
-from walltopo.scan.document import Document
-from walltopo.scan.photos import SkippedFile
+from walltopo.core.files import as_text
+from walltopo.scans.document import Document, read_document
+from walltopo.scans.photos import SkippedFile
 
 
 class SourceFile(msgspec.Struct, frozen=True):
@@ -37,6 +40,19 @@ class SourceList(Document, frozen=True, kw_only=True):
     files: tuple[SourceFile, ...]
     skipped: tuple[SkippedFile, ...] = ()
 
+    @property
+    def contents(self) -> list[tuple[str, str]]:
+        """Return name and content hash of each file: what a scan depends on, wherever they lie."""
+        return [(as_text(item.file.name), item.content) for item in self.files]
+
+    @classmethod
+    def fingerprint(cls, path: Path) -> str:
+        """Return a hash of `contents`; "" where there is no list."""
+        if not path.exists():
+            return ""
+        text = json.dumps(read_document(path, cls).contents)
+        return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
+
     @classmethod
     def load(cls, path: Path) -> Self:
         """Return the list.
@@ -53,3 +69,8 @@ class SourceList(Document, frozen=True, kw_only=True):
                 "Give the photos again, or go on with what is there by --accept-changes.",
             )
         return sources
+
+    @staticmethod
+    def store(path: Path, sources: SourceList) -> None:
+        """Write the list, atomically."""
+        sources.save(path)

@@ -1,6 +1,6 @@
 """JSON Schemas of what a scan folder holds, for other programs.
 
-    python -m walltopo.scan.schemas DIR
+    python -m walltopo.scans.schemas DIR
 
 writes `docs/schemas/` (as `make docs` does).
 """
@@ -16,18 +16,18 @@ from typing import Any
 import msgspec
 
 from walltopo.core.files import atomic_path
-from walltopo.scan.attributes import Attributes
-from walltopo.scan.detections import CocoFile
-from walltopo.scan.edits import EditLog
-from walltopo.scan.holds import Holds
-from walltopo.scan.instances import InstanceRecords
-from walltopo.scan.manifest import Manifest
-from walltopo.scan.moves import Moves
-from walltopo.scan.photos import PhotoList
-from walltopo.scan.pictures import CutoutIndex
-from walltopo.scan.routes import Routes
-from walltopo.scan.scale import Scale
-from walltopo.scan.sources import SourceList
+from walltopo.scans.attributes import Attributes
+from walltopo.scans.detections import CocoFile
+from walltopo.scans.edits import EditLog
+from walltopo.scans.holds import Holds
+from walltopo.scans.instances import InstanceRecords
+from walltopo.scans.manifest import Manifest
+from walltopo.scans.moves import Moves
+from walltopo.scans.photos import PhotoList
+from walltopo.scans.pictures import CutoutIndex
+from walltopo.scans.routes import Routes
+from walltopo.scans.scale import Scale
+from walltopo.scans.sources import SourceList
 
 __all__ = ["SCHEMAS", "schema_name", "schema_text"]
 

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, Protocol, Self, TypeVar, cast, overload
 
 from walltopo.core import InputError
-from walltopo.scan.manifest import Metrics
+from walltopo.scans.manifest import Metrics
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -56,6 +56,7 @@ class Artifact(Generic[T]):
     made_by : the stage that makes it; "" for a file that a user or another command writes.
     read, write : read a path into a value; write a value to a path, atomically.
     optional : None stands for the value where the file is absent.
+    fingerprint : hash of what of the file counts as input of a stage; None: all of it.
     """
 
     path: str
@@ -63,6 +64,7 @@ class Artifact(Generic[T]):
     read: Callable[[Path], T]
     write: Callable[[Path, T], None]
     optional: bool = False
+    fingerprint: Callable[[Path], str] | None = None
     name: str = ""
 
     def __set_name__(self, owner: type, name: str) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 from walltopo.core import Camera, InputError, View
 from walltopo.core.errors import naming
 from walltopo.core.files import check_name, move_into_place
-from walltopo.scan.document import check_once
+from walltopo.scans.document import check_once
 
 if TYPE_CHECKING:
     from walltopo.geometry.colmap import pycolmap

@@ -13,8 +13,8 @@ import pytest
 from walltopo.core import InputError, Mask, Mesh
 from walltopo.geometry.colmap import pycolmap
 from walltopo.geometry.ply import read_mesh, write_ply
-from walltopo.scan.colmap_model import read_views
-from walltopo.scan.detections import Detections, read_coco_masks
+from walltopo.scans.colmap_model import read_views
+from walltopo.scans.detections import Detections, read_coco_masks
 
 
 def _mask(seed: int, label: int, score: float) -> Mask:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from walltopo.scan.holds import HoldRow, count_words, steepness_words
+from walltopo.scans.holds import HoldRow, count_words, steepness_words
 
 
 @pytest.mark.parametrize(

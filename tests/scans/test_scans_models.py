@@ -9,8 +9,8 @@ import pytest
 
 from walltopo.core import InputError
 from walltopo.geometry.colmap import pycolmap
-from walltopo.scan import colmap_model as model_files
-from walltopo.scan.colmap_model import open_model, read_views
+from walltopo.scans import colmap_model as model_files
+from walltopo.scans.colmap_model import open_model, read_views
 
 FILES = ("cameras.bin", "images.bin", "points3D.bin", "rigs.bin", "frames.bin")
 

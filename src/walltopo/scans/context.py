@@ -8,7 +8,7 @@ from pathlib import Path
 
 from walltopo.core import Progress, Silent
 from walltopo.core.workers import Here, Workers
-from walltopo.scan.manifest import StageRecord
+from walltopo.scans.manifest import StageRecord
 
 __all__ = ["Context"]
 

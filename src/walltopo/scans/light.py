@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError
 from walltopo.core.files import atomic_path
-from walltopo.scan.arrays import read_arrays
+from walltopo.scans.arrays import read_arrays
 
 __all__ = ["SceneLight"]
 

@@ -9,7 +9,7 @@ import msgspec
 
 from walltopo.core import InputError
 from walltopo.core.files import read_json, write_json
-from walltopo.scan.document import parse
+from walltopo.scans.document import parse
 
 __all__ = ["Manifest", "Metrics", "Output", "StageRecord"]
 
