@@ -41,7 +41,7 @@ $(VENV)/pip-ready:
 	@touch $@
 
 $(VENV)/core-ready: $(VENV)/pip-ready pyproject.toml climb/pyproject.toml lab/pyproject.toml gym/pyproject.toml VERSION constraints.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e .
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e . -e ./climb
 	@command -v c++ >/dev/null || $(MAKE) --no-print-directory system-compiler || true
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[web]' \
 	  || echo "no C++ compiler: the page will load slowly; everything else works"

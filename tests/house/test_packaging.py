@@ -70,7 +70,7 @@ def needed(*names: str) -> set[str]:
 
 def test_all_that_is_needed_may_be_passed_on() -> None:
     refused = {}
-    names = needed("walltopo", "walltopo-gym")
+    names = needed("walltopo", "walltopo-climb", "walltopo-gym")
     for name in names:
         about = distribution(name).metadata
         fields = ("License-Expression", "License")

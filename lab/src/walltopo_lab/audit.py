@@ -20,7 +20,7 @@ __all__ = ["Asked", "code_of", "main", "of_npm", "of_python", "report"]
 _ROOT: Final = Path(__file__).resolve().parents[3]
 _NPM: Final = ("viewer", "gym/web")
 # Ours, from this checkout: no registry knows them.
-_OWN: Final = ("walltopo", "walltopo-lab", "walltopo-gym")
+_OWN: Final = ("walltopo", "walltopo-climb", "walltopo-lab", "walltopo-gym")
 
 
 @dataclass(frozen=True)

@@ -47,9 +47,10 @@ _EXTRAS = {
     "profile": ("viztracer", "`scan --profile`"),
 }
 # Other distributions report on themselves by entry points of this group.
-_ENTRY_POINTS = "walltopo.cli.diagnosis"
+_ENTRY_POINTS = "walltopo.doctor"
 # Distributions beside this one: module, what it adds.
 _BESIDE = {
+    "walltopo-climb": ("walltopo_climb", "moves, grade, problem, ease"),
     "walltopo-lab": ("walltopo_lab", "synth, dataset, train, evaluate, tune"),
     "walltopo-gym": ("walltopo_gym", "a gym's walls online"),
 }
