@@ -33,7 +33,7 @@ from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.states import State
 from walltopo_gym.uploads.models import Photo, PhotoOverlap
 from walltopo_gym.uploads.overlap import ask
-from walltopo_gym.uploads.receiving import announce, finish, is_video
+from walltopo_gym.uploads.receiving import announce, finish, is_video, kept_name
 
 __all__ = ["router"]
 
@@ -109,7 +109,8 @@ def announce_photo(
     """Announce a photo; `Location` is where it goes, `Upload-Offset` how much is here already."""
     settings = services.settings
     told = _metadata(upload_metadata)
-    kind, most = ("video", settings.most_video_mb) if is_video(told["filename"]) else (
+    name = kept_name(told["filename"])
+    kind, most = ("video", settings.most_video_mb) if is_video(name) else (
         "photo", settings.most_photo_mb
     )  # fmt: skip
     if upload_length > most * 1_000_000:
@@ -117,7 +118,7 @@ def announce_photo(
     row = scan_of(session, access.gym.id, scan)
     _check_open(row)
     photo, is_new = announce(
-        session, row.id, told["filename"], upload_length, told.get("sha256"), settings.most_photos
+        session, row.id, name, upload_length, told.get("sha256"), settings.most_photos
     )
     if is_new:
         services.incoming.begin(photo.id, upload_length)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import fcntl
 import os
+import re
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -21,6 +22,7 @@ from walltopo_gym.errors import ConflictError
 __all__ = ["Incoming"]
 
 _MB = 1_000_000
+_PHOTO = re.compile(r"[0-9a-f]{32}")
 
 
 class Incoming:
@@ -92,8 +94,9 @@ class Incoming:
             raise EnvironmentLacksError(f"the server cannot write ({error.strerror})") from error
 
     def photos(self) -> set[UUID]:
-        """The photos of which there is a file here."""
-        return {UUID(path.name) for path in self._folder.iterdir()}
+        """The photos of which there is a file here; other files are left alone."""
+        names = (path.name for path in self._folder.iterdir())
+        return {UUID(name) for name in names if _PHOTO.fullmatch(name)}
 
     def drop(self, photo: UUID) -> None:
         """Forget a file."""
