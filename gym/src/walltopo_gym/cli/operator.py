@@ -91,6 +91,8 @@ def _purge(args: argparse.Namespace) -> int:
         gone = purge(settings, database, open_store(settings), really=not args.dry_run)
     verb = "would go" if args.dry_run else "gone"
     console.print(f"{gone.rows} rows, {len(gone.files)} files, {gone.bytes / 1e6:.1f} MB {verb}")
+    for name, why in gone.failed:
+        console.print(f"! {name}: {why}", soft_wrap=True, markup=False, highlight=False)
     return 0
 
 
