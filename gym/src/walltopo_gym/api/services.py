@@ -47,7 +47,9 @@ class Services:
             Passwords(),
             make_mailer(settings),
             store,
-            Incoming(settings.data / "incoming", settings.keep_free_mb),
+            Incoming(
+                settings.data / "incoming", settings.keep_free_mb, copied=not settings.objects
+            ),
             Desks(settings.data / "editing", settings.most_edited, database, store),
         )
 

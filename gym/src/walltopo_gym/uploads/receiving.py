@@ -17,7 +17,16 @@ from walltopo_gym.storage.files import FileStore, hash_of_file
 from walltopo_gym.uploads.incoming import Incoming
 from walltopo_gym.uploads.models import Photo
 
-__all__ = ["announce", "finish", "finish_all", "is_video", "kept_name", "shown_name", "suffix_of"]
+__all__ = [
+    "announce",
+    "announced_sizes",
+    "finish",
+    "finish_all",
+    "is_video",
+    "kept_name",
+    "shown_name",
+    "suffix_of",
+]
 
 _LOG = logging.getLogger("walltopo_gym.uploads")
 
@@ -74,12 +83,19 @@ def announce(
     return photo, True
 
 
+def announced_sizes(session: Session) -> dict[UUID, int]:
+    """Return the sizes of the photos that were announced and are not whole."""
+    rows = select(Photo.id, Photo.size).where(Photo.state == "receiving")
+    return dict(session.execute(rows).all())
+
+
 def finish(database: Database, store: FileStore, incoming: Incoming, photo: UUID) -> None:
     """Store a photo all of whose bytes are here; may be done again at any point.
 
     Raises
     ------
     InputError : its content is not what was announced; it is forgotten.
+    EnvironmentLacksError : the disk is too full to store it; its bytes stay.
     """
     path = incoming.path(photo)
     with database.reading() as session:
@@ -93,6 +109,7 @@ def finish(database: Database, store: FileStore, incoming: Incoming, photo: UUID
             session.delete(session.get_one(Photo, photo))
         raise InputError(f"{row.name}: its content is not what was announced", "Send it again.")
     key = f"originals/{content}"
+    incoming.check_copy(photo)
     store.put(key, path)  # also where it is already: a purge leaves young files alone
     with database.writing() as session:
         received = update(Photo).where(Photo.id == photo, Photo.state == "receiving")
@@ -104,8 +121,7 @@ def finish_all(database: Database, store: FileStore, incoming: Incoming) -> None
     """Finish photos of which a server had all bytes when it was killed, and what it was about to
     tidy up. A photo that cannot be finished keeps its bytes: its sender asks again."""
     with database.reading() as session:
-        rows = session.execute(select(Photo.id, Photo.size).where(Photo.state == "receiving"))
-        sizes = dict(rows.all())
+        sizes = announced_sizes(session)
     whole = [photo for photo, size in sizes.items() if incoming.offset(photo) == size]
     for photo in incoming.photos() - sizes.keys():
         incoming.drop(photo)
