@@ -15,12 +15,13 @@ from urllib.parse import urlsplit
 from uuid import UUID
 
 from dbos import DBOS, SetWorkflowID
-from sqlalchemy import delete, select
+from sqlalchemy import delete, func, select
 from sqlalchemy.orm import Session
 
 from walltopo.core import InputError
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.attempts.bounded import reason_of
+from walltopo_gym.attempts.turns import fair_share
 from walltopo_gym.climbing.counting import zone_of
 from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
@@ -45,6 +46,7 @@ _WAITS: Final = (60, 600, 3600, 14400, 43200)
 LAST_TRY: Final = len(_WAITS) + 1
 # A try that was handed to the queue and never came to an end is made again after that.
 _LEASE: Final = timedelta(minutes=15)
+_EACH: Final = 2  # messages to browsers of one gym at a time: slow hosts hold up no other gym
 
 _telling: Telling | None = None
 
@@ -59,16 +61,15 @@ class Telling:
     looked: float = 0.0
 
     def begin_due(self) -> None:
-        """Once a minute: note what is new to tell, and begin a try of what is due."""
+        """Begin a try of what is due; once a minute, note what is new to tell."""
         global _telling
         _telling = self
-        if self.looked and time.monotonic() < self.looked + _LOOK_S:
-            return
-        self.looked = time.monotonic()
-        try:
-            note_all(self.database)
-        except Exception:  # what was noted before is sent all the same
-            _LOG.exception("new messages cannot be noted")
+        if not self.looked or time.monotonic() >= self.looked + _LOOK_S:
+            self.looked = time.monotonic()
+            try:
+                note_all(self.database)
+            except Exception:  # what was noted before is sent all the same
+                _LOG.exception("new messages cannot be noted")
         for message, number in self.claim():
             with SetWorkflowID(f"message-{message}-{number}"):
                 DBOS.enqueue_workflow(QUEUE, _tell, str(message))
@@ -78,10 +79,10 @@ class Telling:
 
         After the last try a message stays with its reason and is tried no more.
         """
-        due = select(Message).where(Message.sent_at.is_(None), Message.next_at <= now()).limit(200)
         begun = []
         with self.database.writing() as session:
-            for row in session.scalars(due.with_for_update(skip_locked=True)).all():
+            mine = select(Message).where(Message.id.in_(_due(session)))
+            for row in session.scalars(mine.with_for_update(skip_locked=True)).all():
                 if row.tries >= LAST_TRY:
                     _give_up(row, row.error or "the worker ended during the last try")
                     continue
@@ -95,7 +96,8 @@ class Telling:
                 if awake > now():
                     row.next_at = awake
                     continue
-                row.tries, row.next_at = row.tries + 1, now() + _LEASE
+                row.tries, row.begun_at = row.tries + 1, now()
+                row.next_at = now() + _LEASE
                 begun.append((row.id, row.tries))
         return begun
 
@@ -127,6 +129,8 @@ class Telling:
                 _LOG.exception("message %s", message)
         with self.database.writing() as session:
             kept = session.get(Message, message)
+            if kept is not None:
+                kept.begun_at = None
             if kept is not None and failure is not None:
                 _note_failure(kept, failure)
             elif kept is not None:
@@ -160,6 +164,27 @@ class Telling:
             return
         push(address, row.body, push_key(self.database), sender_of(self.settings),
              private=self.settings.webhooks_to_private)  # fmt: skip
+
+
+def _due(session: Session) -> list[UUID]:
+    """Return what may be tried now: all mails, and of one gym only few messages to browsers."""
+    due = Message.sent_at.is_(None), Message.next_at <= now()
+    turn = func.row_number().over(
+        partition_by=Message.gym_id, order_by=(Message.next_at, Message.id)
+    )
+    pushes = (
+        select(Message.id, Message.gym_id)
+        .where(*due, Message.kind != DIGEST)
+        .order_by(turn, Message.next_at)
+        .limit(500)
+    )
+    busy = select(Message.gym_id).where(
+        Message.kind != DIGEST, Message.begun_at.is_not(None), Message.sent_at.is_(None),
+        Message.next_at > now(),
+    )  # fmt: skip
+    mails = select(Message.id).where(*due, Message.kind == DIGEST).limit(200)
+    chosen = fair_share(session.execute(pushes).all(), session.scalars(busy), _EACH)
+    return [*session.scalars(mails), *chosen]
 
 
 def _note_failure(row: Message, error: Exception) -> None:

@@ -14,9 +14,10 @@ from typing import Final
 from uuid import UUID
 
 from dbos import DBOS, SetWorkflowID
-from sqlalchemy import select, update
+from sqlalchemy import func, select, update
 
 from walltopo.core import InputError
+from walltopo_gym.attempts.turns import fair_share
 from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
 from walltopo_gym.settings import GymSettings
@@ -29,9 +30,10 @@ _LOG = logging.getLogger("walltopo_gym.webhooks")
 QUEUE: Final = "webhooks"
 # Seconds to the next try: about a day in all, then it is given up.
 _WAITS: Final = (10, 60, 300, 1800, 7200, 21600, 43200)
-# A try that was handed to the queue and never came to an end is made again after that.
 LAST_TRY: Final = len(_WAITS) + 1
+# A try that was handed to the queue and never came to an end is made again after that.
 _LEASE: Final = timedelta(minutes=15)
+_EACH: Final = 2  # of one gym at a time: slow hosts hold up no other gym
 
 _delivery: Delivery | None = None
 
@@ -60,13 +62,27 @@ class Delivery:
 
         After the last try the message stays with its reason and is tried no more.
         """
-        due = select(WebhookEvent).where(
-            WebhookEvent.next_at <= now(), WebhookEvent.tries < LAST_TRY
+        busy = (
+            select(Webhook.gym_id)
+            .join(WebhookEvent, WebhookEvent.webhook_id == Webhook.id)
+            .where(WebhookEvent.begun_at.is_not(None), WebhookEvent.next_at > now())
+        )
+        turn = func.row_number().over(
+            partition_by=Webhook.gym_id, order_by=(WebhookEvent.next_at, WebhookEvent.id)
+        )
+        due = (
+            select(WebhookEvent.id, Webhook.gym_id)
+            .join(Webhook, Webhook.id == WebhookEvent.webhook_id)
+            .where(WebhookEvent.next_at <= now(), WebhookEvent.tries < LAST_TRY)
+            .order_by(turn, WebhookEvent.next_at)
         )
         with self._database.writing() as session:
-            rows = session.scalars(due.limit(100).with_for_update(skip_locked=True)).all()
+            chosen = fair_share(session.execute(due.limit(500)).all(), session.scalars(busy), _EACH)
+            mine = select(WebhookEvent).where(WebhookEvent.id.in_(chosen))
+            rows = session.scalars(mine.with_for_update(skip_locked=True)).all()
             for event in rows:
-                event.tries, event.next_at = event.tries + 1, now() + _LEASE
+                event.tries, event.begun_at = event.tries + 1, now()
+                event.next_at = now() + _LEASE
             return [(event.id, event.tries) for event in rows]
 
     def try_once(self, event: UUID) -> None:
@@ -88,6 +104,7 @@ class Delivery:
         with self._database.writing() as session:
             kept = session.get(WebhookEvent, event)
             if kept is not None and error:
+                kept.begun_at = None
                 kept.error = error[:300]
                 is_last = kept.tries >= LAST_TRY
                 wait = 0 if is_last else _WAITS[max(0, kept.tries - 1)]

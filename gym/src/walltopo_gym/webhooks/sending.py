@@ -16,7 +16,9 @@ import json
 import secrets
 import socket
 import ssl
-from collections.abc import Mapping
+import threading
+from collections.abc import Iterator, Mapping
+from contextlib import closing, contextmanager, suppress
 from http.client import HTTPConnection, HTTPException, HTTPSConnection
 from ipaddress import ip_address
 from typing import Any, Final
@@ -28,7 +30,8 @@ from walltopo.core import InputError
 __all__ = ["check_url", "new_signing_secret", "post", "send", "signature"]
 
 _PREFIX: Final = "whsec_"
-_PATIENCE_S: Final = 10
+_PATIENCE_S: Final = 10  # for a connection, and between two pieces of an answer
+_DEADLINE_S: Final = 15  # for a whole exchange
 
 
 def new_signing_secret() -> str:
@@ -106,15 +109,50 @@ def post(url: str, content: bytes, headers: Mapping[str, str], *, private: bool)
     if not private:
         for entry in found:
             _refuse_private(str(entry[4][0]))
-    connection = _connection(parts.scheme, parts.hostname, port, str(found[0][4][0]))
+    stream = socket.create_connection((str(found[0][4][0]), port), _PATIENCE_S)
     path = (parts.path or "/") + (f"?{parts.query}" if parts.query else "")
+    with closing(stream), _cut_after(stream, _DEADLINE_S):
+        connection = _connection(parts.scheme, parts.hostname, port, stream)
+        try:
+            connection.request("POST", path, content, {"user-agent": "walltopo-gym", **headers})
+            status = connection.getresponse().status
+        except HTTPException as error:
+            raise OSError(f"no HTTP came back ({error})") from error
+        finally:
+            connection.close()
+    return status
+
+
+@contextmanager
+def _cut_after(stream: socket.socket, seconds: float) -> Iterator[None]:
+    """Cut a connection off after so long, however little and often the other side sends.
+
+    Raises
+    ------
+    OSError : it was cut off.
+    """
+    cut = threading.Event()
+    handle = stream.dup()  # TLS takes the stream itself over
+
+    def cut_off() -> None:
+        cut.set()
+        with suppress(OSError):
+            handle.shutdown(socket.SHUT_RDWR)
+
+    timer = threading.Timer(seconds, cut_off)
+    timer.start()
     try:
-        connection.request("POST", path, content, {"user-agent": "walltopo-gym", **headers})
-        return connection.getresponse().status
-    except HTTPException as error:
-        raise OSError(f"no HTTP came back ({error})") from error
+        yield
+    except OSError as error:
+        if not cut.is_set():
+            raise
+        raise OSError(f"no whole answer within {seconds} s") from error
     finally:
-        connection.close()
+        timer.cancel()
+        timer.join()
+        handle.close()
+    if cut.is_set():  # an answer that was cut off in its head can look like a whole one
+        raise OSError(f"no whole answer within {seconds} s")
 
 
 def _refuse_private(address: str) -> None:
@@ -124,9 +162,8 @@ def _refuse_private(address: str) -> None:
         raise InputError(f"{found} is no public address", "The operator can allow it.")
 
 
-def _connection(scheme: str, host: str, port: int, address: str) -> HTTPConnection:
-    """To this address, whatever the name means by now; the certificate is the name's."""
-    stream = socket.create_connection((address, port), _PATIENCE_S)
+def _connection(scheme: str, host: str, port: int, stream: socket.socket) -> HTTPConnection:
+    """Over this stream, whatever the name means by now; the certificate is the name's."""
     if scheme == "https":
         connection: HTTPConnection = HTTPSConnection(host, port, timeout=_PATIENCE_S)
         connection.sock = ssl.create_default_context().wrap_socket(stream, server_hostname=host)

@@ -1,4 +1,4 @@
-"""What background jobs have tried."""
+"""What background jobs have tried, and what is being sent."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ revision = "0021"
 down_revision = "0020"
 branch_labels = None
 depends_on = None
+
+_SENT = ("webhook_events", "messages")
 
 
 def upgrade() -> None:
@@ -27,8 +29,14 @@ def upgrade() -> None:
         sa.Column("error", sa.String(length=300), nullable=False),
         sa.PrimaryKeyConstraint("kind", "item", name=op.f("pk_job_attempts")),
     )
+    for name in _SENT:
+        with op.batch_alter_table(name, schema=None) as batch_op:
+            batch_op.add_column(sa.Column("begun_at", UtcTime(), nullable=True))
 
 
 def downgrade() -> None:
     """Go back to the version before."""
+    for name in _SENT:
+        with op.batch_alter_table(name, schema=None) as batch_op:
+            batch_op.drop_column("begun_at")
     op.drop_table("job_attempts")
