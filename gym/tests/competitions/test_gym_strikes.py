@@ -110,6 +110,23 @@ def test_an_event_in_an_open_round_strikes_nothing_in_a_round_that_is_over(publi
     assert contest.say(mine, "void", target_id=own, who="member").status_code == 201
 
 
+def test_whom_the_gym_withdrew_does_not_enter_again(public: World) -> None:
+    contest, mine = self_scored(public)
+    body = {"category_id": contest.sheet["categories"][0]["id"]}
+    # Whoever withdrew by themselves comes back.
+    assert contest.ask("DELETE", "/mine", who="member").is_success
+    assert contest.ask("PUT", "/mine", body, "member").is_success
+    assert contest.ask("PATCH", f"/entries/{mine}", {"withdrawn": True}).is_success
+    for _ in range(2):
+        refused = contest.ask("PUT", "/mine", body, "member")
+        assert (refused.status_code, refused.json()["code"]) == (403, "cup-gym-withdrew")
+        contest.ask("DELETE", "/mine", who="member")
+    assert contest.say(mine, "top", 0, 1, who="member").status_code == 409
+    # The gym lets them in again.
+    assert contest.ask("PATCH", f"/entries/{mine}", {"withdrawn": False}).is_success
+    assert contest.ask("PUT", "/mine", body, "member").is_success
+
+
 EVENTS = st.lists(
     st.tuples(
         st.sampled_from(list(Kind)), st.none() | st.integers(0, 1),

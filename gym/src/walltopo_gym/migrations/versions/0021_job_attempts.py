@@ -1,4 +1,4 @@
-"""What background jobs have tried, and what is being sent."""
+"""What background jobs have tried, what is being sent, whom a gym has withdrawn."""
 
 from __future__ import annotations
 
@@ -32,10 +32,16 @@ def upgrade() -> None:
     for name in _SENT:
         with op.batch_alter_table(name, schema=None) as batch_op:
             batch_op.add_column(sa.Column("begun_at", UtcTime(), nullable=True))
+    with op.batch_alter_table("competition_entries", schema=None) as batch_op:
+        batch_op.add_column(
+            sa.Column("removed", sa.Boolean(), nullable=False, server_default=sa.false())
+        )
 
 
 def downgrade() -> None:
     """Go back to the version before."""
+    with op.batch_alter_table("competition_entries", schema=None) as batch_op:
+        batch_op.drop_column("removed")
     for name in _SENT:
         with op.batch_alter_table(name, schema=None) as batch_op:
             batch_op.drop_column("begun_at")
