@@ -33,7 +33,7 @@ from walltopo_gym.operating.upkeep import alone
 from walltopo_gym.scans.models import Scan, Worker
 from walltopo_gym.scans.states import State
 from walltopo_gym.settings import FILE, GymSettings
-from walltopo_gym.storage.files import FileStore, hash_of_file
+from walltopo_gym.storage.files import FileStore, hash_of_file, private_folder
 
 __all__ = ["back_up", "restore"]
 
@@ -134,7 +134,7 @@ def restore(settings: GymSettings, store: FileStore, source: Path) -> int:
     InputError : no backup, a damaged one, one of the other kind of database, or the place is not
         empty. EnvironmentLacksError : pg_restore is not there, or fails.
     """
-    settings.data.mkdir(parents=True, exist_ok=True)
+    private_folder(settings.data)
     database = Database(settings.database_url)
     try:
         _refuse_used(database, store, settings)

@@ -39,6 +39,7 @@ from walltopo_gym.scans.models import Scan, Worker
 from walltopo_gym.scans.stages import ScanSteps, WorkerStopsError, told
 from walltopo_gym.scans.states import State
 from walltopo_gym.settings import GymSettings
+from walltopo_gym.storage.files import private_folder
 from walltopo_gym.uploads.looking import let_go, look_at_all
 
 __all__ = ["begin_queued", "do_chores", "run_worker"]
@@ -267,7 +268,7 @@ class _Place:
     of the numbered locks in the data folder."""
 
     def __init__(self, settings: GymSettings) -> None:
-        self._folder: Path = settings.data / "workers"
+        self._folder: Path = private_folder(settings.data) / "workers"
         self._lock: IO[bytes] | None = None
         self.name = ""
 
