@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from contextlib import suppress
 from datetime import timedelta
 
 import pytest
+from fastapi.testclient import TestClient
 from gym.tests.worlds import ORIGIN, PASSWORD, Server, World
 from hypothesis import given
 from hypothesis import strategies as st
@@ -161,6 +163,47 @@ def test_a_mailed_link_lets_in_whoever_was_shut_out(server: Server) -> None:
     assert new.post(f"{PREFIX}/password-reset/confirm", json=body).status_code == 204
     right = wrong | {"password": body["password"]}
     assert new.post(f"{PREFIX}/session", json=right).status_code == 200
+
+
+def ask_mail(server: Server, path: str, email: str, network: str = "192.0.2.1") -> int:
+    """Have a mail sent, from somewhere; the status."""
+    client = TestClient(server.app, base_url=ORIGIN, client=(network, 1))
+    return client.post(f"{PREFIX}/{path}", json={"email": email}).status_code
+
+
+def test_mails_that_others_ask_for_block_no_reset(server: Server) -> None:
+    email = server.person().email
+    statuses = [ask_mail(server, "sign-up", email) for _ in range(4)]
+    assert statuses == [202] * 3 + [429]
+    assert ask_mail(server, "password-reset", email) == 202
+    # Whoever asks for its resets from one network uses up that network's.
+    while ask_mail(server, "password-reset", email) == 202:
+        pass
+    assert ask_mail(server, "password-reset", email, "198.51.100.7") == 202
+    # From many networks a mailbox is still not flooded.
+    asked = [ask_mail(server, "password-reset", email, f"203.0.113.{n}") for n in range(30)]
+    assert 429 in asked
+    assert asked.count(202) < 10
+
+
+def test_a_network_that_asks_for_many_mails_blocks_no_reset_and_no_known_browser(
+    server: Server,
+) -> None:
+    somebody = server.person()
+    own = server.client()
+    right = {"email": somebody.email, "password": PASSWORD}
+    assert own.post(f"{PREFIX}/session", json=right).status_code == 200
+    numbers = itertools.count()
+    for path in ("sign-up", "password-reset"):
+        if path == "password-reset":
+            assert ask_mail(server, path, "other@example.com", "testclient") == 202
+        while ask_mail(server, path, f"flood.{next(numbers)}@example.com", "testclient") == 202:
+            assert next(numbers) < 1_000
+    own.cookies.delete(COOKIE)
+    reset = {"email": somebody.email}
+    statuses = [own.post(f"{PREFIX}/password-reset", json=reset).status_code for _ in range(20)]
+    assert statuses[0] == 202
+    assert statuses[-1] == 429  # its own mails are counted, too
 
 
 @pytest.mark.parametrize(

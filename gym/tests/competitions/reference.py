@@ -39,7 +39,8 @@ class Reference:
     def counts(self, fact: Fact) -> bool:
         if fact.id not in self._counting:
             self._counting[fact.id] = not any(
-                other.kind != "decision" and self.counts(other) for other in self._on[fact.id]
+                other.kind in ("attempt", "zone", "top", "void", "out") and self.counts(other)
+                for other in self._on[fact.id]
             )
         return self._counting[fact.id]
 

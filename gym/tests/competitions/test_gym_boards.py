@@ -69,14 +69,16 @@ def seen(sheet: Sheet, chance: Random) -> list[Fact]:
     problems = [task.id for one in sheet.rounds for task in one.problems]
     facts: list[Fact] = []
     for number in range(chance.randrange(50)):
-        kind = chance.choice(["attempt", "zone", "top", "top", "zone", "void", "void", "out"])
+        kind = chance.choice(
+            ["attempt", "zone", "top", "top", "zone", "void", "void", "out", "appeal"]
+        )
         entry = chance.choice(sheet.entries).id
         target = chance.choice(facts) if facts and chance.random() < 0.3 else None
         if kind == "void" and target is None:
             kind = "attempt"
         if target is not None:
             entry = target.entry
-        problem = None if kind == "out" else chance.choice(problems)
+        problem = None if kind in ("out", "appeal") else chance.choice(problems)
         n = chance.randrange(1, 5) if kind in ("attempt", "zone", "top") else None
         facts.append(
             Fact(

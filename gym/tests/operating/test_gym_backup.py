@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import stat
 import tarfile
 from pathlib import Path
 from typing import Any
@@ -89,6 +90,50 @@ def test_a_damaged_backup_is_refused_before_anything_is_used(
     with pytest.raises(InputError, match="belongs"):
         restore(there, open_store(there), tmp_path / "out.tar")
     assert open_store(there).keys("") == []
+
+
+@pytest.mark.parametrize("overwrite", [False, True])
+def test_a_backup_replaces_nothing_of_the_gym(
+    world: World, tmp_path: Path, *, overwrite: bool
+) -> None:
+    services = world.server.services
+    place = services.settings, services.database, services.store
+    data = services.settings.data
+    link = tmp_path / "link.tar"
+    link.symlink_to(data / "gym.sqlite")
+    (tmp_path / "folder").mkdir()
+    for to in (data / "gym.sqlite", data / "files" / "new.tar", data, link, tmp_path / "folder"):
+        before = to.read_bytes() if to.is_file() else None
+        with pytest.raises(InputError):
+            back_up(*place, to, overwrite=overwrite)
+        assert (to.read_bytes() if to.is_file() else None) == before
+    assert not (data / "files" / "new.tar").exists()
+
+
+def test_a_backup_replaces_another_file_only_when_that_is_wished(
+    world: World, tmp_path: Path
+) -> None:
+    services = world.server.services
+    place = services.settings, services.database, services.store
+    other = tmp_path / "letter.txt"
+    other.write_text("mine")
+    with pytest.raises(InputError, match="already"):
+        back_up(*place, other)
+    assert other.read_text() == "mine"
+    back_up(*place, other, overwrite=True)
+    assert tarfile.is_tarfile(other)
+    assert stat.S_IMODE(other.stat().st_mode) == 0o600
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["letter.txt"]
+
+
+def test_a_database_elsewhere_is_not_replaced_by_its_backup(world: World, tmp_path: Path) -> None:
+    services = world.server.services
+    elsewhere = tmp_path / "walls.sqlite"
+    elsewhere.write_text("rows")
+    settings = load_settings({"data": tmp_path / "data", "database": f"sqlite:///{elsewhere}"}, {})
+    with pytest.raises(InputError):
+        back_up(settings, services.database, services.store, elsewhere, overwrite=True)
+    assert elsewhere.read_text() == "rows"
 
 
 def test_one_at_a_time(world: World, tmp_path: Path) -> None:

@@ -17,9 +17,10 @@ from hypothesis import strategies as st
 from PIL import Image
 from tests.reconstruct.ingest.made_files import picture, write_film
 
+from walltopo.core import InputError
 from walltopo_gym.uploads.looking import look_at_some
 from walltopo_gym.uploads.overlap import Overlaps
-from walltopo_gym.uploads.receiving import shown_name
+from walltopo_gym.uploads.receiving import kept_name, shown_name, suffix_of
 
 
 def jpeg(seed: int = 0, size: tuple[int, int] = (640, 480), *, located: bool = False) -> bytes:
@@ -157,6 +158,9 @@ def test_the_same_photo_under_another_name_is_said(world: World) -> None:
         ({"upload-metadata": "filename !!!"}, 422),
         ({"upload-metadata": "other YQ=="}, 422),
         ({"upload-metadata": f"filename {base64.b64encode(b'a.svg').decode()}"}, 422),
+        ({"upload-metadata": f"filename {base64.b64encode(b'a.jpg/').decode()}"}, 422),
+        ({"upload-metadata": f"filename {base64.b64encode(b'a.jpg/.').decode()}"}, 422),
+        ({"upload-metadata": f"filename {base64.b64encode(b'a.jpg' + bytes([92])).decode()}"}, 422),
         ({"tus-resumable": "0.9"}, 412),
     ],
 )
@@ -176,6 +180,17 @@ def test_any_name_is_shown_as_one_line_and_leads_nowhere(name: str) -> None:
     assert "\\" not in shown
     assert shown.isprintable()
     assert len(shown) <= 120
+
+
+@given(st.text(max_size=200), st.sampled_from(["", "/", "/.", "\\", "\n", " ", "/../x.png"]))
+def test_what_is_announced_can_be_looked_at(name: str, end: str) -> None:
+    """A name that is accepted is kept with the suffix for which it was accepted."""
+    try:
+        kept = kept_name(f"{name}.jpg{end}")
+    except InputError:
+        return
+    assert suffix_of(kept) in (".jpg", ".png")
+    assert kept == shown_name(kept)
 
 
 def test_a_killed_server_has_all_that_it_acknowledged(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from uuid import UUID
 from sqlalchemy import delete, func, select
 from sqlalchemy.orm import Session
 
+from walltopo_gym.accounts.mailed_links import Kind
 from walltopo_gym.accounts.models import Try
 from walltopo_gym.clock import now
 from walltopo_gym.errors import TooManyError
@@ -48,8 +49,16 @@ _OLD_PASSWORD: Final = Limit("old-password", 10, 900)
 _REPORTS: Final = Limit("report", 30, 86400)
 _DOCUMENTS: Final = Limit("document", 120, 3600)
 _CODE: Final = Limit("second-factor", 10, 900)
-_MAILS_TO: Final = Limit("mail-address", 3, 3600)
-_MAILS_FROM: Final = Limit("mail-client", 30, 3600)
+# Of mails, each kind by itself: mails of one kind that others ask for block no mail of another.
+# A whole hall may sign up behind one address; resets are few.
+_MAILS_FROM: Final = {
+    "sign-up": Limit("mail-sign-up-client", 60, 3600),
+    "reset": Limit("mail-reset-client", 30, 3600),
+}
+# To one address: from one network, and from everywhere together.
+_MAILS_TO_FROM: Final = 3
+_MAILS_TO: Final = {"sign-up": 3, "reset": 10}
+_MAILS_KNOWN: Final = 5  # in a browser that the account's owner signed in with before
 
 
 def count_sign_in(session: Session, email: str, network: str, known: str | None) -> None:
@@ -91,10 +100,19 @@ def count_code(session: Session, person: UUID) -> None:
     _count_try(session, _CODE, str(person))
 
 
-def count_mail(session: Session, email: str, network: str) -> None:
-    """Count a mail that somebody asked for, likewise."""
-    _count_try(session, _MAILS_FROM, network)
-    _count_try(session, _MAILS_TO, email)
+def count_mail(session: Session, kind: Kind, email: str, network: str, known: str | None) -> None:
+    """Count a mail that somebody asked for, likewise.
+
+    Parameters
+    ----------
+    known : as in `count_sign_in`; such a browser is not blocked by what others ask for.
+    """
+    if known is not None:
+        _count_try(session, Limit(f"mail-{kind}-known", _MAILS_KNOWN, 3600), known)
+        return
+    _count_try(session, _MAILS_FROM[kind], network)
+    _count_try(session, Limit(f"mail-{kind}-network", _MAILS_TO_FROM, 3600), f"{email} {network}")
+    _count_try(session, Limit(f"mail-{kind}", _MAILS_TO[kind], 3600), email)
 
 
 def _count_try(session: Session, limit: Limit, subject: str) -> None:

@@ -7,12 +7,12 @@ from typing import Annotated, Literal
 from uuid import UUID
 
 from fastapi import APIRouter, Query, Response
-from pydantic import AwareDatetime, BaseModel, Field
+from pydantic import BaseModel, Field
 from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.models import Person
-from walltopo_gym.api.fields import Body, Text
+from walltopo_gym.api.fields import Body, Moment, Text
 from walltopo_gym.api.paging import Cursor, Page, Size, page_of
 from walltopo_gym.api.routes import route_of
 from walltopo_gym.api.rules import Access, SignedInMay, gym_rule
@@ -54,7 +54,7 @@ class NewAscent(Body):
     route_id: UUID
     kind: Kind
     tries: int = Field(1, ge=1, le=999)
-    climbed_at: AwareDatetime
+    climbed_at: Moment
     note: Words = ""
     edit: EditWords | None = None
 

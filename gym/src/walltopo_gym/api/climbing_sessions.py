@@ -7,7 +7,7 @@ from typing import Annotated
 from uuid import UUID
 
 from fastapi import APIRouter, Query
-from pydantic import AwareDatetime, BaseModel
+from pydantic import BaseModel
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
@@ -15,6 +15,7 @@ from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.accounts.profiles import profile_of
 from walltopo_gym.api.climbing import AscentFacts
+from walltopo_gym.api.fields import Moment
 from walltopo_gym.api.rules import Access, gym_rule
 from walltopo_gym.api.services import Db
 from walltopo_gym.climbing.counted_models import ClimbingSession
@@ -72,7 +73,7 @@ class SessionPage(SessionFacts):
 @router.get("/gyms/{gym}/sessions")
 def list_climbing_sessions(
     session: Db, access: ReaderMay,
-    before: Annotated[AwareDatetime | None, Query(description="begun before")] = None,
+    before: Annotated[Moment | None, Query(description="begun before")] = None,
     size: Annotated[int, Query(ge=1, le=200)] = 20,
 ) -> list[SessionFacts]:  # fmt: skip
     """One's own sessions in this gym, the last first."""

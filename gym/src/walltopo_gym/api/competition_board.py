@@ -12,10 +12,10 @@ from zoneinfo import ZoneInfo
 import msgspec
 from fastapi import APIRouter, Depends, Query, Request, Response
 from fastapi.sse import EventSourceResponse, ServerSentEvent
-from pydantic import AwareDatetime
 from sqlalchemy.orm import Session
 
 from walltopo_gym.api.competitions import competition_of
+from walltopo_gym.api.fields import Moment
 from walltopo_gym.api.rules import GuestMay
 from walltopo_gym.api.services import BoardsOf, Db
 from walltopo_gym.competitions.board import Board
@@ -67,7 +67,7 @@ class ResultsTable(Response):
 def read_competition_board(
     competition: UUID, request: Request, session: Db, access: GuestMay, boards: BoardsOf,
     category: UUID | None = None,
-    at: Annotated[AwareDatetime | None, Query(description="as it stood then")] = None,
+    at: Annotated[Moment | None, Query(description="as it stood then")] = None,
 ) -> Any:  # fmt: skip
     """Who stands where. While the board is frozen all but judges see it as it was then."""
     row = competition_of(session, access, competition)

@@ -180,7 +180,10 @@ def change_competitor(
     """Say something else of a competitor, or let them withdraw."""
     row = locked(session, access.gym.id, competition)
     found = entry_of(session, row, entry)
-    change_entry(session, row, found, _given(body))
+    given = _given(body)
+    change_entry(session, row, found, given)
+    if "withdrawn" in given:
+        found.removed = given["withdrawn"]
     _log(session, access, "entry.change", found)
     return _facts(session, [found])[0]
 

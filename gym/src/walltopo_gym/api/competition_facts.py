@@ -6,9 +6,9 @@ from datetime import datetime
 from typing import Annotated, Any, Literal
 from uuid import UUID
 
-from pydantic import AwareDatetime, BaseModel, Field
+from pydantic import BaseModel, Field
 
-from walltopo_gym.api.fields import Body, Name, Text
+from walltopo_gym.api.fields import Body, Moment, Name, Text
 from walltopo_gym.competitions.making import CategoryWish, ProblemWish, RoundWish
 from walltopo_gym.competitions.scoring.rules import Rules
 from walltopo_gym.competitions.sheet import Format
@@ -83,8 +83,8 @@ class RoundBody(Body):
     kind: Literal["open", "qualification", "semi", "final", "week"] = "open"
     scoring: ScoringBody
     quota: Annotated[int, Field(ge=1, le=2_000)] | None = None
-    opens_at: AwareDatetime | None = None
-    closes_at: AwareDatetime | None = None
+    opens_at: Moment | None = None
+    closes_at: Moment | None = None
     route_ids: list[UUID] = Field([], max_length=500)
     problems: list[ProblemBody] = Field([], max_length=500)
 
@@ -117,8 +117,8 @@ class CompetitionWords(Body):
     about: str | None = Field(None, max_length=2_000, pattern=LongText)
     fee: str | None = Field(None, max_length=200, pattern=LongText)
     waiver: str | None = Field(None, max_length=8_000, pattern=LongText)
-    starts_at: AwareDatetime | None = None
-    ends_at: AwareDatetime | None = None
+    starts_at: Moment | None = None
+    ends_at: Moment | None = None
     self_entry: bool | None = None
     self_scoring: bool | None = None
     late_minutes: Annotated[int, Field(ge=0, le=1_440)] | None = None

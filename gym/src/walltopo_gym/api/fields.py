@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from datetime import UTC, datetime
+from typing import Annotated, Final
 
-from pydantic import BaseModel, ConfigDict, Field, SecretStr, StringConstraints
+from pydantic import (
+    AfterValidator,
+    AwareDatetime,
+    BaseModel,
+    ConfigDict,
+    Field,
+    SecretStr,
+    StringConstraints,
+)
 
 from walltopo_gym.accounts.passwords import LONGEST
 
-__all__ = ["Body", "Name", "Password", "Secret", "Slug", "Text"]
+__all__ = ["Body", "Moment", "Name", "Password", "Revision", "Secret", "Slug", "Text"]
 
 # Printable, of one line: no control or bidirectional override characters, no lone surrogates.
 _LINE = r"^[^\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]+$"
@@ -25,6 +34,25 @@ Text = Annotated[
 Slug = Annotated[str, Field(pattern=r"^[a-z0-9]+(-[a-z0-9]+)*$", max_length=60)]
 Password = Annotated[SecretStr, Field(max_length=LONGEST)]
 Secret = Annotated[str, Field(min_length=20, max_length=100)]
+Revision = Annotated[int, Field(ge=0, le=2_000_000_000)]
+
+_FIRST: Final = datetime(1900, 1, 1, tzinfo=UTC)
+_END: Final = datetime(2200, 1, 1, tzinfo=UTC)
+
+
+def _in_calendar(moment: datetime) -> datetime:
+    """Refuse a moment that no time zone and no calendar file can express.
+
+    Raises
+    ------
+    ValueError : says which moments will do.
+    """
+    if not _FIRST <= moment < _END:
+        raise ValueError("expected a moment from 1900 to 2199")
+    return moment
+
+
+Moment = Annotated[AwareDatetime, AfterValidator(_in_calendar)]
 
 
 class Body(BaseModel):

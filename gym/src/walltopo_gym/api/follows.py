@@ -7,12 +7,12 @@ from typing import Annotated
 from uuid import UUID
 
 from fastapi import APIRouter, Query
-from pydantic import AwareDatetime, BaseModel
+from pydantic import BaseModel
 
 from walltopo_gym.accounts.actor import Scope
 from walltopo_gym.accounts.profiles import profile_of
 from walltopo_gym.api.climbing_sessions import SessionFacts, session_facts
-from walltopo_gym.api.fields import Body
+from walltopo_gym.api.fields import Body, Moment
 from walltopo_gym.api.routes import route_of
 from walltopo_gym.api.rules import Access, SignedInMay, gym_rule
 from walltopo_gym.api.services import Db
@@ -129,7 +129,7 @@ def set_feed(body: FeedWish, session: Db, actor: SignedInMay) -> None:
 @router.get("/gyms/{gym}/feed")
 def read_feed(
     session: Db, access: ReaderMay,
-    before: Annotated[AwareDatetime | None, Query(description="begun before")] = None,
+    before: Annotated[Moment | None, Query(description="begun before")] = None,
     size: Annotated[int, Query(ge=1, le=100)] = 30,
 ) -> Feed:  # fmt: skip
     """What those climbed in this gym whom one follows."""

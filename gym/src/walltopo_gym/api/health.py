@@ -29,7 +29,7 @@ def read_health() -> Health:
 
 @router.get("/ready", response_model=Health)
 def read_readiness(services: ServicesOf) -> Health | JSONResponse:
-    """The database answers, too, and so does the store of files."""
+    """The database answers, too, and so does the store of files; how full the disk is."""
     try:
         with services.database.reading() as session:
             session.execute(text("SELECT 1"))
@@ -39,4 +39,7 @@ def read_readiness(services: ServicesOf) -> Health | JSONResponse:
         services.store.has("nothing")
     except (BaseError, OSError):
         return problem(503, "the store of files does not answer")
-    return Health(status="ok")
+    fullness = services.incoming.fullness()
+    if fullness == "full":
+        return problem(503, "the disk is full", "Make room on it.")
+    return Health(status="ok" if fullness == "ok" else f"the disk is {fullness}")

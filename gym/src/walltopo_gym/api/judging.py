@@ -9,7 +9,7 @@ from typing import Annotated
 from uuid import UUID
 
 from fastapi import APIRouter, Query, Response
-from pydantic import AwareDatetime, BaseModel, Field
+from pydantic import BaseModel, Field
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
@@ -17,7 +17,7 @@ from walltopo_gym.accounts.models import Person
 from walltopo_gym.api.competition_entries import ClimberMay, JudgeMay
 from walltopo_gym.api.competition_facts import LongText
 from walltopo_gym.api.competitions import competition_of
-from walltopo_gym.api.fields import Body
+from walltopo_gym.api.fields import Body, Moment
 from walltopo_gym.api.paging import Size
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.competitions.history import marks_of, struck
@@ -47,8 +47,8 @@ class EventBody(Body):
     text: str = Field("", max_length=500, pattern=LongText)
     device: str = Field(max_length=40, pattern=r"^[A-Za-z0-9_-]+$")
     number: Number
-    made_at: AwareDatetime
-    sent_at: AwareDatetime
+    made_at: Moment
+    sent_at: Moment
 
 
 class EventFacts(BaseModel):

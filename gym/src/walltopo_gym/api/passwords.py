@@ -10,7 +10,7 @@ from walltopo_gym.accounts.limits import count_mail
 from walltopo_gym.accounts.mailed_links import use_link
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.accounts.people import find_person, set_password
-from walltopo_gym.api.cookies import be_known, begin_here
+from walltopo_gym.api.cookies import be_known, begin_here, known_by
 from walltopo_gym.api.fields import Body, Password, Secret
 from walltopo_gym.api.own_password import check_own_password
 from walltopo_gym.api.rules import AnyoneMay, SignedInMay
@@ -59,7 +59,9 @@ def ask_for_reset(
     """Have a link mailed with which another password is chosen. Says the same for every address."""
     email = one_spelling(body.email)
     with services.database.writing() as session:
-        count_mail(session, email, network_of(request))
+        person = find_person(session, email)
+        known = known_by(session, request, None if person is None else person.id)
+        count_mail(session, "reset", email, network_of(request), known)
     later.add_task(mail_link, services, "reset", email, body.language)
 
 

@@ -6,10 +6,11 @@ from datetime import datetime
 from uuid import UUID
 
 from fastapi import APIRouter
-from pydantic import AwareDatetime, BaseModel
+from pydantic import BaseModel
 from sqlalchemy import select
 
 from walltopo_gym.accounts.audit import log_change
+from walltopo_gym.api.fields import Moment
 from walltopo_gym.api.publishing import Publication, confirmed
 from walltopo_gym.api.routes import PublisherMay
 from walltopo_gym.api.scans import scan_of
@@ -28,7 +29,7 @@ router = APIRouter(tags=["publishing"])
 class NewPlan(Publication):
     """What is confirmed now, and when it shall be so: `at`, or with the whole zone (null)."""
 
-    at: AwareDatetime | None = None
+    at: Moment | None = None
 
 
 class PlanFacts(BaseModel):

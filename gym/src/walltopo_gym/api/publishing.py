@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 from starlette.responses import StreamingResponse
 
 from walltopo_gym.accounts.audit import log_change
-from walltopo_gym.api.fields import Body
+from walltopo_gym.api.fields import Body, Revision
 from walltopo_gym.api.routes import PublisherMay, RouteFacts, RouteWords, routes_of
 from walltopo_gym.api.rules import Access, GuestMay
 from walltopo_gym.api.scans import ScanFacts, facts_of, scan_of
@@ -44,13 +44,13 @@ class RouteEntry(RouteWords):
 class Publication(Body):
     """The confirmed table; `revision` is the wall's, as it stood in the draft."""
 
-    revision: int
+    revision: Revision
     routes: list[RouteEntry] = Field(max_length=1000)
 
 
 class PuttingBack(Body):
     scan_id: UUID
-    revision: int
+    revision: Revision
 
 
 class DraftLine(BaseModel):

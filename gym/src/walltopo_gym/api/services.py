@@ -16,7 +16,7 @@ from walltopo_gym.database.engine import Database
 from walltopo_gym.editing.desks import Desks
 from walltopo_gym.mail import Mailer, make_mailer
 from walltopo_gym.settings import GymSettings
-from walltopo_gym.storage.files import FileStore, open_store
+from walltopo_gym.storage.files import FileStore, open_store, private_folder
 from walltopo_gym.uploads.incoming import Incoming
 
 __all__ = ["BoardsOf", "Db", "Services", "ServicesOf", "is_reading", "network_of"]
@@ -39,7 +39,7 @@ class Services:
     @classmethod
     def open(cls, settings: GymSettings) -> Services:
         """All of them, as the settings say."""
-        settings.data.mkdir(parents=True, exist_ok=True)
+        private_folder(settings.data)
         database, store = Database(settings.database_url), open_store(settings)
         return cls(
             settings,
@@ -47,7 +47,9 @@ class Services:
             Passwords(),
             make_mailer(settings),
             store,
-            Incoming(settings.data / "incoming", settings.keep_free_mb),
+            Incoming(
+                settings.data / "incoming", settings.keep_free_mb, copied=not settings.objects
+            ),
             Desks(settings.data / "editing", settings.most_edited, database, store),
         )
 

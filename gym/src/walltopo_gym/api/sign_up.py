@@ -52,7 +52,7 @@ def ask_for_account(
             if body.invitation is None:
                 raise ForbiddenError("one signs up here by invitation", "Ask your gym for one.")
             invitation(session, body.invitation)
-        count_mail(session, email, network_of(request))
+        count_mail(session, "sign-up", email, network_of(request), known=None)
     later.add_task(mail_link, services, "sign-up", email, body.language)
 
 

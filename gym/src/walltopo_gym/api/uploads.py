@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import base64
 import binascii
-from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from typing import IO, Annotated, Final
 from uuid import UUID
@@ -31,9 +30,10 @@ from walltopo_gym.errors import ConflictError, NotFoundError
 from walltopo_gym.gyms.models import Wall
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.states import State
+from walltopo_gym.uploads.incoming import Incoming
 from walltopo_gym.uploads.models import Photo, PhotoOverlap
 from walltopo_gym.uploads.overlap import ask
-from walltopo_gym.uploads.receiving import announce, finish, is_video
+from walltopo_gym.uploads.receiving import announce, announced_sizes, finish, is_video, kept_name
 
 __all__ = ["router"]
 
@@ -109,7 +109,8 @@ def announce_photo(
     """Announce a photo; `Location` is where it goes, `Upload-Offset` how much is here already."""
     settings = services.settings
     told = _metadata(upload_metadata)
-    kind, most = ("video", settings.most_video_mb) if is_video(told["filename"]) else (
+    name = kept_name(told["filename"])
+    kind, most = ("video", settings.most_video_mb) if is_video(name) else (
         "photo", settings.most_photo_mb
     )  # fmt: skip
     if upload_length > most * 1_000_000:
@@ -117,10 +118,12 @@ def announce_photo(
     row = scan_of(session, access.gym.id, scan)
     _check_open(row)
     photo, is_new = announce(
-        session, row.id, told["filename"], upload_length, told.get("sha256"), settings.most_photos
+        session, row.id, name, upload_length, told.get("sha256"), settings.most_photos
     )
     if is_new:
-        services.incoming.begin(photo.id, upload_length)
+        others = announced_sizes(session)
+        del others[photo.id]
+        services.incoming.begin(photo.id, upload_length, others)
     offset = _offset(services, photo)
     if photo.state == "receiving" and offset == photo.size:
         later.add_task(_finish_whole, services, photo.id)
@@ -158,7 +161,7 @@ async def send_photo(
     if row.state == "receiving":
         with ExitStack() as stack:
             stream = stack.enter_context(services.incoming.appending(photo, upload_offset))
-            await _receive(request, stream, row.size - upload_offset)
+            await _receive(request, services.incoming, stream, row.size - upload_offset)
             await to_thread.run_sync(stack.pop_all().close)
     offset = _offset(services, row)
     if offset == row.size:
@@ -227,10 +230,22 @@ def _offset(services: Services, photo: Photo) -> int:
     return services.incoming.offset(photo.id)
 
 
-async def _receive(request: Request, stream: IO[bytes], most: int) -> None:
-    """Write the body down as it comes. A connection that breaks leaves what came before."""
+async def _receive(request: Request, incoming: Incoming, stream: IO[bytes], most: int) -> None:
+    """Write the body down as it comes. A connection that breaks leaves what came before.
+
+    Raises
+    ------
+    EnvironmentLacksError : the disk has become too full; what came before is kept.
+    """
     held = bytearray()
-    write: Callable[[bytes], int] = stream.write
+
+    def write(piece: bytes) -> None:
+        for start in range(0, len(piece), _PIECE):
+            part = piece[start : start + _PIECE]
+            incoming.check_room(len(part))
+            stream.write(part)
+            stream.flush()
+
     try:
         async for piece in request.stream():
             held += piece

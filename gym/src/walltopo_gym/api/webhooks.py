@@ -15,6 +15,7 @@ from walltopo_gym.api.fields import Body
 from walltopo_gym.api.rules import OwnerMay
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.errors import ConflictError, NotFoundError
+from walltopo_gym.webhooks.delivery import LAST_TRY
 from walltopo_gym.webhooks.models import Webhook, WebhookEvent
 from walltopo_gym.webhooks.sending import check_url, new_signing_secret
 
@@ -101,7 +102,8 @@ def _facts(session: Session, row: Webhook) -> WebhookFacts:
     events = session.scalars(waiting.order_by(WebhookEvent.created_at.desc())).all()
     error = next((event.error for event in events if event.error), "")
     return WebhookFacts(
-        id=row.id, url=row.url, created_at=row.created_at, waiting=len(events), error=error,
+        id=row.id, url=row.url, created_at=row.created_at, error=error,
+        waiting=sum(event.tries < LAST_TRY for event in events),
         told_at=row.told_at,
         deliveries=[
             Delivery(id=event.id, type=str(event.body.get("type", "")), tries=event.tries,

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from uuid import UUID
 
+from walltopo.cli.outputs import add_overwrite
 from walltopo.core import InputError
 from walltopo_gym.cli.options import add_place
 
@@ -18,6 +19,7 @@ def register(inner: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     doctor.set_defaults(run=_doctor)
     backup = inner.add_parser("backup", help="write a backup of a running gym")
     backup.add_argument("file", type=Path, metavar="FILE.tar")
+    add_overwrite(backup)
     backup.set_defaults(run=_backup)
     restore = inner.add_parser("restore", help="bring a backup back into an empty place")
     restore.add_argument("file", type=Path, metavar="FILE.tar")
@@ -63,7 +65,9 @@ def _backup(args: argparse.Namespace) -> int:
 
     settings = settings_of(args)
     with opened(args) as database:
-        number = back_up(settings, database, open_store(settings), args.file)
+        number = back_up(
+            settings, database, open_store(settings), args.file, overwrite=args.overwrite
+        )
     console.print(f"{args.file}: {number} files", soft_wrap=True, markup=False)
     return 0
 
@@ -91,6 +95,8 @@ def _purge(args: argparse.Namespace) -> int:
         gone = purge(settings, database, open_store(settings), really=not args.dry_run)
     verb = "would go" if args.dry_run else "gone"
     console.print(f"{gone.rows} rows, {len(gone.files)} files, {gone.bytes / 1e6:.1f} MB {verb}")
+    for name, why in gone.failed:
+        console.print(f"! {name}: {why}", soft_wrap=True, markup=False, highlight=False)
     return 0
 
 

@@ -12,6 +12,7 @@ from walltopo.core import InputError
 from walltopo_gym.database.engine import Database
 from walltopo_gym.migrations.run import migrate
 from walltopo_gym.settings import GymSettings, load_settings
+from walltopo_gym.storage.files import private_folder
 
 __all__ = ["asked_password", "database_of", "opened", "settings_of"]
 
@@ -31,7 +32,7 @@ def opened(args: argparse.Namespace) -> Iterator[Database]:
 @contextmanager
 def database_of(settings: GymSettings) -> Iterator[Database]:
     """The database of the settings, with the tables of this version."""
-    settings.data.mkdir(parents=True, exist_ok=True)
+    private_folder(settings.data)
     database = Database(settings.database_url)
     try:
         migrate(database)

@@ -105,8 +105,8 @@ def enter(
 
     Raises
     ------
-    ForbiddenError : the gym enters people itself; ConflictError : it is too late, or the text was
-    changed meanwhile.
+    ForbiddenError : the gym enters people itself, or has withdrawn this one; ConflictError : it is
+    too late, or the text was changed meanwhile.
     """
     if not row.self_entry:
         raise ForbiddenError("the gym enters people itself here", "Ask at the desk.")
@@ -115,6 +115,8 @@ def enter(
     if waiver != row.waiver:
         raise ConflictError("the text to accept was changed meanwhile", "Read it again.")
     entry = own_entry(session, row, person)
+    if entry is not None and entry.withdrawn and entry.removed:
+        raise ForbiddenError("the gym has withdrawn your entry", "Ask at the desk.")
     if entry is None:
         entry = add_entry(session, row, words, person)
     else:

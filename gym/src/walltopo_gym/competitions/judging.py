@@ -7,6 +7,7 @@ from datetime import datetime, timedelta
 from typing import Final
 from uuid import UUID
 
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from walltopo.core import InputError
@@ -145,10 +146,40 @@ def _check_own(
         raise ForbiddenError("results are entered by judges here", "Ask a judge.")
     if said.target_id is not None:
         target = session.get_one(ScoreEvent, said.target_id)
-        if target.person_id != person:
+        if target.person_id != person or target.kind in JUDGED:
             raise ForbiddenError("a judge entered this", "Ask a judge, or appeal.")
-    if one is None:
-        return
+    for touched in _rounds_touched(session, said, one):
+        _check_window(row, touched, climbed_at, at)
+
+
+def _rounds_touched(session: Session, said: Said, one: Round | None) -> list[Round]:
+    """Return the round of an event and the rounds in which it changes what counts.
+
+    An event changes its target, what the target strikes, and so on to the end of that chain.
+
+    Parameters
+    ----------
+    one : the round of the event's own problem.
+    """
+    problems: set[UUID] = set()
+    target = said.target_id
+    while target is not None:
+        event = session.get_one(ScoreEvent, target)
+        if event.problem_id is not None:
+            problems.add(event.problem_id)
+        target = event.target_id
+    of_problems = select(Problem.round_id).where(Problem.id.in_(problems))
+    rounds = session.scalars(select(Round).where(Round.id.in_(of_problems)).order_by(Round.place))
+    return [*rounds] if one is None else [one, *rounds]
+
+
+def _check_window(row: Competition, one: Round, climbed_at: datetime, at: datetime) -> None:
+    """Refuse a competitor's own event outside the round's time.
+
+    Raises
+    ------
+    ConflictError : says whether the round has not begun or is over.
+    """
     if one.state == "waiting" or (one.opens_at is not None and climbed_at < one.opens_at):
         raise ConflictError(f"the round {one.name!r} has not begun")
     if one.closes_at is not None:

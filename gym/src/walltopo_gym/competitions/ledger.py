@@ -1,9 +1,9 @@
 """What score events mean together, whatever the order in which they arrive.
 
-An event counts unless one that counts has it as its target. On a problem a competitor has, over all
-events that count: as tries the largest number that was said, as zone and top the smallest. So two
-judges who enter the same thing do not count it twice, and a phone that was offline changes nothing
-by being late.
+An event counts unless another one that counts strikes it: has it as its target, and is of a kind in
+`STRIKING`. On a problem a competitor has, over all events that count: as tries the largest number
+that was said, as zone and top the smallest. So two judges who enter the same thing do not count it
+twice, and a phone that was offline changes nothing by being late.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from uuid import UUID
 
 from walltopo_gym.competitions.scoring.score import NOTHING, Mark
 
-__all__ = ["JUDGED", "SCORED", "Fact", "Kind", "Ledger", "Place"]
+__all__ = ["JUDGED", "SCORED", "STRIKING", "Fact", "Kind", "Ledger", "Place"]
 
 
 class Kind(StrEnum):
@@ -32,6 +32,8 @@ class Kind(StrEnum):
 
 SCORED = frozenset({Kind.ATTEMPT, Kind.ZONE, Kind.TOP})
 JUDGED = frozenset({Kind.OUT, Kind.DECISION})  # said by judges alone
+# An appeal and a decision name an event and leave it as it is.
+STRIKING = SCORED | {Kind.VOID, Kind.OUT}
 
 Place = tuple[UUID, UUID | None]  # entry, problem
 
@@ -55,8 +57,8 @@ class Fact:
 
     @property
     def strikes(self) -> UUID | None:
-        """The event that does not count because of this one; a decision strikes no appeal."""
-        return None if self.kind == Kind.DECISION else self.target
+        """The event that does not count because of this one."""
+        return self.target if self.kind in STRIKING else None
 
 
 class Ledger:

@@ -6,7 +6,7 @@ from datetime import datetime
 from typing import Any
 from uuid import UUID
 
-from sqlalchemy import JSON, ForeignKey, Index, String, Text, UniqueConstraint
+from sqlalchemy import JSON, ForeignKey, Index, String, Text, UniqueConstraint, false
 from sqlalchemy.orm import Mapped, mapped_column
 
 from walltopo_gym.clock import now
@@ -118,7 +118,10 @@ class Problem(Base):
 
 
 class Entry(Keyed, Base):
-    """A competitor, with an account (`person_id`) or without; `handicap` in points, for leagues."""
+    """A competitor, with an account (`person_id`) or without; `handicap` in points, for leagues.
+
+    `removed`: the gym has withdrawn them, so only the gym lets them in again.
+    """
 
     __tablename__ = "competition_entries"
     __table_args__ = (
@@ -141,6 +144,7 @@ class Entry(Keyed, Base):
     gender: Mapped[str] = mapped_column(String(10), default="")
     handicap: Mapped[int] = mapped_column(default=0)
     withdrawn: Mapped[bool] = mapped_column(default=False)
+    removed: Mapped[bool] = mapped_column(default=False, server_default=false())
 
 
 class WaiverSignature(Keyed, Base):

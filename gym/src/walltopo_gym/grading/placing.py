@@ -16,13 +16,15 @@ from uuid import UUID
 
 import msgspec
 from dbos import DBOS, SetWorkflowID
-from sqlalchemy import delete, func, or_, select
+from sqlalchemy import String, cast, delete, func, literal, or_, select
 
 from walltopo.core import InputError
 from walltopo.scans.folder import ScanFolder
 from walltopo_climb.grades.model import shipped_identity, shipped_model
 from walltopo_climb.grades.of_scan import Graded, place_routes
 from walltopo_climb.wall_files import read_wall
+from walltopo_gym.attempts.bounded import MAX_TRIES, Attempts
+from walltopo_gym.attempts.models import JobAttempt
 from walltopo_gym.database.engine import Database
 from walltopo_gym.editing.models import ScanEdits
 from walltopo_gym.errors import NotFoundError
@@ -38,7 +40,6 @@ _LOG = logging.getLogger("walltopo_gym.grading")
 QUEUE: Final = "places"
 PLACED: Final = (State.REVIEW, State.PUBLISHED, State.SUPERSEDED)
 _AT_ONCE: Final = 20
-_TRIES: Final = 5
 
 _placing: Placing | None = None
 
@@ -49,31 +50,51 @@ class Placing:
     def __init__(self, database: Database, store: FileStore) -> None:
         global _placing
         self._database, self._store = database, store
-        self._begun: set[str] = set()
+        self._attempts = Attempts(database, "places")
         self._turn = threading.Lock()  # a wall takes a processor for seconds
         _placing = self
 
     def begin_missing(self) -> None:
-        """Begin what is missing."""
+        """Hand what is missing to DBOS."""
+        for scan, name in self.claim():
+            with SetWorkflowID(name):
+                DBOS.enqueue_workflow(QUEUE, _place_scan, str(scan))
+
+    def claim(self) -> list[tuple[UUID, str]]:
+        """Begin a try of what is missing; return each scan with a name of its try."""
         model = shipped_identity()
         shown = func.coalesce(ScanEdits.shown, 0)
         is_old = or_(
             ScanPlaces.scan_id.is_(None), ScanPlaces.model != model, ScanPlaces.shown != shown
         )
+        version = literal(f"{model}-") + cast(shown, String)
         missing = (
-            select(Scan.id, shown)
+            select(Scan.id, version)
             .join(ScanPlaces, ScanPlaces.scan_id == Scan.id, isouter=True)
             .join(ScanEdits, ScanEdits.scan_id == Scan.id, isouter=True)
-            .where(Scan.state.in_(PLACED), is_old)
+            .outerjoin(JobAttempt, self._attempts.row_of(Scan.id, version))
+            .where(Scan.state.in_(PLACED), is_old, self._attempts.is_due())
             .order_by(Scan.created_at.desc())
         )
         with self._database.reading() as session:
-            rows = session.execute(missing).all()
-        names = {f"places-{scan}-{model}-{revision}": scan for scan, revision in rows}
-        for name in [name for name in names if name not in self._begun][:_AT_ONCE]:
-            with SetWorkflowID(name):
-                DBOS.enqueue_workflow(QUEUE, _place_scan, str(names[name]))
-            self._begun.add(name)
+            free = _AT_ONCE - self._attempts.held(session)
+            rows = session.execute(missing.limit(max(0, free))).all()
+        if not rows:
+            return []
+        begun = []
+        with self._database.writing() as session:
+            for scan, told in rows:
+                number = self._attempts.begin(session, scan, QUEUE, told)
+                if number:
+                    begun.append((scan, f"places-{scan}-{told}-{number}"))
+        return begun
+
+    def try_once(self, scan: UUID) -> None:
+        """Place the routes of a scan, and keep why where that fails."""
+        with self._attempts.trying(scan):
+            self.place(scan)
+            with self._database.writing() as session:
+                self._attempts.end(session, scan)
 
     def place(self, scan: UUID) -> None:
         """Place the routes of a scan; may be done again at any point."""
@@ -109,12 +130,11 @@ class Placing:
         return place_routes(routes, holds, unit, shipped_model())
 
 
-@DBOS.workflow(name="places")
+@DBOS.workflow(name="places", max_recovery_attempts=MAX_TRIES)
 def _place_scan(scan: str) -> None:
-    # The database may be away for a while.
-    DBOS.run_step({"name": "place", "retries_allowed": True, "max_attempts": _TRIES}, _place, scan)
+    DBOS.run_step({"name": "place"}, _place, scan)
 
 
 def _place(scan: str) -> None:
     assert _placing is not None, "the worker has not begun"
-    _placing.place(UUID(scan))
+    _placing.try_once(UUID(scan))

@@ -76,6 +76,7 @@ class Message(Keyed, Base):
 
     `kind` and `subject` say what it is about, `target` the way: "mail", or a push address. The row
     stays when it was sent, so that it is not sent again. `body`: what the way needs.
+    `begun_at`: when a try began that has not ended.
     """
 
     __tablename__ = "messages"
@@ -91,6 +92,7 @@ class Message(Keyed, Base):
     target: Mapped[str] = mapped_column(String(36))
     body: Mapped[dict[str, Any]] = mapped_column(JSON)
     next_at: Mapped[datetime]
+    begun_at: Mapped[datetime | None]
     tries: Mapped[int] = mapped_column(default=0)
     sent_at: Mapped[datetime | None]
     error: Mapped[str] = mapped_column(String(300), default="")

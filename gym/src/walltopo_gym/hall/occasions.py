@@ -6,6 +6,7 @@ thing at the same moment note it once.
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator
 from datetime import date, datetime, time, timedelta
 from typing import Any, Final
@@ -29,6 +30,7 @@ from walltopo_gym.scans.models import Scan
 
 __all__ = ["DIGEST", "note_all"]
 
+_LOG = logging.getLogger("walltopo_gym.hall")
 DIGEST: Final = "digest"
 _MAIL: Final = "mail"
 # The week's mail goes on Monday from eight by the gym's clock; a worker that was away catches up.
@@ -49,7 +51,7 @@ def note_all(database: Database) -> int:
     asked = select(Membership.gym_id).join(Wishes, Wishes.person_id == Membership.person_id)
     with database.reading() as session:
         gyms = session.scalars(select(Gym).where(Gym.id.in_(asked))).all()
-        rows = [row for gym in gyms for row in _of_gym(session, gym)]
+        rows = [row for gym in gyms for row in _of_gym_alone(session, gym)]
         there = select(Message.person_id, Message.kind, Message.subject, Message.target)
         subjects = {row["subject"] for row in rows}
         known = {tuple(row) for row in session.execute(there.where(Message.subject.in_(subjects)))}
@@ -70,6 +72,16 @@ def _once(database: Database, row: dict[str, Any]) -> Any:
     else:
         from sqlalchemy.dialects.postgresql import insert as here  # type: ignore[assignment]
     return here(Message).values(**row).on_conflict_do_nothing()
+
+
+def _of_gym_alone(session: Session, gym: Gym) -> list[dict[str, Any]]:
+    """Return a gym's messages; where they cannot be made, none: other gyms do not wait for it."""
+    try:
+        with session.begin_nested():
+            return list(_of_gym(session, gym))
+    except Exception:
+        _LOG.exception("gym %s: its messages cannot be made", gym.slug)
+        return []
 
 
 def _of_gym(session: Session, gym: Gym) -> Iterator[dict[str, Any]]:

@@ -9,16 +9,19 @@ from __future__ import annotations
 import logging
 import time
 from dataclasses import dataclass
-from datetime import timedelta
+from datetime import datetime, timedelta
 from typing import Final
 from urllib.parse import urlsplit
 from uuid import UUID
 
 from dbos import DBOS, SetWorkflowID
-from sqlalchemy import delete, select
+from sqlalchemy import delete, func, select
+from sqlalchemy.orm import Session
 
 from walltopo.core import InputError
 from walltopo_gym.accounts.models import Person
+from walltopo_gym.attempts.bounded import reason_of
+from walltopo_gym.attempts.turns import fair_share
 from walltopo_gym.climbing.counting import zone_of
 from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
@@ -40,6 +43,10 @@ QUEUE: Final = "messages"
 _LOOK_S: Final = 60
 # Seconds to the next try; after the last one it is given up.
 _WAITS: Final = (60, 600, 3600, 14400, 43200)
+LAST_TRY: Final = len(_WAITS) + 1
+# A try that was handed to the queue and never came to an end is made again after that.
+_LEASE: Final = timedelta(minutes=15)
+_EACH: Final = 2  # messages to browsers of one gym at a time: slow hosts hold up no other gym
 
 _telling: Telling | None = None
 
@@ -54,38 +61,52 @@ class Telling:
     looked: float = 0.0
 
     def begin_due(self) -> None:
-        """Once a minute: note what is new to tell, and begin a try of what is due."""
+        """Begin a try of what is due; once a minute, note what is new to tell."""
         global _telling
         _telling = self
-        if self.looked and time.monotonic() < self.looked + _LOOK_S:
-            return
-        self.looked = time.monotonic()
-        note_all(self.database)
+        if not self.looked or time.monotonic() >= self.looked + _LOOK_S:
+            self.looked = time.monotonic()
+            try:
+                note_all(self.database)
+            except Exception:  # what was noted before is sent all the same
+                _LOG.exception("new messages cannot be noted")
         for message, number in self.claim():
             with SetWorkflowID(f"message-{message}-{number}"):
                 DBOS.enqueue_workflow(QUEUE, _tell, str(message))
 
     def claim(self) -> list[tuple[UUID, int]]:
-        """What is tried now, and for which time; its next try is set before it begins."""
-        due = select(Message).where(Message.sent_at.is_(None), Message.next_at <= now()).limit(200)
+        """Begin a try of what is due, and return its number; its next try is set before it begins.
+
+        After the last try a message stays with its reason and is tried no more.
+        """
         begun = []
         with self.database.writing() as session:
-            for row in session.scalars(due.with_for_update(skip_locked=True)):
-                if row.tries > len(_WAITS):
-                    _LOG.warning("message %s: given up (%s)", row.id, row.error)
-                    row.sent_at = now()
+            mine = select(Message).where(Message.id.in_(_due(session)))
+            for row in session.scalars(mine.with_for_update(skip_locked=True)).all():
+                if row.tries >= LAST_TRY:
+                    _give_up(row, row.error or "the worker ended during the last try")
                     continue
-                if row.kind != DIGEST:
-                    gym = session.get_one(Gym, row.gym_id)
-                    wishes = wishes_of(session, row.person_id)
-                    awake = awake_at(wishes, now(), zone_of(gym))
-                    if awake > now():
-                        row.next_at = awake
-                        continue
-                wait = _WAITS[min(row.tries, len(_WAITS) - 1)]
-                row.tries, row.next_at = row.tries + 1, now() + timedelta(seconds=wait)
+                try:
+                    awake = self._awake_at(session, row)
+                except Exception as error:
+                    _LOG.exception("message %s", row.id)
+                    row.tries += 1
+                    _note_failure(row, error)
+                    continue
+                if awake > now():
+                    row.next_at = awake
+                    continue
+                row.tries, row.begun_at = row.tries + 1, now()
+                row.next_at = now() + _LEASE
                 begun.append((row.id, row.tries))
         return begun
+
+    def _awake_at(self, session: Session, row: Message) -> datetime:
+        """Return when a message may be sent; a mail at any hour."""
+        if row.kind == DIGEST:
+            return now()
+        gym = session.get_one(Gym, row.gym_id)
+        return awake_at(wishes_of(session, row.person_id), now(), zone_of(gym))
 
     def try_once(self, message: UUID) -> None:
         """Send a message, unless it was."""
@@ -93,7 +114,7 @@ class Telling:
             row = session.get(Message, message)
         if row is None or row.sent_at is not None:
             return
-        error = ""
+        failure: Exception | None = None
         try:
             if row.kind == DIGEST:
                 self._mail(row)
@@ -102,13 +123,18 @@ class Telling:
         except NotFoundError:
             with self.database.writing() as session:
                 session.execute(delete(PushAddress).where(PushAddress.id == UUID(row.target)))
-        except (OSError, InputError) as why:
-            error = str(why) or type(why).__name__
+        except Exception as error:
+            failure = error
+            if not isinstance(error, OSError | InputError):
+                _LOG.exception("message %s", message)
         with self.database.writing() as session:
             kept = session.get(Message, message)
             if kept is not None:
-                kept.error = error[:300]
-                kept.sent_at = None if error else now()
+                kept.begun_at = None
+            if kept is not None and failure is not None:
+                _note_failure(kept, failure)
+            elif kept is not None:
+                kept.error, kept.sent_at = "", now()
 
     def _mail(self, row: Message) -> None:
         with self.database.reading() as session:
@@ -140,7 +166,42 @@ class Telling:
              private=self.settings.webhooks_to_private)  # fmt: skip
 
 
-@DBOS.workflow(name="message")
+def _due(session: Session) -> list[UUID]:
+    """Return what may be tried now: all mails, and of one gym only few messages to browsers."""
+    due = Message.sent_at.is_(None), Message.next_at <= now()
+    turn = func.row_number().over(
+        partition_by=Message.gym_id, order_by=(Message.next_at, Message.id)
+    )
+    pushes = (
+        select(Message.id, Message.gym_id)
+        .where(*due, Message.kind != DIGEST)
+        .order_by(turn, Message.next_at)
+        .limit(500)
+    )
+    busy = select(Message.gym_id).where(
+        Message.kind != DIGEST, Message.begun_at.is_not(None), Message.sent_at.is_(None),
+        Message.next_at > now(),
+    )  # fmt: skip
+    mails = select(Message.id).where(*due, Message.kind == DIGEST).limit(200)
+    chosen = fair_share(session.execute(pushes).all(), session.scalars(busy), _EACH)
+    return [*session.scalars(mails), *chosen]
+
+
+def _note_failure(row: Message, error: Exception) -> None:
+    """Keep why a try failed; the next one is after a wait, or there is none."""
+    if row.tries >= LAST_TRY:
+        _give_up(row, reason_of(error))
+        return
+    wait = _WAITS[max(0, row.tries - 1)]
+    row.error, row.next_at = reason_of(error)[:300], now() + timedelta(seconds=wait)
+
+
+def _give_up(row: Message, why: str) -> None:
+    _LOG.warning("message %s: given up (%s)", row.id, why)
+    row.error, row.sent_at = why[:300], now()
+
+
+@DBOS.workflow(name="message", max_recovery_attempts=len(_WAITS))
 def _tell(message: str) -> None:
     DBOS.run_step({"name": "tell"}, _try_once, message)
 

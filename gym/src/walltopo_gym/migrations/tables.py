@@ -5,6 +5,7 @@ from __future__ import annotations
 from sqlalchemy import MetaData
 
 from walltopo_gym.accounts import models as _accounts
+from walltopo_gym.attempts import models as _attempts
 from walltopo_gym.climbing import counted_models as _counted
 from walltopo_gym.climbing import models as _climbing
 from walltopo_gym.competitions import models as _competitions
@@ -22,5 +23,5 @@ from walltopo_gym.webhooks import models as _webhooks
 __all__ = ["METADATA"]
 
 _ROOMS = (_accounts, _gyms, _scans, _uploads, _publishing, _editing, _competitions, _climbing,
-          _counted, _webhooks, _insights, _grading, _hall)  # fmt: skip
+          _counted, _webhooks, _insights, _grading, _hall, _attempts)  # fmt: skip
 METADATA: MetaData = Base.metadata

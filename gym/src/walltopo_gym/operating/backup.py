@@ -10,12 +10,14 @@ from __future__ import annotations
 
 import hashlib
 import io
+import os
 import sqlite3
 import subprocess
 import tarfile
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 from typing import IO, Final
 
@@ -23,7 +25,7 @@ import msgspec
 from sqlalchemy import delete, make_url, update
 
 from walltopo.core import EnvironmentLacksError, InputError
-from walltopo.core.files import atomic_path
+from walltopo.core.outputs import Target, written_file
 from walltopo_gym.database.engine import Database
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.migrations.run import migrate
@@ -31,7 +33,7 @@ from walltopo_gym.operating.upkeep import alone
 from walltopo_gym.scans.models import Scan, Worker
 from walltopo_gym.scans.states import State
 from walltopo_gym.settings import FILE, GymSettings
-from walltopo_gym.storage.files import FileStore, hash_of_file
+from walltopo_gym.storage.files import FileStore, hash_of_file, private_folder
 
 __all__ = ["back_up", "restore"]
 
@@ -46,19 +48,32 @@ class _Contents(msgspec.Struct):
     hashes: dict[str, str]
 
 
-def back_up(settings: GymSettings, database: Database, store: FileStore, to: Path) -> int:
+def back_up(
+    settings: GymSettings, database: Database, store: FileStore, to: Path, *,
+    overwrite: bool = False,
+) -> int:  # fmt: skip
     """Write a backup to `to`, whole or not at all; the number of files in it.
+
+    Its owner alone can read it: it has all that the gym knows of people.
+
+    Parameters
+    ----------
+    overwrite : another file may be replaced; never one of the gym's own.
 
     Raises
     ------
+    InputError : something is there that would be replaced, or `to` lies in the data folder.
     EnvironmentLacksError : pg_dump is not there, or fails; ConflictError : as in `alone`.
     """
     contents = _Contents({})
+    own = _own_files(settings)
+    target = Target(to, "FILE", "gym backup", overwrite, own, partial(_refuse_own, own))
     with (
         alone(settings.data),
-        tempfile.TemporaryDirectory(dir=to.parent) as name,
-        atomic_path(to) as temporary,
-        tarfile.open(temporary, "w") as tar,
+        written_file(target) as temporary,
+        tempfile.TemporaryDirectory(dir=target.place.parent) as name,
+        _private(temporary).open("wb") as out,
+        tarfile.open(fileobj=out, mode="w") as tar,
     ):
         tables = Path(name) / _kind(database)
         _dump(database, tables)
@@ -79,6 +94,36 @@ def back_up(settings: GymSettings, database: Database, store: FileStore, to: Pat
     return len(contents.hashes)
 
 
+def _own_files(settings: GymSettings) -> list[Path]:
+    """Return the files and folders that a gym consists of."""
+    own = [settings.data]
+    url = make_url(settings.database_url)
+    if url.get_backend_name() == "sqlite" and url.database:
+        own += [Path(url.database + end) for end in ("", "-wal", "-shm")]
+    if settings.objects.startswith("file://"):
+        own.append(Path(settings.objects.removeprefix("file://")))
+    return own
+
+
+def _refuse_own(own: Sequence[Path], place: Path) -> None:
+    """Refuse a place among the gym's own files.
+
+    Raises
+    ------
+    InputError : says so.
+    """
+    if any(place.is_relative_to(os.path.realpath(path)) for path in own):
+        raise InputError(
+            f"{place}: belongs to the gym itself", "Write the backup outside of its data folder."
+        )
+
+
+def _private(path: Path) -> Path:
+    """Return the path of a new file that its owner alone can read."""
+    path.touch(mode=0o600, exist_ok=False)
+    return path
+
+
 def restore(settings: GymSettings, store: FileStore, source: Path) -> int:
     """Bring a backup back into an empty data folder and database; the number of files.
 
@@ -89,7 +134,7 @@ def restore(settings: GymSettings, store: FileStore, source: Path) -> int:
     InputError : no backup, a damaged one, one of the other kind of database, or the place is not
         empty. EnvironmentLacksError : pg_restore is not there, or fails.
     """
-    settings.data.mkdir(parents=True, exist_ok=True)
+    private_folder(settings.data)
     database = Database(settings.database_url)
     try:
         _refuse_used(database, store, settings)

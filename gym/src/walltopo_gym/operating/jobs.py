@@ -9,6 +9,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.audit import log_change
+from walltopo_gym.attempts.models import JobAttempt
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.models import Gym, Wall
 from walltopo_gym.scans.asking import start
@@ -21,7 +22,8 @@ _SHOWN = (State.RUNNING, State.QUEUED, State.FAILED)
 
 
 def jobs(session: Session) -> Iterator[str]:
-    """A line each: those at work, those that wait, those that failed."""
+    """A line each: those at work, those that wait, those that failed, and what was set aside of the
+    other background jobs."""
     rows = session.execute(
         select(Scan, Wall.name, Gym.slug, ScanProgress)
         .join(Wall, Wall.id == Scan.wall_id)
@@ -35,6 +37,9 @@ def jobs(session: Session) -> Iterator[str]:
         if scan.state == State.RUNNING and progress is not None:
             said = f"{progress.stage}: {progress.doing} (heard of {progress.at:%Y-%m-%d %H:%M})"
         yield f"{scan.id} {scan.state:<8} {gym}/{wall} {said}"
+    aside = select(JobAttempt).where(JobAttempt.next_at.is_(None)).order_by(JobAttempt.begun_at)
+    for row in session.scalars(aside):
+        yield f"{row.item} set aside {row.kind}: {row.error} ({row.tries} tries)"
 
 
 def retry(session: Session, scan: UUID) -> None:

@@ -6,9 +6,11 @@ import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from datetime import timedelta
+from functools import partial
 from typing import Final
 from uuid import UUID
 
+from obstore.exceptions import BaseError
 from sqlalchemy import String, cast, delete, exists, select
 from sqlalchemy.orm import Session
 
@@ -22,6 +24,7 @@ from walltopo_gym.accounts.models import (
     SignIn,
     Try,
 )
+from walltopo_gym.attempts.models import JobAttempt
 from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
 from walltopo_gym.gyms.models import FloorPlan, Invitation
@@ -31,22 +34,36 @@ from walltopo_gym.scans.states import State
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import FileStore
 from walltopo_gym.uploads.models import Photo
+from walltopo_gym.webhooks.delivery import LAST_TRY
+from walltopo_gym.webhooks.models import WebhookEvent
 
 __all__ = ["Purged", "purge"]
 
 # A file is written before its row names it: younger ones may be waiting for theirs.
 _YOUNG: Final = timedelta(days=1)
+# What was given up: so long its reason can be read; a job then tries its item anew.
+_GIVEN_UP: Final = timedelta(days=30)
 _EXPIRING: Final = (SignIn, ApiToken, Challenge, KnownBrowser, MailedLink, OidcAttempt, Handover,
                     Invitation)  # fmt: skip
 
 
 @dataclass
 class Purged:
-    """What went, or would go."""
+    """What went, or would go; `failed`: files that could not be deleted, and why."""
 
     rows: int = 0
     files: list[str] = field(default_factory=list)
     bytes: int = 0
+    failed: list[tuple[str, str]] = field(default_factory=list)
+
+    def does(self, name: str, delete_it: Callable[[], object]) -> bool:
+        """Delete one file; one that cannot be deleted is noted, and the others go on."""
+        try:
+            delete_it()
+        except (OSError, BaseError) as error:
+            self.failed.append((name, str(error).partition("\n")[0]))
+            return False
+        return True
 
 
 def purge(
@@ -69,12 +86,12 @@ def purge(
         for key, size, written in list(store.entries("")):
             if written > now() - _YOUNG or _is_named(settings, database, key):
                 continue
+            if really and not purged.does(key, partial(store.drop, [key])):
+                continue
             purged.files.append(key)
             purged.bytes += size
-            if really:
-                store.drop([key])
         if really:
-            _drop_incoming(settings, database)
+            _drop_incoming(settings, database, purged)
     return purged
 
 
@@ -84,6 +101,11 @@ def _expired(session: Session) -> Iterator[int]:
         yield len(
             session.scalars(delete(kind).where(kind.expires_at < now()).returning(kind.id)).all()
         )
+    late = now() - _GIVEN_UP
+    events = delete(WebhookEvent).where(WebhookEvent.next_at < late, WebhookEvent.tries >= LAST_TRY)
+    yield len(session.scalars(events.returning(WebhookEvent.id)).all())
+    tried = delete(JobAttempt).where(JobAttempt.begun_at < late).returning(JobAttempt.item)
+    yield len(session.scalars(tried).all())
     old = delete(Try).where(Try.at < now() - timedelta(days=1)).returning(Try.id)
     yield len(session.scalars(old).all())
 
@@ -140,14 +162,14 @@ _NAMES: Final[dict[str, Callable[[Session, str, GymSettings], bool]]] = {
 }
 
 
-def _drop_incoming(settings: GymSettings, database: Database) -> None:
+def _drop_incoming(settings: GymSettings, database: Database, purged: Purged) -> None:
     """Half-sent photos and work folders whose row is gone."""
     with database.reading() as session:
         photos = {photo.hex for photo in session.scalars(select(Photo.id))}
         scans = {str(scan) for scan in session.scalars(select(Scan.id))}
-    for path in (settings.data / "incoming").glob("*"):
+    for path in sorted((settings.data / "incoming").glob("*")):
         if path.name not in photos:
-            path.unlink(missing_ok=True)
+            purged.does(str(path), partial(path.unlink, missing_ok=True))
     for folder in (settings.data / "work").glob("*/*"):
         if folder.name not in scans:
             shutil.rmtree(folder, ignore_errors=True)

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from walltopo_gym.errors import ConflictError
+from walltopo_gym.storage.files import private_folder
 
 __all__ = ["alone"]
 
@@ -20,7 +21,7 @@ def alone(data: Path) -> Iterator[None]:
     ------
     ConflictError : somebody else is at it.
     """
-    data.mkdir(parents=True, exist_ok=True)
+    private_folder(data)
     with (data / "upkeep.lock").open("wb") as stream:
         try:
             fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)

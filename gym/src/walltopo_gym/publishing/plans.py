@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping, Sequence
-from datetime import date
+from datetime import date, timedelta
 from typing import Any, Final
 from uuid import UUID
 from zoneinfo import ZoneInfo
@@ -18,6 +18,8 @@ from sqlalchemy.orm import Session
 
 from walltopo.core import WalltopoError
 from walltopo_gym.accounts.audit import log_change
+from walltopo_gym.attempts.bounded import Attempts
+from walltopo_gym.attempts.models import JobAttempt
 from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
 from walltopo_gym.errors import ConflictError
@@ -29,6 +31,8 @@ from walltopo_gym.scans.models import Scan
 __all__ = ["publish_due", "rows_of"]
 
 _LOG = logging.getLogger("walltopo_gym.publishing")
+_HOLDER: Final = "publication"
+_LEASE: Final = timedelta(minutes=1)  # a publication takes seconds
 _DATES: Final = {"set_on", "strip_on"}
 
 
@@ -60,39 +64,55 @@ def _facts(told: Mapping[str, Any]) -> dict[str, object]:
 
 def publish_due(database: Database) -> int:
     """Carry out what is due; how many. Each zone, and each wall by itself, in one transaction."""
+    attempts = Attempts(database, "publication", _set_aside, _LEASE)
     with database.reading() as session:
-        groups = [[plan.scan_id for plan in group] for group in _due(session)]
+        groups = _due(session, attempts)
     done = 0
     for scans in groups:
+        with database.writing() as session:
+            numbers = [attempts.begin(session, scan, _HOLDER) for scan in scans]
+        if not all(numbers):
+            continue  # another worker is at it, or one of them was set aside
         try:
             with database.writing() as session:
                 for scan in scans:
                     _carry_out(session, scan)
+                    attempts.end(session, scan)
             done += len(scans)
-        except WalltopoError as why:
+        except WalltopoError as why:  # the gym has to decide: nothing is tried again
             _LOG.warning("planned publication of %s: %s", scans, why)
-            _note(database, scans, why)
+            _note(database, attempts, scans, why)
+        except Exception as error:
+            for scan in scans:
+                attempts.fail(scan, error)
     return done
 
 
-def _due(session: Session) -> list[list[Plan]]:
+def _set_aside(session: Session, scan: UUID, why: str) -> None:
+    plan = session.get(Plan, scan)
+    if plan is not None:
+        plan.error = f"the scan could not be published ({why})"[:500]
+
+
+def _due(session: Session, attempts: Attempts) -> list[list[UUID]]:
+    """Return the scans that are published together, by group."""
     waiting = session.execute(
-        select(Plan, Wall.gym_id, Wall.zone)
+        select(Plan.scan_id, Plan.at, Scan.wall_id, Wall.gym_id, Wall.zone)
         .join(Scan, Scan.id == Plan.scan_id)
         .join(Wall, Wall.id == Scan.wall_id)
-        .where(Plan.error == "")
+        .outerjoin(JobAttempt, attempts.row_of(Plan.scan_id))
+        .where(Plan.error == "", attempts.is_due())
         .order_by(Plan.created_at)
     ).all()
-    groups = [[plan] for plan, _, _ in waiting if plan.at is not None and plan.at <= now()]
-    zones: dict[tuple[UUID, str], list[Plan]] = {}
-    for plan, gym, zone in waiting:
-        if plan.at is None:
-            zones.setdefault((gym, zone), []).append(plan)
-    for (gym, zone), plans in zones.items():
+    groups = [[row.scan_id] for row in waiting if row.at is not None and row.at <= now()]
+    zones: dict[tuple[UUID, str], dict[UUID, UUID]] = {}
+    for row in waiting:
+        if row.at is None:
+            zones.setdefault((row.gym_id, row.zone), {})[row.scan_id] = row.wall_id
+    for (gym, zone), planned in zones.items():
         walls = set(session.scalars(select(Wall.id).where(Wall.gym_id == gym, Wall.zone == zone)))
-        planned = select(Scan.wall_id).where(Scan.id.in_([plan.scan_id for plan in plans]))
-        if walls == set(session.scalars(planned)):
-            groups.append(plans)
+        if walls == set(planned.values()):
+            groups.append(list(planned))
     return groups
 
 
@@ -118,9 +138,12 @@ def _entry(told: Mapping[str, Any]) -> Entry:
     return Entry(told["number"], None if route is None else UUID(route), _facts(told["facts"]))
 
 
-def _note(database: Database, scans: Sequence[UUID], why: WalltopoError) -> None:
+def _note(
+    database: Database, attempts: Attempts, scans: Sequence[UUID], why: WalltopoError
+) -> None:  # fmt: skip
     with database.writing() as session:
         for scan in scans:
+            attempts.end(session, scan)
             plan = session.get(Plan, scan)
             if plan is not None:
                 plan.error = str(why)[:500]

@@ -20,6 +20,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from datetime import timedelta
+from functools import partial
 from pathlib import Path
 from typing import IO, Final, TypeVar
 from uuid import UUID
@@ -30,6 +31,7 @@ from sqlalchemy.exc import InterfaceError, OperationalError
 
 from walltopo.pipeline.stages import stage_names
 from walltopo_gym.clock import now
+from walltopo_gym.database.engine import Database
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.gyms.models import Wall
 from walltopo_gym.scans.job import Failed
@@ -37,9 +39,10 @@ from walltopo_gym.scans.models import Scan, Worker
 from walltopo_gym.scans.stages import ScanSteps, WorkerStopsError, told
 from walltopo_gym.scans.states import State
 from walltopo_gym.settings import GymSettings
-from walltopo_gym.uploads.looking import look_at_some
+from walltopo_gym.storage.files import private_folder
+from walltopo_gym.uploads.looking import let_go, look_at_all
 
-__all__ = ["run_worker"]
+__all__ = ["begin_queued", "do_chores", "run_worker"]
 
 T = TypeVar("T")
 
@@ -165,27 +168,46 @@ def jobs_url(settings: GymSettings) -> str:
 def _work(
     steps: ScanSteps, name: str, stop: threading.Event, chores: Sequence[Callable[[], object]]
 ) -> None:
-    begun: set[str] = set()
-    beat = timedelta(seconds=steps.settings.silent_s / _BEATS)
-    next_beat = now()
+    """Do the chores in rounds; beside them, in threads, the heartbeat and the looks at photos.
+
+    A chore that takes long delays no heartbeat, and a flood of photos delays no chore.
+    """
     with steps.database.writing() as session:
         session.merge(Worker(name=name, at=now()))
-    while not stop.wait(_POLL_S):
+    database, begun = steps.database, set[str]()
+    beat_s = steps.settings.silent_s / _BEATS
+    beats = partial(_beat, steps, name), partial(_take_over, steps, name)
+    looks = (partial(look_at_all, database, steps.store, name, stop),)
+    beside = [
+        threading.Thread(target=_repeat, args=(stop, beat_s, beats), name="heartbeat"),
+        threading.Thread(target=_repeat, args=(stop, _POLL_S, looks), name="photos"),
+    ]
+    let_go(database, name)  # what this worker was looking at when it was killed
+    for thread in beside:
+        thread.start()
+    try:
+        _repeat(stop, _POLL_S, (partial(begin_queued, database, begun), *chores))
+    finally:
+        stop.set()
+        for thread in beside:
+            thread.join()
+
+
+def _repeat(stop: threading.Event, seconds: float, chores: Sequence[Callable[[], object]]) -> None:
+    while not stop.wait(seconds):
+        do_chores(chores)
+
+
+def do_chores(chores: Sequence[Callable[[], object]]) -> None:
+    """Do each chore once; one that fails is done again in the next round, after the others."""
+    for chore in chores:
         try:
-            if now() >= next_beat:
-                _beat(steps, name)
-                _take_over(steps, name)
-                next_beat = now() + beat
-            _begin_queued(steps, begun)
-            for chore in chores:
-                chore()
-            while look_at_some(steps.database, steps.store) and not stop.is_set():
-                pass
+            chore()
         except Exception:  # a database that is away for a while shall not end the worker
             _LOG.exception("the worker goes on")
 
 
-def _begin_queued(steps: ScanSteps, begun: set[str]) -> None:
+def begin_queued(database: Database, begun: set[str]) -> None:
     """Hand what is queued to DBOS, once.
 
     A gym's first scan goes before every other gym's second one, and so on: one that queues ten
@@ -197,16 +219,20 @@ def _begin_queued(steps: ScanSteps, begun: set[str]) -> None:
         .where(Scan.state.in_((State.QUEUED, State.RUNNING)))
         .order_by(Scan.state.desc(), Scan.created_at)  # those at work first
     )
-    with steps.database.reading() as session:
+    with database.reading() as session:
         rows = list(session.execute(waiting))
     before: Counter[UUID] = Counter()
     for scan, run, state, gym in rows:
         before[gym] += 1
         name = f"{scan}-{run}"
         if state == State.QUEUED and name not in begun:
-            with SetWorkflowID(name), SetEnqueueOptions(priority=before[gym]):
-                DBOS.enqueue_workflow(_QUEUE, scan_workflow, str(scan), run)
-            begun.add(name)
+            try:
+                with SetWorkflowID(name), SetEnqueueOptions(priority=before[gym]):
+                    DBOS.enqueue_workflow(_QUEUE, scan_workflow, str(scan), run)
+            except Exception:  # it stays queued in our table, and is handed over in the next round
+                _LOG.exception("scan %s, run %s: not handed over", scan, run)
+            else:
+                begun.add(name)
 
 
 def _beat(steps: ScanSteps, name: str) -> None:
@@ -223,6 +249,7 @@ def _take_over(steps: ScanSteps, own: str) -> None:
     """Let the scans of workers that were not heard of for a while go on."""
     silence = timedelta(seconds=steps.settings.silent_s)
     late = select(Worker).where(Worker.at < now() - silence, Worker.name != own)
+    gone = []
     # One at a time does this: the row goes when its scans are in the queue again.
     with steps.database.writing() as session:
         for worker in session.scalars(late.with_for_update(skip_locked=True)):
@@ -230,7 +257,10 @@ def _take_over(steps: ScanSteps, own: str) -> None:
             for workflow in left:
                 _LOG.warning("worker %s is gone: %s goes on", worker.name, workflow.workflow_id)
                 DBOS.resume_workflow(workflow.workflow_id)
+            gone.append(worker.name)
             session.delete(worker)
+    for name in gone:
+        let_go(steps.database, name)
 
 
 class _Place:
@@ -238,7 +268,7 @@ class _Place:
     of the numbered locks in the data folder."""
 
     def __init__(self, settings: GymSettings) -> None:
-        self._folder: Path = settings.data / "workers"
+        self._folder: Path = private_folder(settings.data) / "workers"
         self._lock: IO[bytes] | None = None
         self.name = ""
 

@@ -6,6 +6,8 @@ A file is there whole or not at all, and is never changed: keys name content, or
 from __future__ import annotations
 
 import hashlib
+import logging
+import stat
 from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
@@ -19,7 +21,9 @@ from walltopo.core.files import atomic_path
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.settings import GymSettings
 
-__all__ = ["FileStore", "hash_of_file", "open_store"]
+__all__ = ["FileStore", "hash_of_file", "open_store", "private_folder"]
+
+_LOG = logging.getLogger("walltopo_gym.storage")
 
 _CHUNK: Final = 1 << 20
 
@@ -115,6 +119,20 @@ def open_store(settings: GymSettings) -> FileStore:
         return FileStore(from_url(settings.objects))
     except Exception as error:  # obstore raises its own class for each kind of store
         raise SettingsError(f"objects: {settings.objects!r} cannot be used ({error})") from error
+
+
+def private_folder(folder: Path) -> Path:
+    """Return a folder that its owner alone can enter; made where it is not there.
+
+    A gym's data folder has the database, photos with their places, and secrets.
+    """
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    if stat.S_IMODE(folder.stat().st_mode) & 0o077:
+        try:
+            folder.chmod(0o700)
+        except PermissionError:  # another user's: whoever made it decides
+            _LOG.warning("%s: other users of this machine can enter it (chmod 700 it)", folder)
+    return folder
 
 
 def hash_of_file(path: Path) -> str:

@@ -13,10 +13,12 @@ from uuid import UUID
 import numpy as np
 from dbos import DBOS, SetWorkflowID
 from numpy.typing import NDArray
-from sqlalchemy import exists, select, update
+from sqlalchemy import String, cast, exists, select, update
 from sqlalchemy.orm import Session
 
 from walltopo.reconstruct.ingest.overlap import find_overlap
+from walltopo_gym.attempts.bounded import MAX_TRIES, Attempts
+from walltopo_gym.attempts.models import JobAttempt
 from walltopo_gym.database.engine import Database
 from walltopo_gym.storage.files import FileStore
 from walltopo_gym.uploads.models import Photo, PhotoOverlap
@@ -44,25 +46,43 @@ class Overlaps:
     def __init__(self, database: Database, store: FileStore) -> None:
         global _overlaps
         self._database, self._store = database, store
-        self._begun: set[str] = set()
+        self._attempts = Attempts(database, "overlap", _set_aside)
         _overlaps = self
 
     def begin_asked(self) -> None:
-        """Begin what was asked, unless more photos are about to come."""
+        """Hand what was asked to DBOS."""
+        for scan, number, tries in self.claim():
+            with SetWorkflowID(f"overlap-{scan}-{number}-{tries}"):
+                DBOS.enqueue_workflow(QUEUE, _answer, str(scan), number)
+
+    def claim(self) -> list[tuple[UUID, int, int]]:
+        """Begin a try of what was asked, unless more photos are about to come.
+
+        Return scan, number of the asking and number of the try.
+        """
         coming = exists().where(
             Photo.scan_id == PhotoOverlap.scan_id, Photo.state.in_(("receiving", "received"))
         )
-        asked = select(PhotoOverlap.scan_id, PhotoOverlap.asked).where(
-            PhotoOverlap.answered < PhotoOverlap.asked, ~coming
+        tried = self._attempts.row_of(PhotoOverlap.scan_id, cast(PhotoOverlap.asked, String))
+        asked = (
+            select(PhotoOverlap.scan_id, PhotoOverlap.asked)
+            .outerjoin(JobAttempt, tried)
+            .where(PhotoOverlap.answered < PhotoOverlap.asked, ~coming, self._attempts.is_due())
         )
         with self._database.reading() as session:
-            rows = session.execute(asked.limit(_AT_ONCE)).all()
-        for scan, number in rows:
-            name = f"overlap-{scan}-{number}"
-            if name not in self._begun:
-                with SetWorkflowID(name):
-                    DBOS.enqueue_workflow(QUEUE, _answer, str(scan), number)
-                self._begun.add(name)
+            free = _AT_ONCE - self._attempts.held(session)
+            rows = session.execute(asked.limit(max(0, free))).all()
+        if not rows:
+            return []
+        with self._database.writing() as session:
+            begun = [(scan, number, self._attempts.begin(session, scan, QUEUE, str(number)))
+                     for scan, number in rows]  # fmt: skip
+        return [row for row in begun if row[2]]
+
+    def try_once(self, scan: UUID, number: int) -> None:
+        """Find out what overlaps, and keep why where that fails."""
+        with self._attempts.trying(scan):
+            self.answer(scan, number)
 
     def answer(self, scan: UUID, number: int) -> None:
         """Find out what hangs together; may be done again at any point."""
@@ -79,6 +99,13 @@ class Overlaps:
         with self._database.writing() as session:
             change = update(PhotoOverlap).where(*later)
             session.execute(change.values(answered=number, groups=told))
+            self._attempts.end(session, scan, str(number))
+
+
+def _set_aside(session: Session, scan: UUID, why: str) -> None:
+    """Say nothing about this asking; the next one is tried anew."""
+    change = update(PhotoOverlap).where(PhotoOverlap.scan_id == scan)
+    session.execute(change.values(answered=PhotoOverlap.asked, groups=[]))
 
 
 def _grey(content: bytes) -> NDArray[np.uint8]:
@@ -100,11 +127,11 @@ def _joined(groups: list[list[str]]) -> list[list[str]]:
     return sorted(joined, key=len, reverse=True)
 
 
-@DBOS.workflow(name="overlap")
+@DBOS.workflow(name="overlap", max_recovery_attempts=MAX_TRIES)
 def _answer(scan: str, number: int) -> None:
     DBOS.run_step({"name": "look"}, _look, scan, number)
 
 
 def _look(scan: str, number: int) -> None:
     assert _overlaps is not None, "the worker has not begun"
-    _overlaps.answer(UUID(scan), number)
+    _overlaps.try_once(UUID(scan), number)

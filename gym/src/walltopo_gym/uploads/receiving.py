@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
+import logging
 from pathlib import PurePosixPath
 from uuid import UUID
 
@@ -17,7 +17,18 @@ from walltopo_gym.storage.files import FileStore, hash_of_file
 from walltopo_gym.uploads.incoming import Incoming
 from walltopo_gym.uploads.models import Photo
 
-__all__ = ["announce", "finish", "finish_all", "is_video", "shown_name", "suffix_of"]
+__all__ = [
+    "announce",
+    "announced_sizes",
+    "finish",
+    "finish_all",
+    "is_video",
+    "kept_name",
+    "shown_name",
+    "suffix_of",
+]
+
+_LOG = logging.getLogger("walltopo_gym.uploads")
 
 _LONGEST_NAME = 120
 
@@ -57,7 +68,7 @@ def announce(
     ------
     InputError : the name is no photo's; ConflictError : the scan has `most` photos.
     """
-    suffix_of(name)
+    name = kept_name(name)
     mine = select(Photo).where(Photo.scan_id == scan)
     if sha256 is not None:
         same = mine.where(Photo.sha256 == sha256, Photo.size == size)
@@ -66,10 +77,16 @@ def announce(
             return found, False
     if (session.scalar(select(func.count()).select_from(mine.subquery())) or 0) >= most:
         raise ConflictError(f"a scan has at most {most} photos", "Leave out what shows the same.")
-    photo = Photo(scan_id=scan, name=shown_name(name), size=size, state="receiving", sha256=sha256)
+    photo = Photo(scan_id=scan, name=name, size=size, state="receiving", sha256=sha256)
     session.add(photo)
     session.flush()
     return photo, True
+
+
+def announced_sizes(session: Session) -> dict[UUID, int]:
+    """Return the sizes of the photos that were announced and are not whole."""
+    rows = select(Photo.id, Photo.size).where(Photo.state == "receiving")
+    return dict(session.execute(rows).all())
 
 
 def finish(database: Database, store: FileStore, incoming: Incoming, photo: UUID) -> None:
@@ -78,6 +95,7 @@ def finish(database: Database, store: FileStore, incoming: Incoming, photo: UUID
     Raises
     ------
     InputError : its content is not what was announced; it is forgotten.
+    EnvironmentLacksError : the disk is too full to store it; its bytes stay.
     """
     path = incoming.path(photo)
     with database.reading() as session:
@@ -91,6 +109,7 @@ def finish(database: Database, store: FileStore, incoming: Incoming, photo: UUID
             session.delete(session.get_one(Photo, photo))
         raise InputError(f"{row.name}: its content is not what was announced", "Send it again.")
     key = f"originals/{content}"
+    incoming.check_copy(photo)
     store.put(key, path)  # also where it is already: a purge leaves young files alone
     with database.writing() as session:
         received = update(Photo).where(Photo.id == photo, Photo.state == "receiving")
@@ -100,16 +119,31 @@ def finish(database: Database, store: FileStore, incoming: Incoming, photo: UUID
 
 def finish_all(database: Database, store: FileStore, incoming: Incoming) -> None:
     """Finish photos of which a server had all bytes when it was killed, and what it was about to
-    tidy up."""
+    tidy up. A photo that cannot be finished keeps its bytes: its sender asks again."""
     with database.reading() as session:
-        rows = session.execute(select(Photo.id, Photo.size).where(Photo.state == "receiving"))
-        sizes = dict(rows.all())
+        sizes = announced_sizes(session)
     whole = [photo for photo, size in sizes.items() if incoming.offset(photo) == size]
     for photo in incoming.photos() - sizes.keys():
         incoming.drop(photo)
     for photo in whole:
-        with suppress(InputError):  # not what was announced: its sender is told "no such photo"
+        try:
             finish(database, store, incoming, photo)
+        except InputError as error:  # not what was announced: its sender finds no such photo
+            _LOG.info("photo %s: %s", photo, error)
+        except Exception:  # the server starts all the same
+            _LOG.exception("photo %s cannot be finished", photo)
+
+
+def kept_name(name: str) -> str:
+    """Return the name under which a photo or video is kept; its suffix says what it is.
+
+    Raises
+    ------
+    InputError : no kind that is read here.
+    """
+    kept = shown_name(name)
+    suffix_of(kept)
+    return kept
 
 
 def shown_name(name: str) -> str:

@@ -14,21 +14,26 @@ from typing import Final
 from uuid import UUID
 
 from dbos import DBOS, SetWorkflowID
-from sqlalchemy import select, update
+from sqlalchemy import func, select, update
 
 from walltopo.core import InputError
+from walltopo_gym.attempts.turns import fair_share
 from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.webhooks.models import Webhook, WebhookEvent
 from walltopo_gym.webhooks.sending import send
 
-__all__ = ["QUEUE", "Delivery"]
+__all__ = ["LAST_TRY", "QUEUE", "Delivery"]
 
 _LOG = logging.getLogger("walltopo_gym.webhooks")
 QUEUE: Final = "webhooks"
 # Seconds to the next try: about a day in all, then it is given up.
 _WAITS: Final = (10, 60, 300, 1800, 7200, 21600, 43200)
+LAST_TRY: Final = len(_WAITS) + 1
+# A try that was handed to the queue and never came to an end is made again after that.
+_LEASE: Final = timedelta(minutes=15)
+_EACH: Final = 2  # of one gym at a time: slow hosts hold up no other gym
 
 _delivery: Delivery | None = None
 
@@ -47,21 +52,38 @@ class Delivery:
         _delivery = self
 
     def begin_due(self) -> None:
-        """Begin a try of each message that is due; its next one is set before it begins."""
-        due = select(WebhookEvent).where(WebhookEvent.next_at <= now()).limit(100)
-        begun = []
+        """Hand a try of each message that is due to DBOS."""
+        for event, number in self.claim():
+            with SetWorkflowID(f"webhook-{event}-{number}"):
+                DBOS.enqueue_workflow(QUEUE, _deliver, str(event))
+
+    def claim(self) -> list[tuple[UUID, int]]:
+        """Begin a try of each message that is due; its next one is set before it begins.
+
+        After the last try the message stays with its reason and is tried no more.
+        """
+        busy = (
+            select(Webhook.gym_id)
+            .join(WebhookEvent, WebhookEvent.webhook_id == Webhook.id)
+            .where(WebhookEvent.begun_at.is_not(None), WebhookEvent.next_at > now())
+        )
+        turn = func.row_number().over(
+            partition_by=Webhook.gym_id, order_by=(WebhookEvent.next_at, WebhookEvent.id)
+        )
+        due = (
+            select(WebhookEvent.id, Webhook.gym_id)
+            .join(Webhook, Webhook.id == WebhookEvent.webhook_id)
+            .where(WebhookEvent.next_at <= now(), WebhookEvent.tries < LAST_TRY)
+            .order_by(turn, WebhookEvent.next_at)
+        )
         with self._database.writing() as session:
-            for event in session.scalars(due.with_for_update(skip_locked=True)):
-                if event.tries > len(_WAITS):
-                    _LOG.warning("webhook %s: given up (%s)", event.webhook_id, event.error)
-                    session.delete(event)
-                    continue
-                wait = _WAITS[min(event.tries, len(_WAITS) - 1)]
-                event.tries, event.next_at = event.tries + 1, now() + timedelta(seconds=wait)
-                begun.append((event.id, event.tries))
-        for event_id, number in begun:
-            with SetWorkflowID(f"webhook-{event_id}-{number}"):
-                DBOS.enqueue_workflow(QUEUE, _deliver, str(event_id))
+            chosen = fair_share(session.execute(due.limit(500)).all(), session.scalars(busy), _EACH)
+            mine = select(WebhookEvent).where(WebhookEvent.id.in_(chosen))
+            rows = session.scalars(mine.with_for_update(skip_locked=True)).all()
+            for event in rows:
+                event.tries, event.begun_at = event.tries + 1, now()
+                event.next_at = now() + _LEASE
+            return [(event.id, event.tries) for event in rows]
 
     def try_once(self, event: UUID) -> None:
         """Send a message; it is gone when it was taken."""
@@ -76,10 +98,19 @@ class Delivery:
             send(webhook.url, webhook.secret, event, int(time.time()), row.body, private=private)
         except (OSError, InputError) as why:
             error = str(why) or type(why).__name__
+        except Exception as why:  # an address or a secret that nothing can be sent with
+            _LOG.exception("webhook %s", webhook.id)
+            error = f"nothing can be sent there ({type(why).__name__})"
         with self._database.writing() as session:
             kept = session.get(WebhookEvent, event)
             if kept is not None and error:
+                kept.begun_at = None
                 kept.error = error[:300]
+                is_last = kept.tries >= LAST_TRY
+                wait = 0 if is_last else _WAITS[max(0, kept.tries - 1)]
+                kept.next_at = now() + timedelta(seconds=wait)
+                if is_last:
+                    _LOG.warning("webhook %s: given up (%s)", webhook.id, error)
             elif kept is not None:
                 session.delete(kept)
                 session.execute(
@@ -87,7 +118,7 @@ class Delivery:
                 )
 
 
-@DBOS.workflow(name="webhook")
+@DBOS.workflow(name="webhook", max_recovery_attempts=len(_WAITS))
 def _deliver(event: str) -> None:
     DBOS.run_step({"name": "send"}, _try_once, event)
 

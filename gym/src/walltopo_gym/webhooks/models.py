@@ -32,7 +32,8 @@ class Webhook(Keyed, Base):
 class WebhookEvent(Keyed, Base):
     """Something to be told to one address: written with the change itself, gone when it was told.
 
-    `tries` so far; `next_at`: when it is tried again; `error`: what came of the last try.
+    `tries` so far; `begun_at`: when a try began that has not ended; `next_at`: when it is tried
+    again; `error`: what came of the last try.
     """
 
     __tablename__ = "webhook_events"
@@ -43,4 +44,5 @@ class WebhookEvent(Keyed, Base):
     body: Mapped[dict[str, Any]] = mapped_column(JSON)
     tries: Mapped[int] = mapped_column(default=0)
     next_at: Mapped[datetime] = mapped_column(default=now, index=True)
+    begun_at: Mapped[datetime | None]
     error: Mapped[str] = mapped_column(String(300), default="")

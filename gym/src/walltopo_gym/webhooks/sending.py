@@ -16,9 +16,11 @@ import json
 import secrets
 import socket
 import ssl
-from collections.abc import Mapping
+import threading
+from collections.abc import Iterator, Mapping
+from contextlib import closing, contextmanager, suppress
 from http.client import HTTPConnection, HTTPException, HTTPSConnection
-from ipaddress import ip_address
+from ipaddress import IPv4Address, IPv6Address, IPv6Network, ip_address
 from typing import Any, Final
 from urllib.parse import urlsplit
 from uuid import UUID
@@ -28,7 +30,13 @@ from walltopo.core import InputError
 __all__ = ["check_url", "new_signing_secret", "post", "send", "signature"]
 
 _PREFIX: Final = "whsec_"
-_PATIENCE_S: Final = 10
+# Their last 32 bits are an IPv4 address: NAT64 (RFC 6052), IPv4-compatible (RFC 4291) and
+# IPv4-translated (RFC 2765).
+_CARRYING: Final = tuple(map(IPv6Network, ("64:ff9b::/96", "::/96", "::ffff:0:0:0/96")))
+_LOCAL_NAT64: Final = IPv6Network("64:ff9b:1::/48")  # RFC 8215
+_LONGEST_NAME: Final = 253  # characters (RFC 1035, 2.3.4)
+_PATIENCE_S: Final = 10  # for a connection, and between two pieces of an answer
+_DEADLINE_S: Final = 15  # for a whole exchange
 
 
 def new_signing_secret() -> str:
@@ -63,11 +71,28 @@ def check_url(url: str, *, private: bool) -> None:
         raise InputError("a webhook's address begins with https://")
     if parts.username or parts.password or port == 0:
         raise InputError("a webhook's address has a host, a port and a path, no more")
+    try:
+        address = ip_address(host)
+    except ValueError:  # a name, looked up when something is sent
+        _check_name(host)
+        return
     if not private:
-        try:
-            _refuse_private(str(ip_address(host)))
-        except ValueError:
-            return  # a name, looked up when something is sent
+        _refuse_private(str(address))
+
+
+def _check_name(host: str) -> None:
+    """Refuse a name that no name server can be asked for.
+
+    Raises
+    ------
+    InputError : a part of it is empty or has more than 63 characters, or all of it more than 253.
+    """
+    try:
+        spelled = host.rstrip(".").encode("idna")
+    except UnicodeError as error:
+        raise InputError("no address: a part of the host's name is empty or too long") from error
+    if len(spelled) > _LONGEST_NAME:
+        raise InputError("no address: the host's name is too long")
 
 
 def send(
@@ -106,27 +131,73 @@ def post(url: str, content: bytes, headers: Mapping[str, str], *, private: bool)
     if not private:
         for entry in found:
             _refuse_private(str(entry[4][0]))
-    connection = _connection(parts.scheme, parts.hostname, port, str(found[0][4][0]))
+    stream = socket.create_connection((str(found[0][4][0]), port), _PATIENCE_S)
     path = (parts.path or "/") + (f"?{parts.query}" if parts.query else "")
+    with closing(stream), _cut_after(stream, _DEADLINE_S):
+        connection = _connection(parts.scheme, parts.hostname, port, stream)
+        try:
+            connection.request("POST", path, content, {"user-agent": "walltopo-gym", **headers})
+            status = connection.getresponse().status
+        except HTTPException as error:
+            raise OSError(f"no HTTP came back ({error})") from error
+        finally:
+            connection.close()
+    return status
+
+
+@contextmanager
+def _cut_after(stream: socket.socket, seconds: float) -> Iterator[None]:
+    """Cut a connection off after so long, however little and often the other side sends.
+
+    Raises
+    ------
+    OSError : it was cut off.
+    """
+    cut = threading.Event()
+    handle = stream.dup()  # TLS takes the stream itself over
+
+    def cut_off() -> None:
+        cut.set()
+        with suppress(OSError):
+            handle.shutdown(socket.SHUT_RDWR)
+
+    timer = threading.Timer(seconds, cut_off)
+    timer.start()
     try:
-        connection.request("POST", path, content, {"user-agent": "walltopo-gym", **headers})
-        return connection.getresponse().status
-    except HTTPException as error:
-        raise OSError(f"no HTTP came back ({error})") from error
+        yield
+    except OSError as error:
+        if not cut.is_set():
+            raise
+        raise OSError(f"no whole answer within {seconds} s") from error
     finally:
-        connection.close()
+        timer.cancel()
+        timer.join()
+        handle.close()
+    if cut.is_set():  # an answer that was cut off in its head can look like a whole one
+        raise OSError(f"no whole answer within {seconds} s")
 
 
 def _refuse_private(address: str) -> None:
     found = ip_address(address.partition("%")[0])
-    found = getattr(found, "ipv4_mapped", None) or found
-    if not found.is_global or found.is_multicast:
-        raise InputError(f"{found} is no public address", "The operator can allow it.")
+    for one in (found, *_carried(found)):
+        is_mapped = one is found and getattr(found, "ipv4_mapped", None) is not None
+        is_public = one.is_global and not one.is_multicast and one not in _LOCAL_NAT64
+        if not is_mapped and not is_public:
+            raise InputError(f"{found} is no public address", "The operator can allow it.")
 
 
-def _connection(scheme: str, host: str, port: int, address: str) -> HTTPConnection:
-    """To this address, whatever the name means by now; the certificate is the name's."""
-    stream = socket.create_connection((address, port), _PATIENCE_S)
+def _carried(address: IPv4Address | IPv6Address) -> list[IPv4Address]:
+    """Return the IPv4 addresses to which a translator would send what goes to an IPv6 address."""
+    if isinstance(address, IPv4Address):
+        return []
+    carried = [address.ipv4_mapped, address.sixtofour, *(address.teredo or ())]
+    if any(address in network for network in _CARRYING):
+        carried.append(IPv4Address(int(address) & 0xFFFFFFFF))
+    return [one for one in carried if one is not None]
+
+
+def _connection(scheme: str, host: str, port: int, stream: socket.socket) -> HTTPConnection:
+    """Over this stream, whatever the name means by now; the certificate is the name's."""
     if scheme == "https":
         connection: HTTPConnection = HTTPSConnection(host, port, timeout=_PATIENCE_S)
         connection.sock = ssl.create_default_context().wrap_socket(stream, server_hostname=host)

@@ -14,12 +14,14 @@ export type Tap = "flash" | "try" | "zone" | "top";
 
 export const NOTHING: Mark = { tries: 0, zone: 0, top: 0 };
 
-/** The events that count: an event does unless one that does has it as its target. */
+/** Kinds of events that strike their target; an appeal and a decision leave it as it is. */
+const STRIKING: ReadonlySet<string> = new Set(["attempt", "zone", "top", "void", "out"]);
+
+/** The events that count: an event does unless one that does strikes it. */
 export function counting<T extends Pick<Scored, "id" | "kind" | "target_id">>(events: readonly T[]): T[] {
   const strikers = new Map<string, T[]>();
   for (const event of events) {
-    // A decision strikes no appeal.
-    if (event.target_id && event.kind !== "decision") strikers.set(event.target_id, [...(strikers.get(event.target_id) ?? []), event]);
+    if (event.target_id && STRIKING.has(event.kind)) strikers.set(event.target_id, [...(strikers.get(event.target_id) ?? []), event]);
   }
   const counts = (event: T): boolean => !(strikers.get(event.id) ?? []).some(counts);
   return events.filter(counts);

@@ -1,0 +1,1 @@
+"""Items of background jobs, tried a bounded number of times."""

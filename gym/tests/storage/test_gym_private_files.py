@@ -1,0 +1,28 @@
+"""What a gym keeps is its own user's: no other local user can read it."""
+
+from __future__ import annotations
+
+import stat
+from pathlib import Path
+
+import pytest
+
+from walltopo_gym.api.services import Services
+from walltopo_gym.operating.upkeep import alone
+from walltopo_gym.settings import load_settings
+
+
+def mode(path: Path) -> int:
+    return stat.S_IMODE(path.stat().st_mode)
+
+
+@pytest.mark.parametrize("there", [False, True])
+def test_only_its_user_can_enter_the_data_folder(tmp_path: Path, *, there: bool) -> None:
+    data = tmp_path / "gym"
+    if there:
+        data.mkdir(mode=0o755)
+    Services.open(load_settings({"data": data}, {})).close()
+    assert mode(data) == 0o700
+    data.chmod(0o755)
+    with alone(data):
+        assert mode(data) == 0o700
