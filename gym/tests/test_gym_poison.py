@@ -16,8 +16,8 @@ from gym.tests.uploads.test_gym_uploads import jpeg
 from gym.tests.webhooks.test_gym_webhooks import listener
 from gym.tests.worlds import Server, World, hold, make_world
 from sqlalchemy import delete, select, update
-from walltopo.reconstruct.ingest.decoding import decode_files
 
+from walltopo.reconstruct.ingest.decoding import decode_files
 from walltopo_gym.attempts import bounded
 from walltopo_gym.attempts.bounded import MAX_TRIES
 from walltopo_gym.attempts.models import JobAttempt

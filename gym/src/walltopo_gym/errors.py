@@ -4,14 +4,6 @@ from __future__ import annotations
 
 from walltopo.core import WalltopoError
 
-__all__ = [
-    "ConflictError",
-    "ForbiddenError",
-    "NotFoundError",
-    "SignInNeededError",
-    "TooManyError",
-]
-
 
 class NotFoundError(WalltopoError):
     """It is not there, or not for this person to know of."""

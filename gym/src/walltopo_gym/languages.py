@@ -4,7 +4,5 @@ from __future__ import annotations
 
 from typing import Final, Literal
 
-__all__ = ["LANGUAGES", "Language"]
-
 Language = Literal["en", "de", "cs", "fr"]
 LANGUAGES: Final[tuple[Language, ...]] = ("en", "de", "cs", "fr")

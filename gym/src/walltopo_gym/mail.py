@@ -13,8 +13,6 @@ from urllib.parse import unquote, urlsplit
 from walltopo.core import SettingsError
 from walltopo_gym.settings import GymSettings
 
-__all__ = ["ConsoleMailer", "Letter", "Mailer", "SmtpMailer", "make_mailer", "sender_of"]
-
 _LOG = logging.getLogger("walltopo_gym.mail")
 _PATIENCE_S = 30
 

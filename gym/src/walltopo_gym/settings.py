@@ -17,8 +17,6 @@ from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, Settings
 
 from walltopo.core import InputError, SettingsError
 
-__all__ = ["FILE", "PREFIX", "GymSettings", "load_settings", "settings_markdown"]
-
 FILE = "gym.toml"
 PREFIX = "WALLTOPO_GYM_"
 

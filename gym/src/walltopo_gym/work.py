@@ -24,8 +24,6 @@ from walltopo_gym.uploads.overlap import Overlaps
 from walltopo_gym.webhooks import delivery
 from walltopo_gym.webhooks.delivery import Delivery
 
-__all__ = ["at_work", "work"]
-
 
 def work(
     settings: GymSettings, database: Database, store: FileStore, stop: threading.Event

@@ -15,8 +15,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-__all__ = ["Asked", "code_of", "main", "of_npm", "of_python", "report"]
-
 _ROOT: Final = Path(__file__).resolve().parents[3]
 _NPM: Final = ("viewer", "gym/web")
 # Ours, from this checkout: no registry knows them.

@@ -23,8 +23,6 @@ from numba import config
 from walltopo.core import EnvironmentLacksError, InputError
 from walltopo.geometry.kernels import PROCESSOR
 
-__all__ = ["compiled_wheel", "main"]
-
 # Object code that numba links by itself: it asks nothing of the C library that Python does not.
 _PLATFORM = "manylinux_2_17_x86_64"
 # In a process of its own, which imports the package from the unpacked wheel.

@@ -8,8 +8,6 @@ from collections.abc import Iterator
 from walltopo.cli.diagnosis import Finding
 from walltopo_lab.extras import EXTRAS
 
-__all__ = ["examine"]
-
 
 def examine() -> Iterator[Finding]:
     """A line for the distribution and one per extra."""

@@ -7,8 +7,6 @@ from typing import Any
 
 from walltopo.core import EnvironmentLacksError
 
-__all__ = ["EXTRAS", "LEARN", "PLOTS", "SHAPES", "need", "need_optuna", "need_ultralytics", "of"]
-
 # What an extra brings: its name to the modules.
 EXTRAS = {
     "train": ("torch", "onnx", "onnxscript"),

@@ -8,8 +8,6 @@ from typing import Any
 
 from walltopo.core.files import atomic_path
 
-__all__ = ["label_export", "set_metadata"]
-
 
 def label_export(model: Any, facts: Mapping[str, str]) -> None:
     """Give a freshly exported model its metadata, and nothing but it.

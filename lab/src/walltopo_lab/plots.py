@@ -8,8 +8,6 @@ from typing import Any
 
 from walltopo.core.files import atomic_path
 
-__all__ = ["COLOURS", "panels", "save"]
-
 # Okabe & Ito: told apart by people who do not see all colours.
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 

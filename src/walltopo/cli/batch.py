@@ -13,7 +13,6 @@ from walltopo.cli.options import Number
 if TYPE_CHECKING:
     from walltopo.pipeline.batch.job import Job, Outcome
 
-__all__ = ["register"]
 
 _EPILOG = """\
 the list is a text of lines `PHOTOS SCAN`, a CSV with the columns photos, out, and perhaps

@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from walltopo.pipeline.forecast import Forecast
     from walltopo.scans.manifest import StageRecord
 
-__all__ = ["LOG", "main"]
 
 LOG = "scan.log"
 _WIDTH = 200

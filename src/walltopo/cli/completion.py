@@ -7,8 +7,6 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
-__all__ = ["register"]
-
 SHELLS = ("bash", "zsh", "fish")
 
 _EPILOG = """\

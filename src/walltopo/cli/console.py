@@ -13,8 +13,6 @@ from collections.abc import Iterable
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
 
-__all__ = ["Terminal", "console", "error_console", "visible"]
-
 # C0 and C1 controls (line breaks and tabs apart), half surrogates (from names that are not
 # UTF-8), and the signs that turn the direction of text.
 _UNPRINTABLE = re.compile(

@@ -10,8 +10,6 @@ from walltopo.cli.options import add_options, options_given
 from walltopo.cli.outputs import add_overwrite, target
 from walltopo.segment.detect.settings import DetectSettings
 
-__all__ = ["register"]
-
 EXAMPLES = """\
 examples:
   walltopo detect photos/ -o detections.json

@@ -15,8 +15,6 @@ from walltopo.core.files import shipped_file
 from walltopo.core.workers import cores
 from walltopo.reconstruct.openmvs import PROGRAMS
 
-__all__ = ["Finding", "examine"]
-
 
 @dataclass(frozen=True)
 class Finding:

@@ -16,7 +16,6 @@ from walltopo.core import InputError, SettingsError
 if TYPE_CHECKING:
     from walltopo.scans.folder import ScanFolder
 
-__all__ = ["register"]
 
 EXPORT_EXAMPLES = """\
 examples:

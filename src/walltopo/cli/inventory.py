@@ -8,8 +8,6 @@ from typing import Any
 
 from walltopo.cli.outputs import add_overwrite, target
 
-__all__ = ["register"]
-
 _EXAMPLE = """examples:
   walltopo inventory gym3
   walltopo inventory gym3 --since gym3-march --changed

@@ -13,7 +13,6 @@ from walltopo.segment.lift.settings import LiftParams
 if TYPE_CHECKING:
     from walltopo.core import Instances, Mesh
 
-__all__ = ["register"]
 
 EXAMPLES = """\
 examples:

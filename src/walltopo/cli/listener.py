@@ -20,8 +20,6 @@ from rich.text import Text
 
 from walltopo.scans.manifest import StageRecord
 
-__all__ = ["TerminalListener", "describe_metrics", "duration"]
-
 
 class TerminalListener:
     """Draws a stage's progress with rich; use as a context manager.

@@ -13,7 +13,6 @@ from walltopo.cli.outputs import add_overwrite, target
 if TYPE_CHECKING:
     from walltopo.reconstruct.scale.markers import Detection
 
-__all__ = ["register"]
 
 _EPILOG = """\
 examples:

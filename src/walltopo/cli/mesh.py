@@ -6,8 +6,6 @@ import argparse
 import json
 from pathlib import Path
 
-__all__ = ["register"]
-
 
 def register(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add `walltopo mesh check`."""

@@ -6,8 +6,6 @@ import argparse
 import importlib.util
 from collections.abc import Callable, Mapping
 
-__all__ = ["Needs", "add_needs", "check_needs"]
-
 # Module that is imported to what pip installs for it, such as "torch": "walltopo-lab[train]".
 Needs = Mapping[str, str]
 

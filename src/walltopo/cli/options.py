@@ -13,7 +13,6 @@ from walltopo.core.settings import out_of_bounds
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-__all__ = ["MOST_SEED", "Number", "add_option", "add_options", "option_help", "options_given"]
 
 Section = TypeVar("Section", bound="DataclassInstance")
 

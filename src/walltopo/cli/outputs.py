@@ -9,8 +9,6 @@ from pathlib import Path
 from walltopo.core import InputError
 from walltopo.core.outputs import Target
 
-__all__ = ["add_overwrite", "target"]
-
 
 def add_overwrite(parser: argparse.ArgumentParser, *other_names: str) -> None:
     """`--overwrite`, for commands that write a file or folder of the user's choice."""

@@ -7,8 +7,6 @@ from pathlib import Path
 
 from walltopo.cli.outputs import add_overwrite, target
 
-__all__ = ["register"]
-
 _EXAMPLE = """examples:
   walltopo palette learn gym3                 # writes gym3/palette.toml
   walltopo palette learn gym3 --out gym.toml

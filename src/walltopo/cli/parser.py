@@ -5,8 +5,6 @@ from __future__ import annotations
 import argparse
 from typing import NoReturn
 
-__all__ = ["Parser"]
-
 
 class Parser(argparse.ArgumentParser):
     """An `ArgumentParser` that writes out control characters of what was typed."""

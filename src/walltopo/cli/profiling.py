@@ -13,8 +13,6 @@ from walltopo.core.errors import EnvironmentLacksError
 from walltopo.pipeline.memory import resident_mb
 from walltopo.scans.manifest import StageRecord
 
-__all__ = ["ProfiledListener", "profiled"]
-
 # Shorter calls are left out, microseconds: a scan makes hundreds of millions.
 _SHORTEST_US = 1000.0
 _ENTRIES = 1_000_000

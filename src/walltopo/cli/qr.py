@@ -5,8 +5,6 @@ from __future__ import annotations
 from rich.console import Console
 from rich.text import Text
 
-__all__ = ["show_qr"]
-
 BORDER = 2  # of light modules; phones find the code with less than the standard's four
 # (upper module dark, lower module dark) to the character that draws both
 _HALVES = {(0, 0): " ", (1, 0): "▀", (0, 1): "▄", (1, 1): "█"}

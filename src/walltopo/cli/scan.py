@@ -7,8 +7,6 @@ import json
 from contextlib import ExitStack
 from pathlib import Path
 
-__all__ = ["register"]
-
 Commands = argparse._SubParsersAction  # argparse has no public name for it
 
 STAGE_LIST = "ingest, sparse, scale, dense, texture, detect, lift, classify, routes, export"

@@ -12,8 +12,6 @@ from walltopo.cli.listener import TerminalListener
 from walltopo.pipeline.forecast import Forecast, photos_of
 from walltopo.scans.manifest import StageRecord
 
-__all__ = ["ScanListener", "roughly"]
-
 WIDEST = 34  # columns of what is being done, so that all fits into 80
 
 

@@ -11,7 +11,6 @@ from walltopo.core import InputError
 if TYPE_CHECKING:
     from walltopo.pipeline.health import StageHealth
 
-__all__ = ["register"]
 
 GAP = 2  # columns between two cells
 

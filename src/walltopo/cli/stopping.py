@@ -19,8 +19,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-__all__ = ["Stop", "stoppable"]
-
 STOPPED = "stopped; run the same command again to go on"
 
 _GRACE_S = 2.0

@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING
 from walltopo.cli.options import Number
 from walltopo.core import InputError
 
-__all__ = ["register"]
-
 _EXAMPLES = """\
 examples:
   walltopo view wall

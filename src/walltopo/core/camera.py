@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from walltopo.core.errors import InputError
 from walltopo.core.mask import check_picture_size
 
-__all__ = ["CAMERA_MODELS", "Camera"]
-
 Floats = NDArray[np.float64]
 
 # How many parameters each model has, in COLMAP's order.

@@ -5,18 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-__all__ = [
-    "BusyError",
-    "EditsChangedError",
-    "EnvironmentLacksError",
-    "InputError",
-    "SettingsError",
-    "StageError",
-    "WalltopoError",
-    "naming",
-    "problem_key",
-]
-
 
 class WalltopoError(Exception):
     """Base of every error that walltopo raises on purpose.

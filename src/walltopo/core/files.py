@@ -18,21 +18,6 @@ import msgspec
 
 from walltopo.core.errors import EnvironmentLacksError, InputError
 
-__all__ = [
-    "as_text",
-    "atomic_path",
-    "check_name",
-    "files_below",
-    "hash_path",
-    "is_special",
-    "join_inside",
-    "move_into_place",
-    "read_json",
-    "scratch_beside",
-    "told_when_full",
-    "write_json",
-]
-
 # What a desktop leaves in a folder that it shows.
 _CLUTTER = frozenset({"Thumbs.db", "desktop.ini"})
 

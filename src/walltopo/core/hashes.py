@@ -14,8 +14,6 @@ import msgspec
 from walltopo.core import InputError
 from walltopo.core.files import as_text, files_below, hash_path, read_json, write_json
 
-__all__ = ["Ledger", "stamp"]
-
 _ENDS = 4096  # bytes looked at, at both ends of a file
 
 _Entries = dict[str, tuple[str, str]]

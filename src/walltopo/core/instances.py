@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from walltopo.core.errors import InputError
 
-__all__ = ["Instance", "Instances"]
-
 
 @dataclass(frozen=True)
 class Instance:

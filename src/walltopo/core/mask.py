@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from walltopo.core.errors import InputError
 
-__all__ = ["MOST_PIXELS", "MOST_SIDE", "Mask", "check_picture_size"]
-
 
 @dataclass(frozen=True, eq=False)
 class Mask:

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from walltopo.core.errors import InputError
 
-__all__ = ["Mesh"]
-
 Floats = NDArray[np.float64]
 
 

@@ -24,8 +24,6 @@ import msgspec
 from walltopo.core.errors import EnvironmentLacksError, InputError
 from walltopo.core.files import hash_path, is_special, read_json, scratch_beside, write_json
 
-__all__ = ["MARKER", "Target", "claimed_folder", "written_file", "written_folder"]
-
 MARKER = ".walltopo-output"  # not .json: readers of labels look at every one of those
 _PARTIAL = ".partial-"  # what a killed run left behind counts as nothing
 

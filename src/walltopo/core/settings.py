@@ -27,15 +27,6 @@ from walltopo.core.errors import SettingsError
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-__all__ = [
-    "SettingField",
-    "about",
-    "check_settings",
-    "checked_value",
-    "out_of_bounds",
-    "settings_of",
-]
-
 
 @dataclass(frozen=True)
 class _About:

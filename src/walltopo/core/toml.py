@@ -9,8 +9,6 @@ from typing import Any
 
 from walltopo.core.errors import InputError
 
-__all__ = ["deeper_than", "read_toml"]
-
 _MOST_BYTES = 4 << 20  # tomllib's time grows with the square of some files' length
 
 _DEEPEST = 32

@@ -11,8 +11,6 @@ from walltopo.core.camera import Camera
 from walltopo.core.errors import InputError
 from walltopo.core.mask import Mask
 
-__all__ = ["View"]
-
 Floats = NDArray[np.float64]
 
 

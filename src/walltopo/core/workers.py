@@ -14,8 +14,6 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Protocol, TypeVar
 
-__all__ = ["Here", "Workers", "ahead", "cores"]
-
 Shared = TypeVar("Shared")
 
 Item = TypeVar("Item")

@@ -15,8 +15,6 @@ from walltopo.editing.snapshot import ScanSnapshot
 from walltopo.editing.view_crops import looks_at
 from walltopo.scans.edits import Place
 
-__all__ = ["crops_of", "cutout_of"]
-
 REACH = 0.4  # metres around the place
 MOST = 4
 LONGEST = 480  # pixels

@@ -39,24 +39,6 @@ from walltopo.scans.edits import (
     Split,
 )
 
-__all__ = [
-    "add",
-    "assign",
-    "cut",
-    "join",
-    "keep",
-    "leave",
-    "merge",
-    "paint",
-    "remove",
-    "set_hold",
-    "set_problem",
-    "set_role",
-    "set_route",
-    "share",
-    "split",
-]
-
 REMOVED = "taken out by hand"
 
 

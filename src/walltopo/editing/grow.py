@@ -23,8 +23,6 @@ from walltopo.editing.view_crops import Look
 from walltopo.geometry.neighbours import face_neighbours, patches
 from walltopo.images.colour import linear_from_srgb8, oklab_from_linear
 
-__all__ = ["Wall", "grow", "wall_around"]
-
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 

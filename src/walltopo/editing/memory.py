@@ -8,8 +8,6 @@ from weakref import WeakKeyDictionary
 
 from walltopo.editing.snapshot import ScanSnapshot
 
-__all__ = ["remembered"]
-
 T = TypeVar("T")
 MOST = 500
 _KNOWN: WeakKeyDictionary[ScanSnapshot, dict[bytes, object]] = WeakKeyDictionary()

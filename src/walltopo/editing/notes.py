@@ -6,8 +6,6 @@ import msgspec
 
 from walltopo.scans.document import Count
 
-__all__ = ["REASONS", "MissingError", "Note"]
-
 # Why an entry changes nothing, in English; numbers go into the braces.
 REASONS = {
     "hold_gone": "hold {} is not there any more",

@@ -23,8 +23,6 @@ from walltopo.editing.state import EditState
 from walltopo.editing.view_crops import Look, looks_at
 from walltopo.scans.attributes import UNKNOWN, Hold
 
-__all__ = ["Reading", "read_again", "read_hold"]
-
 # Share of its surface, old and new together, that must have changed for a hold to be read again.
 # By hand, not fitted: the scan read it in all photos, this reads it in those that see it best.
 CHANGED = 0.25

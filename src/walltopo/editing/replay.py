@@ -59,8 +59,6 @@ from walltopo.scans.edits import (
 from walltopo.scans.holds import Holds, hold_rows
 from walltopo.scans.routes import Ambiguous, Route, Routes
 
-__all__ = ["Outcome", "replay"]
-
 _KINDS: dict[type[Any], Callable[[EditState, Any], None]] = {
     Add: add,
     Assign: assign,

@@ -16,8 +16,6 @@ from walltopo.editing.snapshot import ScanSnapshot
 from walltopo.scans.attributes import Doubtful
 from walltopo.scans.holds import HoldRow, hold_rows
 
-__all__ = ["result_of", "shown_labels"]
-
 CELL = 0.25  # metres: changed triangles in cells that touch are of one region
 MARGIN = 0.05  # metres of unchanged surface around a region: neighbours to compare with
 

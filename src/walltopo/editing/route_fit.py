@@ -10,8 +10,6 @@ from walltopo.editing.state import EditState
 from walltopo.images.colour import linear_from_srgb8
 from walltopo.scans.attributes import UNKNOWN
 
-__all__ = ["fit_into_route", "route_colour"]
-
 
 def route_colour(board: EditState, route: int) -> str:
     """The name of a route's colour: a setter's, or that of most of its holds."""

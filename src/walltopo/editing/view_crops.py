@@ -13,8 +13,6 @@ from walltopo.core import Camera, View
 from walltopo.editing.snapshot import ScanSnapshot
 from walltopo.geometry.zbuffer import render_part
 
-__all__ = ["Look", "looks_at", "normal_at"]
-
 Floats = NDArray[np.float64]
 
 LONG_SIDE = 1600  # pixels: photos are read at most this long, as `classify` reads them

@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from walltopo.geometry.topology import Edges, edges_of
 
-__all__ = ["boundary_loops", "close_loops"]
-
 Floats = NDArray[np.float64]
 Faces = NDArray[np.integer]
 

@@ -12,8 +12,6 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-__all__ = ["pycolmap"]
-
 _ROOM = 1024  # bytes, more than any system's `struct sigaction` has
 
 
@@ -34,3 +32,5 @@ def _handler_kept(number: signal.Signals) -> Iterator[None]:
 
 with _handler_kept(signal.SIGTERM):
     import pycolmap
+
+__all__ = ["pycolmap"]

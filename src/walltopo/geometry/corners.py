@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from walltopo.geometry.kernels import kernel
 
-__all__ = ["shared_corners"]
-
 
 def shared_corners(
     faces: NDArray[np.integer], values: NDArray[np.integer], vertices: int

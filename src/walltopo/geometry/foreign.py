@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 from walltopo.core import InputError
 from walltopo.core.files import join_inside
 
-__all__ = ["SUFFIXES", "int32_faces", "load_foreign"]
-
 # trimesh knows more, archives among them.
 SUFFIXES = (".ply", ".obj", ".glb", ".gltf", ".stl", ".off")
 _HEADER = 64_000

@@ -8,8 +8,6 @@ from contextlib import contextmanager
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Partition", "components", "louvain", "renumber"]
-
 
 def components(
     count: int, first: NDArray[np.integer], second: NDArray[np.integer]

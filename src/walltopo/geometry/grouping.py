@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 from walltopo.geometry.kernels import kernel
 from walltopo.geometry.neighbours import root_of
 
-__all__ = ["grouped_edges", "linked", "repeated"]
-
 Ints = NDArray[np.int64]
 
 

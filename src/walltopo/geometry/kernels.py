@@ -23,8 +23,6 @@ from numba import config, njit
 
 from walltopo.core.workers import cores
 
-__all__ = ["PROCESSOR", "in_ranges", "kernel"]
-
 # Intel's and AMD's processors from about 2013 and 2015 on, and what tells them.
 PROCESSOR = "x86-64-v3"
 _HAS = ("avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe")

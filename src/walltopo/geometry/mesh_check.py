@@ -13,8 +13,6 @@ from walltopo.core import Mesh, View
 from walltopo.geometry.neighbours import parts
 from walltopo.geometry.topology import Edges, doubled, edges_of, fans
 
-__all__ = ["MeshReport", "check_mesh"]
-
 # A part with fewer faces than this, and than this share of the mesh, is a crumb.
 _CRUMB_FACES = 100
 _CRUMB_SHARE = 1e-3

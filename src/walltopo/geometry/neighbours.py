@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 
 from walltopo.geometry.kernels import kernel
 
-__all__ = ["face_neighbours", "parts", "patches", "root_of"]
-
 Ints = NDArray[np.int32]
 
 

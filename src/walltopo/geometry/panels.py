@@ -24,8 +24,6 @@ from scipy.spatial import cKDTree
 from walltopo.core import Mesh
 from walltopo.geometry.similarity import fit_plane
 
-__all__ = ["NO_PANEL", "Heights", "Panel", "find_panels", "heights_over"]
-
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 

@@ -13,8 +13,6 @@ from walltopo.core.errors import naming
 from walltopo.core.files import atomic_path
 from walltopo.geometry.foreign import int32_faces, load_foreign
 
-__all__ = ["read_mesh", "write_ply"]
-
 _GUESSED = "guessed"
 
 

@@ -7,8 +7,6 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError
 
-__all__ = ["Bvh"]
-
 Floats = NDArray[np.float64]
 
 

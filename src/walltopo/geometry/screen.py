@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from walltopo.core import Camera
 from walltopo.geometry.kernels import kernel
 
-__all__ = ["clip_near", "distort", "lens_of", "screen_vertices", "valid_slope"]
-
 Floats = NDArray[np.float64]
 
 

@@ -10,15 +10,6 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh
 
-__all__ = [
-    "Similarity",
-    "fit_plane",
-    "fit_similarity",
-    "fit_similarity_robust",
-    "mean_rotation",
-    "rotation_with_z",
-]
-
 Floats = NDArray[np.float64]
 
 

@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 from walltopo.core import Mesh
 from walltopo.geometry.topology import edges_of
 
-__all__ = ["drop_wide", "halve_edges", "halved", "split_long_edges"]
-
 
 def halved(faces: NDArray[np.int32], middle: NDArray[np.int64]) -> NDArray[np.int32]:
     """The triangles cut at new vertices; what is manifold stays so.

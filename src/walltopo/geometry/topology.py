@@ -10,18 +10,6 @@ from numpy.typing import NDArray
 from walltopo.core import Mesh
 from walltopo.geometry.grouping import grouped_edges, linked, repeated
 
-__all__ = [
-    "Edges",
-    "compact",
-    "doubled",
-    "edges_of",
-    "fans",
-    "glued_fans",
-    "opposed_pairs",
-    "split_fans",
-    "vertex_parts",
-]
-
 Floats = NDArray[np.float64]
 Faces = NDArray[np.int32]
 

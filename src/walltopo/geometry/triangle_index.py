@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh
 
-__all__ = ["Triangles", "triangles_of_mesh"]
-
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 

@@ -12,8 +12,6 @@ from walltopo.geometry.kernels import in_ranges, kernel
 from walltopo.geometry.screen import clip_near, screen_vertices
 from walltopo.geometry.triangle_index import triangles_of_mesh
 
-__all__ = ["draw_screen", "faces_before", "own_vertices", "render_ids", "render_part"]
-
 Floats = NDArray[np.float64]
 
 BAND_ROWS = 32

@@ -5,17 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "DARK",
-    "features",
-    "linear32_from_srgb8",
-    "linear_from_srgb",
-    "linear_from_srgb8",
-    "oklab_from_linear",
-    "srgb8_from_linear",
-    "srgb_from_linear",
-]
-
 Floats = NDArray[np.float64]
 
 

@@ -19,8 +19,6 @@ from walltopo.core.mask import MOST_PIXELS
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-__all__ = ["hushed", "open_picture", "read_grey", "read_rgb", "read_stored"]
-
 
 def read_rgb(path: Path) -> NDArray[np.uint8]:
     """A picture, turned upright by its EXIF, as (H, W, 3) uint8 RGB.

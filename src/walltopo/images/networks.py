@@ -11,8 +11,6 @@ from typing import Any
 
 from walltopo.core import EnvironmentLacksError, InputError
 
-__all__ = ["Network", "open_network"]
-
 
 @dataclass(frozen=True, eq=False)
 class Network:

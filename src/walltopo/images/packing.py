@@ -7,8 +7,6 @@ from numpy.typing import NDArray
 
 from walltopo.core import StageError
 
-__all__ = ["fit_scale", "shelves"]
-
 Whole = NDArray[np.int64]
 
 # Halvings of the scale before rectangles count as too many, and how near to the largest scale the

@@ -12,8 +12,6 @@ from dataclasses import dataclass, field
 
 from walltopo.scans.manifest import StageRecord
 
-__all__ = ["COSTS", "Cost", "Forecast", "photos_of"]
-
 
 @dataclass(frozen=True)
 class Cost:

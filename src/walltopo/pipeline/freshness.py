@@ -17,8 +17,6 @@ from walltopo.scans.artifacts import Artifact
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.manifest import Output, StageRecord
 
-__all__ = ["changed_outputs", "input_hash", "outputs_of"]
-
 
 def input_hash(folder: ScanFolder, stage: Stage, settings: Settings, ledger: Ledger) -> str:
     """Return a hash of what a stage's outputs follow from: inputs, settings, code version."""

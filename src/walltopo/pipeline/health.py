@@ -21,8 +21,6 @@ from walltopo.scans.folder import ScanFolder
 from walltopo.scans.manifest import Manifest, StageRecord
 from walltopo.scans.sources import SourceList
 
-__all__ = ["StageHealth", "stages_health"]
-
 State = Literal["not run", "running", "killed", "done", "failed", "interrupted", "stale", "damaged"]
 
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import resource
 from pathlib import Path
 
-__all__ = ["peak_mb", "reset_peak", "resident_mb"]
-
 
 def reset_peak() -> None:
     """Start a new stretch. Where the kernel offers no reset, peaks are since the start."""

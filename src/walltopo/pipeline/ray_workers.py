@@ -20,8 +20,6 @@ from typing import Any, TypeVar
 
 from walltopo.core import EnvironmentLacksError
 
-__all__ = ["TRIES", "RayWorkers", "lost", "on_cluster"]
-
 Shared = TypeVar("Shared")
 Item = TypeVar("Item")
 Result = TypeVar("Result")

@@ -38,16 +38,6 @@ from walltopo.scans.context import Context
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.manifest import Manifest, Metrics, StageRecord
 
-__all__ = [
-    "Listener",
-    "ScanResult",
-    "kept_settings",
-    "refresh",
-    "run_stage",
-    "scan",
-    "stale_stages",
-]
-
 
 class Listener(Progress, Protocol):
     """A `Progress` that is also told how long it may take, and when stages begin and end."""

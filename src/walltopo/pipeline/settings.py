@@ -28,8 +28,6 @@ from walltopo.segment.detect.settings import DetectSettings
 from walltopo.segment.lift.settings import LiftParams
 from walltopo.segment.propose.settings import ProposeSettings
 
-__all__ = ["SECTIONS", "Settings", "allowed", "load_settings", "sections", "settings_markdown"]
-
 
 @dataclass(frozen=True)
 class Settings:

@@ -13,8 +13,6 @@ from pathlib import Path
 from walltopo.core import BusyError, EnvironmentLacksError, InputError
 from walltopo.scans.folder import ScanFolder
 
-__all__ = ["held", "is_held", "set_aside"]
-
 _LOCK = ".lock"
 
 

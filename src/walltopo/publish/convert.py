@@ -15,8 +15,6 @@ from walltopo.publish.tiers import TierBuilder
 from walltopo.publish.wall_data import Wall, keep_faces
 from walltopo.scans.folder import ScanFolder
 
-__all__ = ["FOLDERS", "FORMATS", "convert", "crop_route", "crop_section"]
-
 FORMATS = {
     "glb": ".glb",
     "glb-web": ".glb",

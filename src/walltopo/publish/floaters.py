@@ -28,8 +28,6 @@ from walltopo.publish.surface import simplify, split_at_borders
 from walltopo.publish.wall_data import Wall, keep_faces
 from walltopo.scans.arrays import read_arrays
 
-__all__ = ["Hidden", "outline_vertices", "thin_faces"]
-
 # Of the whole surface. A volume that stands apart from its wall is a hold and stays in any case.
 LEAST_SHARE = 0.01
 # Where so much of the surface is seen by few photos, that tells nothing of what is beside the wall.

@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 
 from walltopo.publish.tables import Column
 
-__all__ = ["GlbWriter"]
-
 ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER = 34962, 34963
 _COMPONENT = {"i1": 5120, "u1": 5121, "i2": 5122, "u2": 5123, "u4": 5125, "f4": 5126}
 _KIND = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}

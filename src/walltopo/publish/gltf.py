@@ -17,8 +17,6 @@ from walltopo.publish.tables import SCHEMA, hold_columns, origin_columns, route_
 from walltopo.scans.holds import HoldRow
 from walltopo.scans.routes import Route
 
-__all__ = ["Packing", "write_glb"]
-
 # glTF is y up, the world z up: a turn by -90 degrees about x, as a quaternion.
 Z_UP_TO_Y_UP = [-0.7071067811865476, 0.0, 0.0, 0.7071067811865476]
 

@@ -23,8 +23,6 @@ from walltopo.publish.surface import Surface
 from walltopo.publish.wall_data import Wall
 from walltopo.scans.arrays import read_arrays
 
-__all__ = ["TIERS", "KeptTier", "TierShelf"]
-
 TIERS = "tiers"  # the folder's name, in `work/`
 
 VERSION = 4  # raised when tiers are made otherwise

@@ -22,8 +22,6 @@ from walltopo.publish.wall_data import Wall, keep_faces
 from walltopo.scans.holds import HoldRow
 from walltopo.scans.routes import Route
 
-__all__ = ["join_textures", "merge_walls"]
-
 Floats = NDArray[np.float64]
 MOST_TEXTURE = 16384
 

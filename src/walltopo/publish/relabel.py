@@ -17,8 +17,6 @@ from walltopo.core import Mesh
 from walltopo.geometry.subdivision import halved
 from walltopo.publish.surface import Surface
 
-__all__ = ["relabelled"]
-
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 Labels = NDArray[np.int32]

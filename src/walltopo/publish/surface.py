@@ -16,8 +16,6 @@ from walltopo.core import Mesh
 from walltopo.geometry.corners import shared_corners
 from walltopo.publish.meshopt import available, simplify_indices
 
-__all__ = ["Look", "Surface", "mixed_triangles", "simplify", "split_at_borders"]
-
 # What an error of the whole texture's width weighs against one of the whole wall's size.
 UV_WEIGHT = 0.5
 COLOUR_WEIGHT = 0.2

@@ -18,8 +18,6 @@ from walltopo.publish.surface import Surface
 from walltopo.scans.holds import HoldRow
 from walltopo.scans.routes import Route
 
-__all__ = ["SCHEMA", "Column", "hold_columns", "route_columns"]
-
 NO_NUMBER = -9999.0
 NO_ROUTE = -1
 

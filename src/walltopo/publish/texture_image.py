@@ -7,8 +7,6 @@ from io import BytesIO
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["decode_picture", "encode_picture", "texels"]
-
 QUALITY = 80  # percent, of the pictures in a GLB or USDZ
 # Of each format: its MIME type, and what Pillow's encoder takes besides the quality.
 FORMATS = {

@@ -23,8 +23,6 @@ from walltopo.publish.surface import Look, Surface, mixed_triangles, simplify, s
 from walltopo.publish.texture_image import decode_picture, encode_picture
 from walltopo.publish.wall_data import Wall
 
-__all__ = ["TIERS", "Tier", "TierBuilder"]
-
 WEB = Packing(quantised=True, compressed=True, normals=False)
 
 

@@ -18,8 +18,6 @@ from walltopo.scans.holds import HoldRow
 from walltopo.scans.pictures import TextureUv
 from walltopo.scans.routes import Route
 
-__all__ = ["Wall", "read_wall", "wall_of"]
-
 
 @dataclass(frozen=True, eq=False)
 class Wall:

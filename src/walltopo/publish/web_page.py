@@ -15,8 +15,6 @@ from walltopo.core import EnvironmentLacksError
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-__all__ = ["number", "render", "write_page", "write_single_page", "write_tier"]
-
 
 def viewer_script() -> Path:
     """The built viewer that ships with the package.

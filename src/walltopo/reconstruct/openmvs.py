@@ -13,16 +13,6 @@ from pathlib import Path
 from walltopo.core import EnvironmentLacksError, Progress, StageError
 from walltopo.core.children import child_process, ending
 
-__all__ = [
-    "PROGRAMS",
-    "Step",
-    "find_programs",
-    "import_scene",
-    "parse_progress",
-    "run_program",
-    "undistorted_workspace",
-]
-
 PROGRAMS = (
     "InterfaceCOLMAP",
     "DensifyPointCloud",

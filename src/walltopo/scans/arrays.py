@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError
 
-__all__ = ["read_arrays"]
-
 MOST_BYTES = 2 << 30  # texture coordinates of ninety million triangles
 # What zipfile and NumPy raise on bytes that are not theirs (RuntimeError: "is encrypted").
 _DAMAGED = (

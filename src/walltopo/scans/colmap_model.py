@@ -19,8 +19,6 @@ from walltopo.scans.document import check_once
 if TYPE_CHECKING:
     from walltopo.geometry.colmap import pycolmap
 
-__all__ = ["SparseModel", "check_model_files", "open_model", "read_views", "view_of_image"]
-
 
 @dataclass(frozen=True, eq=False)
 class SparseModel:

@@ -10,8 +10,6 @@ from walltopo.core import Progress, Silent
 from walltopo.core.workers import Here, Workers
 from walltopo.scans.manifest import StageRecord
 
-__all__ = ["Context"]
-
 
 @dataclass(frozen=True)
 class Context:

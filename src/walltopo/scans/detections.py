@@ -16,8 +16,6 @@ from walltopo.core.mask import check_picture_size
 from walltopo.scans.document import Label, Side, check_once, read_document
 from walltopo.scans.segmentation import Segmentation, decode_segmentation, encode_mask
 
-__all__ = ["CocoFile", "Detections", "read_coco_masks"]
-
 CocoId = Annotated[int, msgspec.Meta(ge=-(2**63), le=2**63 - 1)]
 LEAST_BUDGET = 1 << 30
 PIXELS_A_BYTE = 256

@@ -21,34 +21,6 @@ import msgspec
 from walltopo.core.files import write_json
 from walltopo.scans.document import Coordinate, Label, read_document
 
-__all__ = [
-    "LARGEST_REGION",
-    "MOST",
-    "Add",
-    "Assign",
-    "Cut",
-    "Edit",
-    "EditLog",
-    "Join",
-    "Keep",
-    "Leave",
-    "Merge",
-    "Paint",
-    "Place",
-    "Radius",
-    "Ref",
-    "Remove",
-    "RoleName",
-    "SetHold",
-    "SetProblem",
-    "SetRole",
-    "SetRoute",
-    "Share",
-    "Split",
-    "Text",
-    "check_text",
-]
-
 MOST = 50_000  # entries; the largest wall has some thousand holds
 LARGEST_REGION = 1.5  # metres: radius of the largest volume that may be added by a tap
 

@@ -10,8 +10,6 @@ from walltopo.scans.attributes import Hold, Point, Role
 from walltopo.scans.document import Coordinate, Document, Label, Rgb, Share, Unit
 from walltopo.scans.routes import Route
 
-__all__ = ["HoldRow", "Holds", "hold_rows"]
-
 
 class HoldRow(msgspec.Struct, frozen=True):
     """One hold with its score and route; see `attributes.Hold` for the rest.

@@ -15,8 +15,6 @@ from walltopo.core.files import atomic_path
 from walltopo.scans.arrays import read_arrays
 from walltopo.scans.document import Count, Document, Label, Share
 
-__all__ = ["InstanceRecord", "InstanceRecords", "InstanceTable", "Relabelled"]
-
 
 @dataclass(frozen=True, eq=False)
 class InstanceTable:

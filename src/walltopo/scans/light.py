@@ -12,8 +12,6 @@ from walltopo.core import InputError
 from walltopo.core.files import atomic_path
 from walltopo.scans.arrays import read_arrays
 
-__all__ = ["SceneLight"]
-
 Floats = NDArray[np.float64]
 
 

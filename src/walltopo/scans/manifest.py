@@ -11,8 +11,6 @@ from walltopo.core import InputError
 from walltopo.core.files import read_json, write_json
 from walltopo.scans.document import parse
 
-__all__ = ["Manifest", "Metrics", "Output", "StageRecord"]
-
 FORMAT_VERSION = 1
 
 # Figures of a stage by name; JSON values.

@@ -8,8 +8,6 @@ import msgspec
 
 from walltopo.scans.document import Coordinate, Count, Document, Label, Share
 
-__all__ = ["ClimberRow", "GradeRow", "Limb", "MoveRow", "Moves", "RouteMoves"]
-
 Limb = Literal["start", "left hand", "right hand", "left foot", "right foot"]
 
 

@@ -14,8 +14,6 @@ from walltopo.core.files import check_name, move_into_place
 from walltopo.images.files import read_grey, read_rgb
 from walltopo.scans.document import Document, FileName, Side
 
-__all__ = ["Photo", "PhotoList", "PhotoSet", "SkippedFile"]
-
 
 class Photo(msgspec.Struct, frozen=True):
     """One photo of `photos/`.

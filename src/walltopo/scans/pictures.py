@@ -14,8 +14,6 @@ from walltopo.core.files import atomic_path, check_name, move_into_place
 from walltopo.scans.arrays import read_arrays
 from walltopo.scans.document import Count, Document, FileName, Label
 
-__all__ = ["Cutout", "CutoutIndex", "Cutouts", "INDEX", "Made", "TextureImage", "TextureUv"]
-
 
 @dataclass(frozen=True)
 class TextureImage:

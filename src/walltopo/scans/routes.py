@@ -6,13 +6,6 @@ import msgspec
 
 from walltopo.scans.document import Coordinate, Count, Document, Label, Rgb, Share
 
-__all__ = [
-    "Ambiguous",
-    "Route",
-    "Routes",
-    "route_name",
-]
-
 
 class Ambiguous(msgspec.Struct, frozen=True):
     """A hold that two routes could own: its probability by route id."""

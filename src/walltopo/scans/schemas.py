@@ -29,8 +29,6 @@ from walltopo.scans.routes import Routes
 from walltopo.scans.scale import Scale
 from walltopo.scans.sources import SourceList
 
-__all__ = ["SCHEMAS", "schema_name", "schema_text"]
-
 # File of the scan folder to its type.
 SCHEMAS: dict[str, type[msgspec.Struct]] = {
     "scan.json": Manifest,

@@ -18,15 +18,6 @@ from walltopo.core import InputError, Mask
 from walltopo.core.mask import check_picture_size
 from walltopo.scans.document import Count, Side, parse
 
-__all__ = [
-    "Rle",
-    "Segmentation",
-    "check_outlines",
-    "decode_segmentation",
-    "encode_mask",
-    "parse_segmentation",
-]
-
 Ints = NDArray[np.int64]
 Outline = Sequence[float] | NDArray[np.float64]  # x, y, x, y, ...
 # Drawing an outline takes about 100 bytes a pixel of its length; a hold's has some thousand.

@@ -21,16 +21,6 @@ from walltopo.scans.detections import read_coco_masks
 from walltopo.scans.document import Coordinate, check_once, parse
 from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTable
 
-__all__ = [
-    "attach_masks",
-    "coloured_mesh",
-    "instance_colours",
-    "read_cameras",
-    "read_masks",
-    "read_transforms",
-    "write_coloured",
-]
-
 Row = tuple[Coordinate, Coordinate, Coordinate, Coordinate]
 
 Pixels = Annotated[float, msgspec.Meta(ge=-1e6, le=1e6)]

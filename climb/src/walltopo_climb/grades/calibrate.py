@@ -18,8 +18,6 @@ import numpy.typing as npt
 from walltopo_climb.grades.font import FONT
 from walltopo_climb.grades.model import Errors, Range, range_of
 
-__all__ = ["OWN_ERRORS", "Gym", "Known", "calibrate", "left_out"]
-
 Floats = npt.NDArray[np.float64]
 
 # Prior standard deviations, in steps of the scale. One step is what the two set-ups of the board

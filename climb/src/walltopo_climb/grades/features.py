@@ -15,8 +15,6 @@ import numpy.typing as npt
 from walltopo_climb.movement.sequence import LIMBS, Climb, Sequence
 from walltopo_climb.movement.statics import NONE
 
-__all__ = ["FEATURES", "features"]
-
 HANDS, FEET = LIMBS[:2], LIMBS[2:]
 
 # Name to sign.

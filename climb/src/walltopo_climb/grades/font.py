@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import re
 
-__all__ = ["FONT", "V_OF", "grade_ends", "parse_grade", "span_words"]
-
 FONT = (
     *("3", "4", "4+", "5", "5+", "6A", "6A+", "6B", "6B+", "6C", "6C+"),
     *("7A", "7A+", "7B", "7B+", "7C", "7C+", "8A", "8A+", "8B", "8B+", "8C", "8C+", "9A"),

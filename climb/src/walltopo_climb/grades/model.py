@@ -23,16 +23,6 @@ from walltopo.images.networks import Network, open_network
 from walltopo_climb.grades.features import FEATURES
 from walltopo_climb.grades.font import FONT
 
-__all__ = [
-    "Errors",
-    "GradeModel",
-    "Learnt",
-    "Range",
-    "range_of",
-    "shipped_identity",
-    "shipped_model",
-]
-
 Floats = npt.NDArray[np.float64]
 
 

@@ -22,8 +22,6 @@ from walltopo_climb.movement.on_wall import climb_of, on_route
 from walltopo_climb.movement.sequence import Climb, find_sequence
 from walltopo_climb.movement.sequence import Sequence as Moves
 
-__all__ = ["Climbed", "Graded", "Scale", "climb_route", "grade_routes", "place_routes"]
-
 _TYPED = 0.5  # of a route's holds have a type: their quality counts as known
 
 

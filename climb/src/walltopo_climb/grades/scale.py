@@ -8,8 +8,6 @@ from functools import cached_property
 from walltopo_climb.grades.calibrate import Gym, Known, calibrate, left_out
 from walltopo_climb.grades.model import Learnt, Range
 
-__all__ = ["GymScale"]
-
 
 @dataclass(frozen=True)
 class GymScale:

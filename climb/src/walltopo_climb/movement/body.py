@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 from walltopo.core import InputError
 
-__all__ = ["ADULT", "BODIES", "CHILD", "SHORT", "TALL", "Body"]
-
 # Shares of the height: Drillis & Contini (1966), as in Winter, "Biomechanics and Motor Control of
 # Human Movement", fig. 4.1.
 _HIP = 0.530  # floor to hip

@@ -9,17 +9,6 @@ import numpy.typing as npt
 
 from walltopo.core import InputError
 
-__all__ = [
-    "FOOT_ONLY",
-    "NEUTRAL",
-    "TYPES",
-    "Grips",
-    "TypeGrip",
-    "best_pull",
-    "foot_share",
-    "hand_quality",
-]
-
 Floats = npt.NDArray[np.float64]
 
 

@@ -21,8 +21,6 @@ from walltopo_climb.movement.grips import (
 )
 from walltopo_climb.movement.sequence import Climb
 
-__all__ = ["climb_of", "grips_of", "on_route"]
-
 Floats = npt.NDArray[np.float64]
 
 _BESIDE = 1.2  # m: a volume farther from every hold of a route is none that one steps on

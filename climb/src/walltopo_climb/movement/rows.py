@@ -12,8 +12,6 @@ from walltopo_climb.movement.on_wall import climb_of, on_route
 from walltopo_climb.movement.sequence import Sequence as Moves
 from walltopo_climb.movement.sequence import find_sequence
 
-__all__ = ["climber_rows"]
-
 
 def climber_rows(
     route: Route, holds: Sequence[HoldRow], unit: float, bodies: Mapping[str, Body]

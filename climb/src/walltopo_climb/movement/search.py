@@ -16,8 +16,6 @@ import numpy.typing as npt
 from walltopo.geometry.kernels import kernel
 from walltopo_climb.movement.statics import NONE, hold_on, place_hip
 
-__all__ = ["find_way", "move_cost"]
-
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 

@@ -14,8 +14,6 @@ from walltopo_climb.movement.grips import Grips
 from walltopo_climb.movement.search import find_way, move_cost
 from walltopo_climb.movement.statics import NONE
 
-__all__ = ["LIMBS", "MOST_LEAP", "Climb", "Limb", "Move", "Sequence", "find_sequence"]
-
 Limb = Literal["left hand", "right hand", "left foot", "right foot"]
 LIMBS: tuple[Limb, ...] = ("left hand", "right hand", "left foot", "right foot")
 

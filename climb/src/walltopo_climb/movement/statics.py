@@ -16,8 +16,6 @@ import numpy.typing as npt
 
 from walltopo.geometry.kernels import kernel
 
-__all__ = ["NONE", "hold_on", "place_hip"]
-
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 

@@ -12,8 +12,6 @@ from walltopo_climb.movement.body import Body
 from walltopo_climb.problems.pool import Pool
 from walltopo_climb.problems.wish import Wish
 
-__all__ = ["Chance", "Draft"]
-
 Floats = npt.NDArray[np.float64]
 
 _MOST_HANDS, _MOST_FEET = 16, 8

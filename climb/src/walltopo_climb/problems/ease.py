@@ -17,8 +17,6 @@ from walltopo_climb.problems.pool import Pool
 from walltopo_climb.problems.rows import Do, Tweak, Tweaks
 from walltopo_climb.problems.search import grade_row
 
-__all__ = ["Way", "ease"]
-
 Way = Literal["easier", "harder"]
 
 _NEAR = 0.8  # m: a hold farther from every hold of the route is none that one would think of

@@ -14,8 +14,6 @@ from walltopo_climb.problems.draft import Draft
 from walltopo_climb.problems.pool import Pool, fits_kind, fits_steepness
 from walltopo_climb.problems.wish import Wish
 
-__all__ = ["Judge", "Judged", "Miss"]
-
 # What a wish asked for and a draft has not, as keys that a page says in its own words.
 Miss = str
 Fits = Callable[[HoldRow], bool]

@@ -13,8 +13,6 @@ from walltopo.scans.holds import HoldRow
 from walltopo_climb.movement.body import Body
 from walltopo_climb.problems.wish import HOLD_KINDS, STEEPNESS_DEG, Wish
 
-__all__ = ["Pool", "fits_kind", "fits_steepness"]
-
 Floats = npt.NDArray[np.float64]
 
 _SMALL, _LARGE = 0.08, 0.16  # m: a hold up to, and from which on, it counts as small or large

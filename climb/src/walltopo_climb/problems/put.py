@@ -9,8 +9,6 @@ from walltopo.scans.holds import HoldRow
 from walltopo.scans.routes import Route
 from walltopo_climb.problems.rows import Proposal, Tweak
 
-__all__ = ["as_problem", "as_tweak"]
-
 
 def as_problem(proposal: Proposal, holds: Mapping[int, HoldRow]) -> SetProblem:
     """The entry that makes a proposal a route, marked as proposed."""

@@ -9,8 +9,6 @@ import msgspec
 from walltopo.scans.document import Coordinate, Count, Label, Share
 from walltopo.scans.moves import ClimberRow, GradeRow
 
-__all__ = ["Do", "Proposal", "Proposals", "Tweak", "Tweaks"]
-
 Do = Literal["add a foothold", "add a handhold", "take away"]
 
 

@@ -22,8 +22,6 @@ from walltopo_climb.problems.pool import Pool
 from walltopo_climb.problems.rows import Proposal, Proposals
 from walltopo_climb.problems.wish import Wish
 
-__all__ = ["alike", "grade_row", "propose"]
-
 _BEGINNINGS, _MORE = 8, 2  # chains, and more of them for each proposal
 _STEPS = 80  # of each
 _HOT, _COLD = 1.0, 0.1  # grades: a step that is so much worse is often, is seldom taken

@@ -16,8 +16,6 @@ from walltopo_climb.problems.rows import Proposals, Tweaks
 from walltopo_climb.problems.search import propose
 from walltopo_climb.problems.wish import Wish
 
-__all__ = ["SetWall"]
-
 
 @dataclass(frozen=True)
 class SetWall:

@@ -10,8 +10,6 @@ from walltopo.core import InputError
 from walltopo_climb.grades.font import FONT, parse_grade
 from walltopo_climb.movement.body import ADULT, Body
 
-__all__ = ["HOLD_KINDS", "STEEPNESS_DEG", "HoldKind", "Reach", "Steepness", "Wish"]
-
 Steepness = Literal["any", "slab", "vertical", "overhang", "steep"]
 Reach = Literal["any", "static", "dynamic"]
 HoldKind = Literal["any", "jugs", "crimps", "slopers", "pinches", "pockets", "small", "large"]

@@ -15,8 +15,6 @@ from walltopo_gym.accounts.secrets import hash_of, new_secret
 from walltopo_gym.clock import now
 from walltopo_gym.errors import SignInNeededError
 
-__all__ = ["NOBODY", "TOKEN_PREFIX", "Actor", "Scope", "by_cookie", "by_token", "sign_in"]
-
 TOKEN_PREFIX = "wtg_"  # lets scanners of leaked secrets know it
 
 

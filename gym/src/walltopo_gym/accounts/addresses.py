@@ -6,8 +6,6 @@ from email_validator import EmailNotValidError, validate_email
 
 from walltopo.core import InputError
 
-__all__ = ["one_spelling"]
-
 
 def one_spelling(text: str) -> str:
     """An address as it is kept: nobody has two accounts that differ in capitals.

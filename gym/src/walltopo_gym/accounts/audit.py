@@ -8,8 +8,6 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.models import AuditEntry
 
-__all__ = ["log_change"]
-
 
 def log_change(
     session: Session,

@@ -17,8 +17,6 @@ from walltopo_gym.accounts.models import KnownBrowser
 from walltopo_gym.accounts.secrets import hash_of, new_secret
 from walltopo_gym.clock import now
 
-__all__ = ["KNOWN_DAYS", "is_known", "remember"]
-
 KNOWN_DAYS: Final = 400  # the longest that browsers keep a cookie (RFC 6265bis, 5.5)
 
 

@@ -28,8 +28,6 @@ from walltopo_gym.accounts.secrets import hash_of, new_secret
 from walltopo_gym.clock import now
 from walltopo_gym.errors import NotFoundError
 
-__all__ = ["allow", "claim", "finish", "handover_of", "offer"]
-
 _GOOD_FOR: Final = timedelta(minutes=2)
 
 

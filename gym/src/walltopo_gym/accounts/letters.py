@@ -14,8 +14,6 @@ from walltopo_gym.accounts.people import find_person
 from walltopo_gym.languages import Language
 from walltopo_gym.mail import Letter
 
-__all__ = ["letter_asked_for"]
-
 
 def letter_asked_for(
     session: Session, kind: Kind, to: str, base: str, language: Language

@@ -16,16 +16,6 @@ from walltopo_gym.accounts.models import Try
 from walltopo_gym.clock import now
 from walltopo_gym.errors import TooManyError
 
-__all__ = [
-    "Limit",
-    "count_code",
-    "count_document",
-    "count_mail",
-    "count_old_password",
-    "count_report",
-    "count_sign_in",
-]
-
 _KEPT: Final = timedelta(days=1)
 
 

@@ -13,8 +13,6 @@ from walltopo_gym.accounts.models import MailedLink
 from walltopo_gym.accounts.secrets import hash_of, new_secret
 from walltopo_gym.clock import now
 
-__all__ = ["Kind", "new_link", "use_link"]
-
 Kind = Literal["sign-up", "reset"]
 _GOOD_FOR: Final = {"sign-up": timedelta(days=1), "reset": timedelta(hours=1)}
 

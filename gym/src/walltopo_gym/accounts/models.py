@@ -12,22 +12,6 @@ from sqlalchemy.orm import Mapped, mapped_column
 from walltopo_gym.clock import now
 from walltopo_gym.database.base import Base, Keyed
 
-__all__ = [
-    "ApiToken",
-    "AuditEntry",
-    "Challenge",
-    "Handover",
-    "KnownBrowser",
-    "MailedLink",
-    "Passkey",
-    "Person",
-    "RecoveryCode",
-    "SecondFactor",
-    "Profile",
-    "SignIn",
-    "Try",
-]
-
 _PERSON = "people.id"
 
 

@@ -24,8 +24,6 @@ from walltopo_gym.accounts.secrets import hash_of, new_secret
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ForbiddenError, SignInNeededError
 
-__all__ = ["Claims", "Provider", "begin", "finish", "person_of"]
-
 _GOOD_FOR: Final = timedelta(minutes=10)
 _PATIENCE_S: Final = 10
 _SIGNED_BY: Final = ["RS256", "PS256", "ES256", "EdDSA"]

@@ -24,8 +24,6 @@ from walltopo_gym.accounts.secrets import hash_of
 from walltopo_gym.clock import now
 from walltopo_gym.errors import SignInNeededError
 
-__all__ = ["Site", "add_passkey", "ask_for_new", "ask_for_sign_in", "person_of"]
-
 _GOOD_FOR: Final = timedelta(minutes=5)
 _NAME: Final = "walltopo"
 

@@ -8,8 +8,6 @@ from argon2.exceptions import InvalidHashError, VerificationError
 from walltopo.core import InputError
 from walltopo_gym.accounts.leaked import is_leaked
 
-__all__ = ["LONGEST", "SHORTEST", "Passwords", "check_password"]
-
 SHORTEST, LONGEST = 10, 200
 _LEAST_SCORE = 2  # of 0 to 4: more than a million guesses
 _LOOKED_AT = 72  # zxcvbn's time grows with the square of the length

@@ -13,9 +13,6 @@ from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.models import ApiToken, Person, SignIn
 from walltopo_gym.accounts.passwords import Passwords, check_password
 
-__all__ = ["NO_PASSWORD", "add_person", "find_person", "set_password", "sign_out_everywhere"]
-
-
 # No hash of any password: who has it signs in otherwise, or resets it.
 NO_PASSWORD: Final = "!"
 

@@ -9,8 +9,6 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.models import Profile
 
-__all__ = ["Audience", "Category", "profile_of"]
-
 
 class Audience(StrEnum):
     """Who sees an item, in rising order; `GYM`: who belongs to a gym that one belongs to."""

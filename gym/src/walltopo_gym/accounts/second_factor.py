@@ -22,8 +22,6 @@ from walltopo_gym.accounts.secrets import hash_of
 from walltopo_gym.clock import now
 from walltopo_gym.errors import ConflictError, SignInNeededError
 
-__all__ = ["begin", "check", "codes_left", "confirm", "end", "is_on"]
-
 _ISSUER: Final = "walltopo"
 _CODES: Final = 10
 _STEP_S: Final = 30

@@ -8,8 +8,6 @@ from __future__ import annotations
 import hashlib
 import secrets
 
-__all__ = ["hash_of", "new_secret"]
-
 
 def new_secret(prefix: str = "") -> tuple[str, str]:
     """A new secret and its hash."""

@@ -8,8 +8,6 @@ from pydantic import BaseModel
 from walltopo_gym.api.rules import AnyoneMay
 from walltopo_gym.api.services import ServicesOf
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["server"])
 
 

@@ -65,8 +65,6 @@ from walltopo_gym.api.rules import declare_rules
 from walltopo_gym.api.services import Services
 from walltopo_gym.competitions.live import LiveBoards
 
-__all__ = ["PREFIX", "build_app"]
-
 PREFIX = "/api/v1"
 # Requests are held against them in this order: where a whole hall asks comes first.
 _ROOMS = (judging, climbing, competition_board, routes, tallies, walls, gyms, scans, sign_up,

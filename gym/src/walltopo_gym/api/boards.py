@@ -20,8 +20,6 @@ from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.gyms.roles import Role
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["boards"])
 
 ReaderMay = Annotated[Access, gym_rule(Role.MEMBER, Scope.READ)]

@@ -17,8 +17,6 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 from walltopo_gym.api.problems import problem
 from walltopo_gym.api.services import network_of
 
-__all__ = ["LONGEST_BODY", "Bounds"]
-
 LONGEST_BODY: Final = 2_000_000  # bytes; a photo's are bounded by what was announced
 # The app's files cost nothing to send, and a phone that installs the app asks for all of them at
 # once: a few at a hall's entrance would be as many requests as one network may make.

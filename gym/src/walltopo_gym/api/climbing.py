@@ -25,8 +25,6 @@ from walltopo_gym.gyms.roles import Role
 from walltopo_gym.publishing.change import check_grade
 from walltopo_gym.publishing.models import Route
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["climbing"])
 
 ClimberMay = Annotated[Access, gym_rule(Role.MEMBER, None)]

@@ -26,8 +26,6 @@ from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.gyms.roles import Role
 
-__all__ = ["SessionFacts", "router", "session_facts"]
-
 router = APIRouter(tags=["sessions"])
 
 ClimberMay = Annotated[Access, gym_rule(Role.MEMBER, None)]

@@ -30,8 +30,6 @@ from walltopo_gym.gyms.models import Ban, Wall
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.publishing.models import Route
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["comments"])
 
 ReaderMay = Annotated[Access, gym_rule(Role.MEMBER, Scope.READ)]

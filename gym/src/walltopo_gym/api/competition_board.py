@@ -27,8 +27,6 @@ from walltopo_gym.competitions.told import BoardTold
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.languages import Language
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["competitions"])
 
 _WORDS: Final[dict[Language, dict[str, str]]] = {

@@ -36,8 +36,6 @@ from walltopo_gym.competitions.start_list import COLUMNS, read_start_list, take_
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.roles import Role
 
-__all__ = ["JudgeMay", "router"]
-
 router = APIRouter(tags=["competitions"])
 
 JudgeMay = Annotated[Access, gym_rule(Role.JUDGE, Scope.MANAGE)]

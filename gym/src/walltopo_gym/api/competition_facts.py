@@ -13,9 +13,6 @@ from walltopo_gym.competitions.making import CategoryWish, ProblemWish, RoundWis
 from walltopo_gym.competitions.scoring.rules import Rules
 from walltopo_gym.competitions.sheet import Format
 
-__all__ = ["CategoryBody", "CompetitionFacts", "CompetitionSheet", "CompetitionWords", "Gender",
-           "NewCompetition", "RoundBody", "SheetBody", "State"]  # fmt: skip
-
 State = Literal["draft", "open", "running", "ended"]
 RoundState = Literal["waiting", "running", "ended"]
 Gender = Literal["", "women", "men", "other"]

@@ -18,8 +18,6 @@ from walltopo_gym.competitions.models import Competition, Round
 from walltopo_gym.competitions.order import draw, put_order, starters
 from walltopo_gym.competitions.running import round_of
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["competitions"])
 
 

@@ -33,8 +33,6 @@ from walltopo_gym.competitions.running import freeze, move_competition, move_rou
 from walltopo_gym.errors import ConflictError, NotFoundError
 from walltopo_gym.gyms.roles import Role
 
-__all__ = ["competition_of", "router"]
-
 router = APIRouter(tags=["competitions"])
 
 

@@ -13,8 +13,6 @@ from walltopo_gym.accounts.browsers import KNOWN_DAYS, is_known, remember
 from walltopo_gym.api.rules import COOKIE
 from walltopo_gym.api.services import Services
 
-__all__ = ["BROWSER", "be_known", "begin_here", "end_here", "known_by"]
-
 BROWSER: Final = "__Host-walltopo-browser"
 _DAY_S: Final = 86400
 

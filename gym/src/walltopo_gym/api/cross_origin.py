@@ -14,8 +14,6 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from walltopo_gym.api.problems import problem
 
-__all__ = ["CrossOriginGuard"]
-
 _SAFE = {"GET", "HEAD", "OPTIONS"}
 
 

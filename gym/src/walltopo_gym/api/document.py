@@ -15,8 +15,6 @@ from walltopo_gym.api.app import build_app
 from walltopo_gym.api.services import Services
 from walltopo_gym.settings import load_settings
 
-__all__ = ["write_document"]
-
 
 def write_document(path: Path) -> None:
     """Write what `/api/v1/openapi.json` answers."""

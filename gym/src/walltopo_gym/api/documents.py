@@ -13,8 +13,6 @@ from fastapi import Request, Response
 
 from walltopo_gym.errors import TooManyError
 
-__all__ = ["at_work_on_paper", "document"]
-
 _AT_ONCE: Final = 2
 _PATIENCE_S: Final = 20
 _desks = threading.BoundedSemaphore(_AT_ONCE)

@@ -30,8 +30,6 @@ from walltopo_gym.errors import ConflictError
 from walltopo_gym.publishing.models import Plan
 from walltopo_gym.scans.states import check_in_review
 
-__all__ = ["router"]
-
 
 class _Plain(JSONResponse):
     """Of msgspec's classes, as they are sent by `walltopo view`."""

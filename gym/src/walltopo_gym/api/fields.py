@@ -17,8 +17,6 @@ from pydantic import (
 
 from walltopo_gym.accounts.passwords import LONGEST
 
-__all__ = ["Body", "Moment", "Name", "Password", "Revision", "Secret", "Slug", "Text"]
-
 # Printable, of one line: no control or bidirectional override characters, no lone surrogates.
 _LINE = r"^[^\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]+$"
 

@@ -21,8 +21,6 @@ from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.floor_plans import keep_picture, key_of
 from walltopo_gym.gyms.models import FloorPlan, Wall
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["walls"])
 
 Part = Annotated[float, Field(ge=0, le=1)]

@@ -27,8 +27,6 @@ from walltopo_gym.climbing.follows import (
 )
 from walltopo_gym.gyms.roles import Role
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["follows"])
 
 ReaderMay = Annotated[Access, gym_rule(Role.MEMBER, Scope.READ)]

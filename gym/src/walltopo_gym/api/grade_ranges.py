@@ -16,8 +16,6 @@ from walltopo_gym.api.services import Db
 from walltopo_gym.grading.ranges import Odd, ranges_of
 from walltopo_gym.scans.states import check_in_review
 
-__all__ = ["OddFacts", "router"]
-
 router = APIRouter(tags=["publishing"])
 
 

@@ -18,8 +18,6 @@ from walltopo_gym.errors import ConflictError, NotFoundError
 from walltopo_gym.gyms.grades import check_grades
 from walltopo_gym.gyms.models import GradeSystem
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["grades"])
 
 

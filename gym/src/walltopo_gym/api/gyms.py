@@ -29,8 +29,6 @@ from walltopo_gym.gyms.models import Gym, Membership
 from walltopo_gym.gyms.opening import check_time_zone, open_gym
 from walltopo_gym.gyms.roles import Role
 
-__all__ = ["GymFacts", "gym_facts", "router"]
-
 router = APIRouter(tags=["gyms"])
 
 Visibility = Literal["public", "unlisted", "private"]

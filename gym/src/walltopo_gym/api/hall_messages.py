@@ -24,8 +24,6 @@ from walltopo_gym.hall.words import words_in
 from walltopo_gym.languages import Language
 from walltopo_gym.mail import sender_of
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["messages"])
 
 _MOST = 20

@@ -30,8 +30,6 @@ from walltopo_gym.publishing.models import Route
 from walltopo_gym.scans.pictures import wall_picture
 from walltopo_gym.storage.files import FileStore
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["hall"])
 
 _PDF = "application/pdf"

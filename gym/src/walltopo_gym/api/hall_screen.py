@@ -27,8 +27,6 @@ from walltopo_gym.hall.screen import (
     settings_of,
 )
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["hall"])
 
 _LINES: Final = 10

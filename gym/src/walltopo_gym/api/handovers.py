@@ -17,8 +17,6 @@ from walltopo_gym.api.me import Me, me_of
 from walltopo_gym.api.rules import AnyoneMay, SignedInMay
 from walltopo_gym.api.services import Db, ServicesOf
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["accounts"])
 
 

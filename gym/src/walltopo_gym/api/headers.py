@@ -7,8 +7,6 @@ from typing import Final
 from starlette.datastructures import MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-__all__ = ["SafeHeaders"]
-
 _ALWAYS: Final = {
     # An API's answer is no page; a page of ours says what it needs by itself.
     "content-security-policy": "default-src 'none'; frame-ancestors 'none'",

@@ -12,8 +12,6 @@ from starlette.responses import JSONResponse
 from walltopo_gym.api.problems import problem
 from walltopo_gym.api.services import ServicesOf
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["health"], include_in_schema=False)
 
 

@@ -20,8 +20,6 @@ from walltopo_gym.errors import NotFoundError
 from walltopo_gym.insights.models import Aims, Washing
 from walltopo_gym.insights.wishes import aims_of, check_wish
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["insights"])
 
 Kind = Literal["", "slab", "vertical", "slight", "steep", "roof"]

@@ -31,8 +31,6 @@ from walltopo_gym.insights.wishes import Wished, aims_of, wished
 from walltopo_gym.spreadsheets import csv_table
 from walltopo_gym.storage.files import FileStore
 
-__all__ = ["HoldInsights", "Insights", "holds_told", "router", "told"]
-
 router = APIRouter(tags=["insights"])
 
 _ODD: Final = list(OddFacts.model_fields)

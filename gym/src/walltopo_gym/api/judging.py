@@ -28,8 +28,6 @@ from walltopo_gym.competitions.models import Problem, Round, ScoreEvent
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.roles import Role
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["competitions"])
 
 Number = Annotated[int, Field(ge=0, le=2_000_000_000)]

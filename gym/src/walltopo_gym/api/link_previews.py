@@ -18,8 +18,6 @@ from walltopo_gym.gyms.models import Gym, Wall
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.scans.pictures import HEIGHT, WIDTH
 
-__all__ = ["head_of"]
-
 _SITE = "walltopo"
 
 

@@ -15,8 +15,6 @@ from walltopo_gym.api.services import Db
 from walltopo_gym.climbing.logbook import logbook
 from walltopo_gym.gyms.roles import Role
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["climbing"])
 
 ReaderMay = Annotated[Access, gym_rule(Role.MEMBER, Scope.READ)]

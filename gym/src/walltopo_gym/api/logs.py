@@ -10,8 +10,6 @@ from typing import Any, Literal
 
 from walltopo_gym.api.observed import REQUEST
 
-__all__ = ["log_config"]
-
 
 class _WithRequest(logging.Filter):
     """Lets each line bear the id of the request during which it was written."""

@@ -13,8 +13,6 @@ from walltopo_gym.api.fields import Body, Name
 from walltopo_gym.api.rules import SignedInMay
 from walltopo_gym.api.services import Db
 
-__all__ = ["Me", "me_of", "router"]
-
 router = APIRouter(tags=["accounts"])
 
 

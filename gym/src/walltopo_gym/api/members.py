@@ -23,8 +23,6 @@ from walltopo_gym.gyms.members import accept, add_member, change_role, invite, r
 from walltopo_gym.gyms.models import Ban, Invitation, Membership
 from walltopo_gym.gyms.roles import Role
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["members"])
 
 # One's own belonging: a matter of a person, not of a program.

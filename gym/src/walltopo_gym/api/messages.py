@@ -14,8 +14,6 @@ from typing import Final
 
 import msgspec
 
-__all__ = ["Message", "codes_of", "message_of", "templates"]
-
 _PLACE: Final = re.compile(r"\{(\w+)\}")
 
 

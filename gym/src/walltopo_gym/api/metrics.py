@@ -21,8 +21,6 @@ from walltopo_gym.scans.models import Scan, Worker
 from walltopo_gym.scans.states import State
 from walltopo_gym.uploads.models import Photo
 
-__all__ = ["Metrics", "router"]
-
 router = APIRouter(include_in_schema=False)
 
 _BOUNDS = (0.005, 0.01, 0.02, 0.03, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 10.0)

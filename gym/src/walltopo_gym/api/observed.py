@@ -19,8 +19,6 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from walltopo_gym.api.metrics import Metrics
 from walltopo_gym.api.problems import problem
 
-__all__ = ["REQUEST", "Observed"]
-
 # Read by the log's filter: whatever is logged during a request bears its id.
 REQUEST: ContextVar[str] = ContextVar("request", default="")
 

@@ -15,8 +15,6 @@ from walltopo_gym.api.services import ServicesOf
 from walltopo_gym.errors import NotFoundError, SignInNeededError
 from walltopo_gym.settings import GymSettings
 
-__all__ = ["router"]
-
 router = APIRouter(include_in_schema=False)
 
 _COOKIE: Final = "__Host-walltopo-oidc"

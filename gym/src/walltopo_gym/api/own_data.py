@@ -15,8 +15,6 @@ from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.climbing.own_data import all_of, ascents_csv, forget
 from walltopo_gym.hall.models import KINDS
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["accounts"])
 
 

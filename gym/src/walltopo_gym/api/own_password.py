@@ -11,8 +11,6 @@ from walltopo_gym.accounts.models import Person
 from walltopo_gym.api.services import Services
 from walltopo_gym.errors import ForbiddenError
 
-__all__ = ["check_own_password"]
-
 
 def check_own_password(services: Services, person: UUID, password: SecretStr) -> None:
     """Check it; its costly part is no part of a transaction.

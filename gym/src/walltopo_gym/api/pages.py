@@ -25,8 +25,6 @@ from walltopo_gym.api.services import ServicesOf
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.hall.codes import route_by_code
 
-__all__ = ["router"]
-
 router = APIRouter(include_in_schema=False)
 
 _READING: Final = ["GET", "HEAD"]

@@ -16,8 +16,6 @@ from sqlalchemy.orm import Session
 from walltopo.core import InputError
 from walltopo_gym.database.base import Keyed
 
-__all__ = ["Cursor", "Page", "Size", "page_by", "page_of"]
-
 Item = TypeVar("Item")
 Row = TypeVar("Row", bound=Keyed)
 

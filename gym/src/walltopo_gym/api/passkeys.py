@@ -26,8 +26,6 @@ from walltopo_gym.api.rules import AnyoneMay, SignedInMay
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.errors import NotFoundError
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["accounts"])
 
 

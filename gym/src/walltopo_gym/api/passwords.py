@@ -19,8 +19,6 @@ from walltopo_gym.api.sign_up import mail_link
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.languages import Language
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["accounts"])
 
 

@@ -19,8 +19,6 @@ from walltopo_gym.errors import NotFoundError
 from walltopo_gym.publishing.past import routes_as_they_were, versions_of
 from walltopo_gym.scans.states import State
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["publishing"])
 
 

@@ -15,8 +15,6 @@ from walltopo_gym.gyms.models import Wall
 from walltopo_gym.publishing.models import Placement, Route
 from walltopo_gym.scans.pictures import route_picture, wall_picture
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["pictures"])
 
 

@@ -21,8 +21,6 @@ from walltopo_gym.publishing.models import Plan
 from walltopo_gym.publishing.plans import rows_of
 from walltopo_gym.scans.models import Scan
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["publishing"])
 
 

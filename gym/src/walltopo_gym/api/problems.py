@@ -22,8 +22,6 @@ from walltopo_gym.errors import (
     TooManyError,
 )
 
-__all__ = ["PROBLEMS", "handle_problems", "problem"]
-
 _LOG = logging.getLogger("walltopo_gym.api")
 
 _STATUS: Final[Mapping[type[WalltopoError], int]] = {

@@ -26,8 +26,6 @@ from walltopo_gym.errors import ConflictError, NotFoundError
 from walltopo_gym.gyms.models import Gym, Wall
 from walltopo_gym.publishing.models import Route
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["profiles"])
 
 Length = Annotated[int | None, Field(ge=50, le=280)]

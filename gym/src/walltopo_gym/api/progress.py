@@ -18,8 +18,6 @@ from walltopo_gym.clock import now
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.spreadsheets import csv_table
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["progress"])
 
 ReaderMay = Annotated[Access, gym_rule(Role.MEMBER, Scope.READ)]

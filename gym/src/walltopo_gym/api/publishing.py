@@ -29,8 +29,6 @@ from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.states import State, check_in_review
 from walltopo_gym.storage.files import FileStore
 
-__all__ = ["Publication", "confirmed", "router"]
-
 router = APIRouter(tags=["publishing"])
 
 

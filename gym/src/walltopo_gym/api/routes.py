@@ -23,8 +23,6 @@ from walltopo_gym.publishing.change import check_grade, strip
 from walltopo_gym.publishing.hanging import gym_routes, wall_routes
 from walltopo_gym.publishing.models import Placement, Route
 
-__all__ = ["PublisherMay", "RouteFacts", "RouteWords", "route_of", "router", "routes_of"]
-
 router = APIRouter(tags=["routes"])
 
 PublisherMay = Annotated[Access, gym_rule(Role.SETTER, Scope.PUBLISH)]

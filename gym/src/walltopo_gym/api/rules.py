@@ -25,10 +25,6 @@ from walltopo_gym.gyms.models import Gym
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.hall.screen import has_key
 
-__all__ = ["COOKIE", "FOR", "KIOSK", "Access", "AnyoneMay", "GuestMay", "OperatorsMay", "OwnerMay",
-           "Rule", "SetterMay", "SignedInMay", "declare_rules", "gym_rule",
-           "visible_gym"]  # fmt: skip
-
 # `__Host-`: over HTTPS only, of this host only, for all of it (RFC 6265bis, 4.1.3.2).
 COOKIE: Final = "__Host-walltopo"
 # Of a screen in the hall: it is a guest of one private gym.

@@ -17,8 +17,6 @@ from walltopo_gym.settings import GymSettings
 from walltopo_gym.uploads.receiving import finish_all
 from walltopo_gym.work import at_work
 
-__all__ = ["serve"]
-
 _KEPT_S = 60  # an idle connection; longer than clients keep theirs: none meets a closed one
 _LAST_WORDS_S = 10  # what is being answered when the server is asked to stop
 

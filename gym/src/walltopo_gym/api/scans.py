@@ -28,8 +28,6 @@ from walltopo_gym.scans.asking import begin, start
 from walltopo_gym.scans.models import Scan, ScanProgress
 from walltopo_gym.scans.states import State, move
 
-__all__ = ["UploaderMay", "router", "scan_of"]
-
 router = APIRouter(tags=["scans"])
 
 UploaderMay = Annotated[Access, gym_rule(Role.SETTER, Scope.UPLOAD)]

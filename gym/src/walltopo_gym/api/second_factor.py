@@ -15,8 +15,6 @@ from walltopo_gym.api.own_password import check_own_password
 from walltopo_gym.api.rules import SignedInMay
 from walltopo_gym.api.services import Db, ServicesOf
 
-__all__ = ["Code", "router"]
-
 router = APIRouter(tags=["accounts"])
 
 Code = Annotated[str, Field(min_length=6, max_length=40)]

@@ -19,8 +19,6 @@ from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import FileStore, open_store, private_folder
 from walltopo_gym.uploads.incoming import Incoming
 
-__all__ = ["BoardsOf", "Db", "Services", "ServicesOf", "is_reading", "network_of"]
-
 _READING = {"GET", "HEAD", "OPTIONS"}
 
 

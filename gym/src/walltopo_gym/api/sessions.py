@@ -24,8 +24,6 @@ from walltopo_gym.api.services import Db, ServicesOf, network_of
 from walltopo_gym.clock import now
 from walltopo_gym.errors import NotFoundError, SignInNeededError
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["accounts"])
 
 

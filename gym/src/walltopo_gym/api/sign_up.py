@@ -20,8 +20,6 @@ from walltopo_gym.errors import ForbiddenError
 from walltopo_gym.gyms.members import invitation
 from walltopo_gym.languages import Language
 
-__all__ = ["mail_link", "router"]
-
 router = APIRouter(tags=["accounts"])
 
 

@@ -22,8 +22,6 @@ from walltopo_gym.publishing.hanging import gym_routes, wall_routes
 from walltopo_gym.publishing.models import Placement
 from walltopo_gym.scans.models import Scan
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["climbing"])
 
 

@@ -19,8 +19,6 @@ from walltopo_gym.api.services import Db
 from walltopo_gym.clock import now
 from walltopo_gym.errors import NotFoundError
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["accounts"])
 
 

@@ -35,8 +35,6 @@ from walltopo_gym.uploads.models import Photo, PhotoOverlap
 from walltopo_gym.uploads.overlap import ask
 from walltopo_gym.uploads.receiving import announce, announced_sizes, finish, is_video, kept_name
 
-__all__ = ["router"]
-
 _VERSION: Final = "1.0.0"
 _PIECE: Final = 1 << 20
 _LONGEST_PHOTO: Final = 2_000_000_000  # what can be announced at most, by the settings

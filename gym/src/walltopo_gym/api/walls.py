@@ -17,8 +17,6 @@ from walltopo_gym.api.services import Db
 from walltopo_gym.errors import ConflictError, NotFoundError
 from walltopo_gym.gyms.models import Wall
 
-__all__ = ["router", "wall_of"]
-
 router = APIRouter(tags=["walls"])
 
 

@@ -19,8 +19,6 @@ from walltopo_gym.webhooks.delivery import LAST_TRY
 from walltopo_gym.webhooks.models import Webhook, WebhookEvent
 from walltopo_gym.webhooks.sending import check_url, new_signing_secret
 
-__all__ = ["router"]
-
 router = APIRouter(tags=["webhooks"])
 
 _MOST = 10

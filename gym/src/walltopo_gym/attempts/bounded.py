@@ -23,8 +23,6 @@ from walltopo_gym.attempts.models import JobAttempt
 from walltopo_gym.clock import now
 from walltopo_gym.database.engine import Database
 
-__all__ = ["MAX_TRIES", "Attempts", "reason_of"]
-
 _LOG = logging.getLogger("walltopo_gym.attempts")
 # Seconds to the next try: about five hours in all, so that a store that is away may come back.
 _WAITS: Final = (10, 60, 600, 3600, 14400)

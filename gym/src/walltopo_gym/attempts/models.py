@@ -11,8 +11,6 @@ from sqlalchemy.orm import Mapped, mapped_column
 from walltopo_gym.clock import now
 from walltopo_gym.database.base import Base
 
-__all__ = ["JobAttempt"]
-
 
 class JobAttempt(Base):
     """An item of a background job that was begun and is not done.

@@ -7,8 +7,6 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 from uuid import UUID
 
-__all__ = ["fair_share"]
-
 
 def fair_share(due: Sequence[Any], busy: Iterable[UUID], each: int) -> list[UUID]:
     """Return the due items that may begin, at most `each` of one gym at a time.

@@ -9,8 +9,6 @@ from walltopo.core import InputError
 from walltopo_gym.cli import demo, operator
 from walltopo_gym.cli.options import add_place
 
-__all__ = ["register"]
-
 _EXAMPLES = """\
 examples:
   walltopo gym serve --data gym/                       SQLite and files in gym/

@@ -10,8 +10,6 @@ from walltopo.cli.outputs import add_overwrite
 from walltopo.core import InputError
 from walltopo_gym.cli.options import add_place
 
-__all__ = ["register"]
-
 
 def register(inner: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the operator's commands."""

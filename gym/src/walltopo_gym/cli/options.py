@@ -5,8 +5,6 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-__all__ = ["add_place"]
-
 
 def add_place(parser: argparse.ArgumentParser) -> None:
     """Let a command be told where the gym is."""

@@ -14,8 +14,6 @@ from walltopo_gym.migrations.run import migrate
 from walltopo_gym.settings import GymSettings, load_settings
 from walltopo_gym.storage.files import private_folder
 
-__all__ = ["asked_password", "database_of", "opened", "settings_of"]
-
 
 def settings_of(args: argparse.Namespace) -> GymSettings:
     """The settings of `--data`, `--database` and `--objects`."""

@@ -20,8 +20,6 @@ from walltopo_gym.errors import ConflictError, NotFoundError
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.publishing.models import Route
 
-__all__ = ["Climb", "Kind", "keep_ascent", "take_back"]
-
 
 class Kind(StrEnum):
     """What came of it."""

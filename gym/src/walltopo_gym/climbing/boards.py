@@ -17,8 +17,6 @@ from walltopo_gym.climbing.follows import followed_by
 from walltopo_gym.climbing.visits import gym_day
 from walltopo_gym.gyms.models import GradeSystem, Gym, Membership
 
-__all__ = ["Age", "Asked", "Board", "Line", "board", "circuits", "month_of"]
-
 Age = Literal["", "u18", "40"]
 Rows = TypeVar("Rows", bound="Select[*tuple[Any, ...]]")
 

@@ -13,8 +13,6 @@ from sqlalchemy.orm import Mapped, mapped_column
 
 from walltopo_gym.database.base import Base, Keyed
 
-__all__ = ["ClimbingSession", "SessionMark", "Standing"]
-
 _PERSON, _GYM = "people.id", "gyms.id"
 
 

@@ -25,8 +25,6 @@ from walltopo_gym.climbing.visits import Event, Sort, Visit, day_begins, gym_day
 from walltopo_gym.gyms.models import GradeSystem, Gym
 from walltopo_gym.publishing.models import Route
 
-__all__ = ["ALL_TIME", "count_again", "recount", "value", "zone_of"]
-
 ALL_TIME: Final = "all"
 _TOPS: Final = ("flash", "top")
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-__all__ = ["ENOUGH", "crowd_grade"]
-
 # Of fewer votes one person's word would be read as everybody's.
 ENOUGH: Final = 3
 

@@ -18,8 +18,6 @@ from sqlalchemy.orm import Mapped, mapped_column
 
 from walltopo_gym.clock import now
 
-__all__ = ["Edit", "Edited", "takes"]
-
 _DEVICES: Final = 8  # so many are remembered of a row
 
 

@@ -19,9 +19,6 @@ from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.models import Gym, Membership
 from walltopo_gym.publishing.models import Route
 
-__all__ = ["Friend", "Known", "accept", "drop", "feed", "follow", "followed_by", "followers",
-           "following", "friends_on", "gyms_in_common", "is_let"]  # fmt: skip
-
 _MOST = 500
 _SHOWN = (Audience.FOLLOWERS, Audience.GYM)
 

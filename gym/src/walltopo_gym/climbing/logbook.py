@@ -13,8 +13,6 @@ from walltopo_gym.climbing.models import Ascent, Opinion
 from walltopo_gym.gyms.models import Wall
 from walltopo_gym.publishing.models import Route
 
-__all__ = ["Logbook", "logbook"]
-
 
 @dataclass(frozen=True)
 class Logbook:

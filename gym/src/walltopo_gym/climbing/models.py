@@ -12,8 +12,6 @@ from walltopo_gym.climbing.edits import Edited
 from walltopo_gym.clock import now
 from walltopo_gym.database.base import Base, Keyed
 
-__all__ = ["Ascent", "Follow", "HiddenComment", "Opinion", "Report"]
-
 
 class Ascent(Edited, Keyed, Base):
     """What somebody did on a route; `id` is made by their phone, so that it arrives once.

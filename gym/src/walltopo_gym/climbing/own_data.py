@@ -32,8 +32,6 @@ from walltopo_gym.gyms.models import Ban, Gym, Membership
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.spreadsheets import csv_table
 
-__all__ = ["all_of", "ascents_csv", "forget"]
-
 # Every table that names a person, and what of it is secret or of no meaning to them.
 _KINDS: Final[dict[str, Any]] = {
     "profile": Profile,

@@ -17,8 +17,6 @@ from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.models import Gym, Membership, Wall
 from walltopo_gym.publishing.models import Route
 
-__all__ = ["MOST_PINS", "Seen", "may_see", "see", "took_part"]
-
 MOST_PINS = 12
 _LATEST = 20
 

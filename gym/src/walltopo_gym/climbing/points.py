@@ -16,8 +16,6 @@ from typing import Any, Final
 
 from walltopo_gym.gyms.grades import FONT, V_SCALE
 
-__all__ = ["BEST", "FLASH", "best_of", "worth_of"]
-
 BEST: Final = 10
 FLASH: Final = 10
 _BASE: Final = 100

@@ -21,8 +21,6 @@ from walltopo_gym.gyms.models import GradeSystem, Gym, Wall
 from walltopo_gym.publishing.models import Placement, Route
 from walltopo_gym.scans.models import Scan
 
-__all__ = ["Hanging", "Month", "OfGrade", "Progress", "Style", "Week", "progress"]
-
 _TOPS: Final = ("flash", "top")
 _WEEK: Final = timedelta(days=7)
 _WEEKS: Final = 53

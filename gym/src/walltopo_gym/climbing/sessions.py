@@ -17,8 +17,6 @@ from walltopo_gym.climbing.visits import PAUSE, gym_day
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.gyms.models import Gym
 
-__all__ = ["ascents_of", "begin", "end", "goes_on", "last_of", "tops_by_grade"]
-
 
 def last_of(session: Session, gym: Gym, person: UUID) -> ClimbingSession | None:
     """Somebody's last session in a gym."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-__all__ = ["LENGTHS", "STEEPNESS", "length_of", "main_hold", "steepness_of"]
-
 # Kinds of walls, and below how many degrees of overhang one still is of that kind.
 STEEPNESS: Final = {"slab": -5.0, "vertical": 5.0, "slight": 20.0, "steep": 45.0, "roof": 181.0}
 # Up to how many holds a route is that long; in numbers of holds, for not every scan has a scale.

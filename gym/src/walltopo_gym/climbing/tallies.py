@@ -15,8 +15,6 @@ from walltopo_gym.climbing.models import Ascent, Opinion
 from walltopo_gym.gyms.models import GradeSystem
 from walltopo_gym.publishing.models import Route
 
-__all__ = ["Tally", "tallies"]
-
 
 @dataclass
 class Tally:

@@ -15,8 +15,6 @@ from typing import Final
 from uuid import UUID
 from zoneinfo import ZoneInfo
 
-__all__ = ["PAUSE", "Event", "Sort", "Visit", "day_begins", "gym_day", "visits"]
-
 PAUSE: Final = timedelta(hours=4)
 _DAWN: Final = time(4)
 

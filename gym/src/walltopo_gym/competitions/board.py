@@ -33,8 +33,6 @@ from walltopo_gym.competitions.told import (
 )
 from walltopo_gym.errors import NotFoundError
 
-__all__ = ["Board"]
-
 _FEW: Final = 10  # problems whose marks are told with each line
 
 

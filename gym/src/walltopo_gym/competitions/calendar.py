@@ -11,8 +11,6 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.competitions.models import Competition
 
-__all__ = ["Date", "dates_of"]
-
 
 @dataclass(frozen=True)
 class Date:

@@ -14,9 +14,6 @@ from walltopo.core import InputError
 from walltopo_gym.competitions.models import Category, Competition, Entry, WaiverSignature
 from walltopo_gym.errors import ConflictError, ForbiddenError, NotFoundError
 
-__all__ = ["EntryWords", "add_entry", "change_entry", "enter", "entry_of", "forget_names",
-           "misfit", "own_entry", "sign"]  # fmt: skip
-
 NO_NAME: Final = "—"
 
 

@@ -17,8 +17,6 @@ from walltopo_gym.competitions.models import Competition, ScoreEvent
 from walltopo_gym.competitions.scoring.score import NOTHING, Mark
 from walltopo_gym.competitions.sheet import load_sheet
 
-__all__ = ["Has", "board_of", "catch_up", "marks_of", "struck"]
-
 _BATCH: Final = 2_000
 _FACT: Final = (
     ScoreEvent.id, ScoreEvent.entry_id, ScoreEvent.problem_id, ScoreEvent.kind, ScoreEvent.n,

@@ -17,8 +17,6 @@ from walltopo_gym.competitions.ledger import JUDGED, SCORED, Kind
 from walltopo_gym.competitions.models import Competition, Entry, Problem, Round, ScoreEvent, Starter
 from walltopo_gym.errors import ConflictError, ForbiddenError, NotFoundError
 
-__all__ = ["Said", "keep_event"]
-
 _SAME: Final = ("entry_id", "problem_id", "kind", "n", "target_id", "text", "device", "number")
 _LONGEST_LATE: Final = timedelta(days=7)
 

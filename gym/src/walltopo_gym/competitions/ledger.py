@@ -15,8 +15,6 @@ from uuid import UUID
 
 from walltopo_gym.competitions.scoring.score import NOTHING, Mark
 
-__all__ = ["JUDGED", "SCORED", "STRIKING", "Fact", "Kind", "Ledger", "Place"]
-
 
 class Kind(StrEnum):
     """What an event says."""

@@ -27,8 +27,6 @@ from walltopo_gym.competitions.sheet import load_sheet
 from walltopo_gym.competitions.told import BoardTold, CategoryLines, Line
 from walltopo_gym.database.engine import Database
 
-__all__ = ["LiveBoards"]
-
 _LOG = logging.getLogger("walltopo_gym.competitions")
 
 _LOOK_S: Final = 0.3  # how often the database is asked for what is new

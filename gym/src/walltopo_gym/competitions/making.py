@@ -26,8 +26,6 @@ from walltopo_gym.errors import ConflictError, NotFoundError
 from walltopo_gym.gyms.models import Wall
 from walltopo_gym.publishing.models import Route
 
-__all__ = ["CategoryWish", "ProblemWish", "RoundWish", "change_sheet", "locked"]
-
 _ONE_ROUND: Final = (Format.FESTIVAL, Format.NIGHT)
 
 

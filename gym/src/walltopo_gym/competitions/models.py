@@ -12,9 +12,6 @@ from sqlalchemy.orm import Mapped, mapped_column
 from walltopo_gym.clock import now
 from walltopo_gym.database.base import Base, Keyed
 
-__all__ = ["Category", "Competition", "Entry", "Problem", "Round", "ScoreEvent", "Starter",
-           "WaiverSignature"]  # fmt: skip
-
 _COMPETITION = "competitions.id"
 _ENTRY = "competition_entries.id"
 _PERSON = "people.id"

@@ -23,8 +23,6 @@ from walltopo_gym.competitions.models import (
 )
 from walltopo_gym.errors import ConflictError, NotFoundError
 
-__all__ = ["check_before", "draw", "forget_drawn", "is_drawn", "put_order", "starters"]
-
 
 def starters(session: Session, row: Competition, one: Round) -> list[tuple[Entry, int]]:
     """Who is in a round, by category and in running order, each with their place from 1.

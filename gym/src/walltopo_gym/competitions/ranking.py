@@ -15,9 +15,6 @@ from uuid import UUID
 from walltopo_gym.competitions.scoring.score import Criterion, Score, best_of, shown
 from walltopo_gym.competitions.sheet import RoundSheet
 
-__all__ = ["Place", "Standing", "Step", "ranked", "standing_in", "standing_in_all",
-           "standing_in_league", "why"]  # fmt: skip
-
 Who = TypeVar("Who")
 
 

@@ -11,8 +11,6 @@ from walltopo_gym.competitions.scoring.rules import Rules
 from walltopo_gym.competitions.scoring.score import NOTHING, Mark, Score, Tried
 from walltopo_gym.competitions.sheet import Competitor, RoundSheet, Sheet
 
-__all__ = ["Results"]
-
 
 class Results:
     """Marks and scores of a competition.

@@ -12,8 +12,6 @@ from walltopo_gym.competitions.models import Competition, Round
 from walltopo_gym.competitions.order import check_before, draw, forget_drawn, is_drawn
 from walltopo_gym.errors import ConflictError, NotFoundError
 
-__all__ = ["freeze", "move_competition", "move_round", "round_of"]
-
 
 def round_of(session: Session, row: Competition, one: UUID) -> Round:
     """A round of this competition.

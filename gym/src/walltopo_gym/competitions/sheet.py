@@ -14,8 +14,6 @@ from sqlalchemy.orm import Session
 from walltopo_gym.competitions import models
 from walltopo_gym.competitions.scoring.rules import Scoring
 
-__all__ = ["Competitor", "Format", "RoundSheet", "Sheet", "Task", "load_sheet"]
-
 
 class Format(StrEnum):
     """How rounds make one ranking.

@@ -16,8 +16,6 @@ from walltopo.core import InputError
 from walltopo_gym.competitions.entering import EntryWords, misfit, next_bib
 from walltopo_gym.competitions.models import Category, Competition, Entry
 
-__all__ = ["COLUMNS", "Fault", "read_start_list", "take_in"]
-
 COLUMNS: Final = ("name", "category", "bib", "team", "club", "birth_year", "gender", "handicap")
 MOST_LINES: Final = 2_000
 _MOST_FAULTS: Final = 100

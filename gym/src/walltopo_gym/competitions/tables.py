@@ -9,8 +9,6 @@ from walltopo_gym.competitions.told import BoardTold, Line, RoundLine
 from walltopo_gym.paper.sheet import Sheet
 from walltopo_gym.spreadsheets import csv_table
 
-__all__ = ["results_csv", "results_pdf"]
-
 _COLUMNS: Final = ("category", "rank", "shared", "bib", "name", "team", "club", "out", "points")
 _OF_A_ROUND: Final = ("rank", "points", "tops", "zones", "flashes", "tries_to_top",
                       "tries_to_zone")  # fmt: skip

@@ -6,8 +6,6 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from uuid import UUID
 
-__all__ = ["BoardTold", "CategoryLines", "Line", "ProblemHead", "RoundHead", "RoundLine", "Team"]
-
 
 @dataclass(frozen=True, slots=True)
 class RoundLine:

@@ -12,8 +12,6 @@ from sqlalchemy.types import TypeDecorator
 
 from walltopo_gym.clock import now
 
-__all__ = ["Base", "Keyed", "UtcTime"]
-
 # Alembic drops and changes constraints by name, so each has one.
 _NAMES = {
     "ix": "ix_%(table_name)s_%(column_0_N_name)s",

@@ -15,8 +15,6 @@ from sqlalchemy import Connection, Engine, create_engine, event, make_url
 from sqlalchemy.orm import Session
 from sqlalchemy.pool import ConnectionPoolEntry
 
-__all__ = ["Database"]
-
 _WRITES = "walltopo_writes"
 _REBUILDS = "walltopo_rebuilds"
 _TURN = "walltopo_turn"

@@ -13,8 +13,6 @@ from walltopo_gym.gyms.models import Gym
 from walltopo_gym.insights.models import Aims, Washing
 from walltopo_gym.publishing.models import Route
 
-__all__ = ["fill_aims"]
-
 _APART: Final = timedelta(days=14)
 _WASHED: Final = timedelta(days=21)
 

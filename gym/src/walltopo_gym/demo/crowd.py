@@ -20,8 +20,6 @@ from walltopo_gym.gyms.models import Gym, Membership
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.publishing.models import Route
 
-__all__ = ["ASCENTS", "CLIMBERS", "fill", "fill_own"]
-
 CLIMBERS: Final = 40
 ASCENTS: Final = 600
 _DAYS: Final = 42

@@ -32,8 +32,6 @@ from walltopo_gym.competitions.running import move_competition
 from walltopo_gym.gyms.models import Gym
 from walltopo_gym.publishing.models import Route
 
-__all__ = ["hold_cups"]
-
 COMPETITORS: Final = 24
 _SEED: Final = 20260314
 _EVENING: Final = timedelta(hours=3)

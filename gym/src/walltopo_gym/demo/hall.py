@@ -48,8 +48,6 @@ from walltopo_gym.uploads.models import Photo
 from walltopo_gym.uploads.receiving import announce, finish
 from walltopo_gym.work import at_work
 
-__all__ = ["SLUG", "Hall", "name_routes"]
-
 SLUG: Final = "demo"
 _ACCOUNTS: Final = "demo-accounts.json"
 _NAMES: Final = ("Moonshine", "Left Turn", "Cold Coffee", "The Plum", "Paperclip", "Slow Motion",

@@ -13,8 +13,6 @@ from walltopo_gym.editing.opened import Opened
 from walltopo_gym.errors import TooManyError
 from walltopo_gym.storage.files import FileStore
 
-__all__ = ["Desks"]
-
 _SOON_S: Final = 60
 
 

@@ -18,8 +18,6 @@ from walltopo_gym.errors import ConflictError
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.states import check_in_review
 
-__all__ = ["SavedLog", "check_carried_out", "mark_shown", "read_log", "save_log"]
-
 
 @dataclass(frozen=True)
 class SavedLog:

@@ -10,8 +10,6 @@ from sqlalchemy.orm import Mapped, mapped_column
 
 from walltopo_gym.database.base import Base
 
-__all__ = ["ScanEdits"]
-
 
 class ScanEdits(Base):
     """What setters corrected of a scan.

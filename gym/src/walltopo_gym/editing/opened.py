@@ -23,8 +23,6 @@ from walltopo_gym.scans.pictures import keep_front
 from walltopo_gym.scans.shelf import shelve, shelve_stage, take_scan, take_visible
 from walltopo_gym.storage.files import FileStore
 
-__all__ = ["Opened"]
-
 
 class Opened:
     """A scan's folder taken from the shelf, and the desk on it.

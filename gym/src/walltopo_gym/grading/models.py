@@ -12,8 +12,6 @@ from sqlalchemy.orm import Mapped, mapped_column
 from walltopo_gym.clock import now
 from walltopo_gym.database.base import Base
 
-__all__ = ["PlacedRoute", "ScanPlaces"]
-
 
 class ScanPlaces(Base):
     """A scan whose routes were placed.

@@ -34,8 +34,6 @@ from walltopo_gym.scans.shelf import take_files
 from walltopo_gym.scans.states import State
 from walltopo_gym.storage.files import FileStore
 
-__all__ = ["PLACED", "QUEUE", "Placing"]
-
 _LOG = logging.getLogger("walltopo_gym.grading")
 QUEUE: Final = "places"
 PLACED: Final = (State.REVIEW, State.PUBLISHED, State.SUPERSEDED)

@@ -20,8 +20,6 @@ from walltopo_gym.grading.told import Span, ToldRoute, told_routes
 from walltopo_gym.gyms.models import Wall
 from walltopo_gym.scans.models import Scan
 
-__all__ = ["Odd", "Odds", "Ranges", "odd_routes", "ranges_of"]
-
 Side = Literal["soft", "hard"]
 
 

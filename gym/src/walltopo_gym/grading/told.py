@@ -29,8 +29,6 @@ from walltopo_gym.publishing.models import Placement, Route
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.states import State
 
-__all__ = ["Span", "ToldRoute", "span_of", "told_routes"]
-
 # Routes that hang no more tell of the scale too; a gym's grades drift.
 _REMEMBERED: Final = timedelta(days=365)
 _COMMON: Final = ("font", "v")

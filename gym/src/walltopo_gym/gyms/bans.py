@@ -13,8 +13,6 @@ from walltopo_gym.gyms.members import remove_member, role_of
 from walltopo_gym.gyms.models import Ban
 from walltopo_gym.gyms.roles import Role
 
-__all__ = ["ban", "end_ban"]
-
 
 def ban(session: Session, gym: UUID, person: UUID, reason: str, by: UUID) -> None:
     """Let somebody take part no more, member or not; again, for another reason.

@@ -16,7 +16,6 @@ from walltopo_gym.storage.files import FileStore
 if TYPE_CHECKING:
     from PIL import Image
 
-__all__ = ["DECODING", "keep_picture", "key_of"]
 
 _FORMATS: Final = ("JPEG", "PNG", "WEBP")
 _MOST_PIXELS: Final = 25_000_000

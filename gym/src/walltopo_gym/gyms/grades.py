@@ -7,8 +7,6 @@ from typing import Final
 
 from walltopo.core import InputError
 
-__all__ = ["FONT", "KINDS", "V_SCALE", "check_grades"]
-
 FONT: Final = (
     "3", "4", "4+", "5", "5+", "6A", "6A+", "6B", "6B+", "6C", "6C+", "7A", "7A+", "7B", "7B+",
     "7C", "7C+", "8A", "8A+", "8B", "8B+", "8C", "8C+", "9A",

@@ -16,9 +16,6 @@ from walltopo_gym.errors import ConflictError, ForbiddenError, NotFoundError
 from walltopo_gym.gyms.models import Ban, Gym, Invitation, Membership
 from walltopo_gym.gyms.roles import Role
 
-__all__ = ["accept", "add_member", "change_role", "check_not_banned", "invitation", "invite",
-           "remove_member", "role_of"]  # fmt: skip
-
 
 def role_of(session: Session, gym: UUID, person: UUID | None) -> Role:
     """What somebody is in a gym."""

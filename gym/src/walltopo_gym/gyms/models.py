@@ -12,8 +12,6 @@ from sqlalchemy.orm import Mapped, mapped_column
 from walltopo_gym.clock import now
 from walltopo_gym.database.base import Base, Keyed
 
-__all__ = ["Ban", "FloorPlan", "GradeSystem", "Gym", "Invitation", "Membership", "Wall"]
-
 _GYM = "gyms.id"
 
 

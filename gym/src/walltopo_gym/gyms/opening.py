@@ -17,8 +17,6 @@ from walltopo_gym.gyms.grades import FONT
 from walltopo_gym.gyms.models import GradeSystem, Gym, Membership
 from walltopo_gym.gyms.roles import Role
 
-__all__ = ["check_time_zone", "open_gym", "slug_of"]
-
 
 def slug_of(name: str) -> str:
     """A name as part of an address: "Boulderhalle Süd" is boulderhalle-sud.

@@ -14,8 +14,6 @@ from walltopo_gym.paper.codes import draw_code
 from walltopo_gym.paper.letters import BOLD, PLAIN, Letters
 from walltopo_gym.publishing.models import Route
 
-__all__ = ["MOST_CARDS", "CardSize", "Cards"]
-
 CardSize = Literal["a4", "a5", "a6", "a7"]
 MOST_CARDS: Final = 400
 _MM: Final = 72 / 25.4

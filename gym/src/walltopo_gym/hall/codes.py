@@ -18,8 +18,6 @@ from walltopo_gym.errors import NotFoundError
 from walltopo_gym.gyms.models import Gym, Wall
 from walltopo_gym.publishing.models import Route
 
-__all__ = ["LENGTH", "code_of", "route_by_code"]
-
 LENGTH: Final = 10
 _LETTERS: Final = "0123456789ABCDEFGHJKMNPQRSTVWXYZ"
 _REST: Final = 128 - 5 * LENGTH

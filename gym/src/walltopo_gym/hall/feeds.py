@@ -12,8 +12,6 @@ from walltopo_gym.hall.fresh import Date
 from walltopo_gym.hall.words import Words
 from walltopo_gym.publishing.models import Route
 
-__all__ = ["atom", "calendar", "say_date"]
-
 _ATOM: Final = "http://www.w3.org/2005/Atom"
 _DAY: Final = timedelta(days=1)
 

@@ -20,8 +20,6 @@ from walltopo_gym.publishing.hanging import gym_routes
 from walltopo_gym.publishing.models import Plan, Route
 from walltopo_gym.scans.models import Scan
 
-__all__ = ["LEAST", "Date", "climbers_today", "coming", "fresh", "today"]
-
 LEAST: Final = 5  # fewer climbers are not told: they could be known
 _AHEAD: Final = timedelta(days=120)
 

@@ -12,8 +12,6 @@ from sqlalchemy.orm import Mapped, mapped_column
 from walltopo_gym.database.base import Base, Keyed
 from walltopo_gym.languages import Language
 
-__all__ = ["KINDS", "HallSettings", "Message", "PushAddress", "ServerSecret", "Wishes"]
-
 _PERSON = "people.id"
 
 

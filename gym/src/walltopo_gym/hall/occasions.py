@@ -28,8 +28,6 @@ from walltopo_gym.publishing.hanging import gym_routes
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.scans.models import Scan
 
-__all__ = ["DIGEST", "note_all"]
-
 _LOG = logging.getLogger("walltopo_gym.hall")
 DIGEST: Final = "digest"
 _MAIL: Final = "mail"

@@ -12,8 +12,6 @@ from walltopo_gym.hall.words import PAINT, Words
 from walltopo_gym.paper.sheet import Paper, Sheet
 from walltopo_gym.publishing.models import Route
 
-__all__ = ["Poster"]
-
 _NO_PAINT = "#ffffff"
 
 

@@ -14,8 +14,6 @@ from walltopo_gym.errors import NotFoundError
 from walltopo_gym.hall.models import PushAddress
 from walltopo_gym.webhooks.sending import check_url, post
 
-__all__ = ["check_address", "push"]
-
 _DAY_S: Final = 86400
 _KEY: Final = 65  # bytes of an uncompressed point of P-256
 _SECRET: Final = 16

@@ -16,8 +16,6 @@ from walltopo_gym.clock import now
 from walltopo_gym.gyms.models import Gym, Membership
 from walltopo_gym.hall.models import HallSettings
 
-__all__ = ["PARTS", "Part", "drop_key", "has_key", "new_key", "public_board", "settings_of"]
-
 Part = Literal["routes", "wall", "climbers", "board", "dates"]
 PARTS: Final[tuple[Part, ...]] = ("routes", "wall", "climbers", "board", "dates")
 _SECONDS: Final = 20

@@ -16,8 +16,6 @@ from sqlalchemy.exc import IntegrityError
 from walltopo_gym.database.engine import Database
 from walltopo_gym.hall.models import ServerSecret
 
-__all__ = ["person_of", "push_key", "public_push_key", "unsubscribe_token"]
-
 _PUSH = "push"
 _UNSUBSCRIBE = "unsubscribe"
 

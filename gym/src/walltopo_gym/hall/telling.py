@@ -36,8 +36,6 @@ from walltopo_gym.hall.words import words_in
 from walltopo_gym.mail import Letter, Mailer, sender_of
 from walltopo_gym.settings import GymSettings
 
-__all__ = ["QUEUE", "Telling"]
-
 _LOG = logging.getLogger("walltopo_gym.hall")
 QUEUE: Final = "messages"
 _LOOK_S: Final = 60

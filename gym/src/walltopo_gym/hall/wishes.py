@@ -11,8 +11,6 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.hall.models import Wishes
 
-__all__ = ["awake_at", "wishes_of"]
-
 _HOURS: Final = 24
 
 

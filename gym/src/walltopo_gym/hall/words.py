@@ -12,8 +12,6 @@ import msgspec
 
 from walltopo_gym.languages import Language
 
-__all__ = ["PAINT", "Words", "words_in"]
-
 _HERE: Final = files("walltopo_gym.hall")
 # Hold paint; the app shows it from the same file (gym/web/src/lib/colours.ts).
 PAINT: Final = msgspec.json.decode(_HERE.joinpath("paint.json").read_bytes(), type=dict[str, str])

@@ -25,8 +25,6 @@ from numpy.typing import NDArray
 
 from walltopo_gym.insights.usage import ENOUGH
 
-__all__ = ["People", "Style", "may_be_told"]
-
 _CLOSE: Final = 1e-7
 # By group and route (any key as text): who is behind what is counted there.
 People = Mapping[str, Mapping[str, frozenset[int]]]

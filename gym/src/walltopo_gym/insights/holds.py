@@ -24,8 +24,6 @@ from walltopo_gym.insights.usage import last_washed, worn_walls
 from walltopo_gym.scans.shelf import take_files
 from walltopo_gym.storage.files import FileStore
 
-__all__ = ["SIZES", "Hanging", "Stock", "Wear", "hanging_holds", "stock", "wear"]
-
 # Up to how many metres along the wall a hold is that large.
 SIZES: Final = {"s": 0.08, "m": 0.16, "l": 0.32, "xl": float("inf")}
 

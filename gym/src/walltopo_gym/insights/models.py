@@ -12,8 +12,6 @@ from sqlalchemy.orm import Mapped, mapped_column
 from walltopo_gym.clock import now
 from walltopo_gym.database.base import Base, Keyed
 
-__all__ = ["WASH_AFTER", "Aims", "Washing"]
-
 WASH_AFTER: Final = 150  # tries on a route, where a gym has said nothing
 
 

@@ -21,8 +21,6 @@ from walltopo_gym.publishing.models import Route
 from walltopo_gym.publishing.past import routes_as_they_were, versions_of
 from walltopo_gym.scans.models import Scan
 
-__all__ = ["Reset", "Side", "resets_of"]
-
 _WEEK: Final = timedelta(days=7)
 _WEEKS: Final = 4
 

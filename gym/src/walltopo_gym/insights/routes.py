@@ -22,8 +22,6 @@ from walltopo_gym.insights.shrinking import NOTHING, Sample, shrunk
 from walltopo_gym.insights.usage import ENOUGH, Usage, climbers_of, usage
 from walltopo_gym.publishing.models import Placement, Route
 
-__all__ = ["RECENT", "OfRoute", "RouteFigures", "SetterInsight", "Told", "of_routes"]
-
 RECENT: Final = timedelta(days=28)
 
 

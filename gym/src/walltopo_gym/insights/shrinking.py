@@ -16,8 +16,6 @@ from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from typing import Final, TypeVar
 
-__all__ = ["NOTHING", "Sample", "shrunk"]
-
 Key = TypeVar("Key", bound=Hashable)
 
 

@@ -26,8 +26,6 @@ from uuid import UUID
 
 from walltopo_gym.insights.routes import RECENT, OfRoute
 
-__all__ = ["OLD", "Suggestion", "what_to_strip"]
-
 OLD: Final = 56
 _SOON: Final = timedelta(days=7)
 _VOTES: Final = 3

@@ -30,8 +30,6 @@ from walltopo_gym.insights.usage import ENOUGH, what_counts
 from walltopo_gym.publishing.models import Placement, Route
 from walltopo_gym.scans.models import Scan
 
-__all__ = ["BANDS", "Group", "StyleCell", "StyleInsight", "Styles", "styles"]
-
 _YEAR: Final = timedelta(days=364)
 # The first grade of each band but the first.
 BANDS: Final = ("6A", "6C", "7B")

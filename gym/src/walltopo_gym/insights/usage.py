@@ -14,9 +14,6 @@ from walltopo_gym.climbing.models import Ascent
 from walltopo_gym.insights.models import Washing
 from walltopo_gym.publishing.models import Route
 
-__all__ = ["ENOUGH", "Usage", "climbers_of", "last_washed", "told", "usage", "what_counts",
-           "worn_walls"]  # fmt: skip
-
 # Groups of fewer people are not broken down.
 ENOUGH: Final = 5
 _TOPS: Final = ("flash", "top")

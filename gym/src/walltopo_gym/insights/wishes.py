@@ -16,8 +16,6 @@ from walltopo_gym.gyms.models import GradeSystem
 from walltopo_gym.insights.models import WASH_AFTER, Aims
 from walltopo_gym.insights.routes import OfRoute
 
-__all__ = ["Wished", "aims_of", "check_wish", "wished"]
-
 
 @dataclass(frozen=True)
 class Wished:

@@ -17,8 +17,6 @@ from walltopo_gym.climbing.counting import recount
 from walltopo_gym.database.engine import Database
 from walltopo_gym.gyms.models import Gym
 
-__all__ = ["is_current", "migrate"]
-
 _COUNTED = "0012"  # since this revision sessions and standings are counted from ascents
 _LOCK = 0x77616C6C  # any number that nobody else takes: two servers that start at once wait
 

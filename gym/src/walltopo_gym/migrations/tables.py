@@ -20,8 +20,6 @@ from walltopo_gym.scans import models as _scans
 from walltopo_gym.uploads import models as _uploads
 from walltopo_gym.webhooks import models as _webhooks
 
-__all__ = ["METADATA"]
-
 _ROOMS = (_accounts, _gyms, _scans, _uploads, _publishing, _editing, _competitions, _climbing,
           _counted, _webhooks, _insights, _grading, _hall, _attempts)  # fmt: skip
 METADATA: MetaData = Base.metadata

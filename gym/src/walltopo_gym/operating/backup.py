@@ -35,8 +35,6 @@ from walltopo_gym.scans.states import State
 from walltopo_gym.settings import FILE, GymSettings
 from walltopo_gym.storage.files import FileStore, hash_of_file, private_folder
 
-__all__ = ["back_up", "restore"]
-
 _TABLES: Final = {"sqlite": "database.sqlite", "postgresql": "database.pgdump"}
 _FILES: Final = "files/"
 _CONTENTS: Final = "contents.json"  # the last entry: a backup that was cut off has none

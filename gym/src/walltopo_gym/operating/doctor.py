@@ -24,8 +24,6 @@ from walltopo_gym.scans.states import State
 from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import open_store
 
-__all__ = ["Finding", "examine"]
-
 _MB: Final = 1_000_000
 _HOME: Final = ("localhost", "127.0.0.1", "::1")
 

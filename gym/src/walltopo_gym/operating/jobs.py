@@ -16,8 +16,6 @@ from walltopo_gym.scans.asking import start
 from walltopo_gym.scans.models import Scan, ScanProgress
 from walltopo_gym.scans.states import State, move
 
-__all__ = ["cancel", "jobs", "retry"]
-
 _SHOWN = (State.RUNNING, State.QUEUED, State.FAILED)
 
 

@@ -37,8 +37,6 @@ from walltopo_gym.uploads.models import Photo
 from walltopo_gym.webhooks.delivery import LAST_TRY
 from walltopo_gym.webhooks.models import WebhookEvent
 
-__all__ = ["Purged", "purge"]
-
 # A file is written before its row names it: younger ones may be waiting for theirs.
 _YOUNG: Final = timedelta(days=1)
 # What was given up: so long its reason can be read; a job then tries its item anew.

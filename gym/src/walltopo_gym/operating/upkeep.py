@@ -10,8 +10,6 @@ from pathlib import Path
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.storage.files import private_folder
 
-__all__ = ["alone"]
-
 
 @contextmanager
 def alone(data: Path) -> Iterator[None]:

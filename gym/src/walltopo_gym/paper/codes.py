@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-__all__ = ["draw_code"]
-
 _QUIET = 4  # modules of white around it (ISO/IEC 18004)
 
 

@@ -11,8 +11,6 @@ from functools import cache
 from importlib.resources import as_file, files
 from typing import Any, Final
 
-__all__ = ["BOLD", "PLAIN", "Letters"]
-
 PLAIN: Final = "DejaVuSans"
 BOLD: Final = "DejaVuSans-Bold"
 _INSTEAD: Final = "?"

@@ -7,8 +7,6 @@ from typing import Any, Final
 
 from walltopo.core import InputError
 
-__all__ = ["MOST_PAGES", "numbered"]
-
 MOST_PAGES: Final = 400
 
 

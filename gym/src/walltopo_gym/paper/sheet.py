@@ -18,8 +18,6 @@ from walltopo_gym.paper.codes import draw_code
 from walltopo_gym.paper.letters import BOLD, PLAIN, Letters
 from walltopo_gym.paper.numbered import numbered
 
-__all__ = ["SIZES", "Paper", "Sheet"]
-
 Paper = Literal["a3", "a4", "a5", "a6", "a7"]
 _MM: Final = 72 / 25.4
 # ISO 216, millimetres, upright.

@@ -26,8 +26,6 @@ from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.states import State, check_in_review, move
 from walltopo_gym.webhooks.events import note
 
-__all__ = ["Entry", "Placed", "check_grade", "publish", "put_back", "strip"]
-
 
 @dataclass(frozen=True)
 class Entry:

@@ -11,8 +11,6 @@ from sqlalchemy.orm import Session
 from walltopo_gym.gyms.models import Wall
 from walltopo_gym.publishing.models import Placement, Route
 
-__all__ = ["gym_routes", "wall_routes"]
-
 _HANGING: Final = (
     select(Route, Placement)
     .join(Placement, Placement.route_id == Route.id)

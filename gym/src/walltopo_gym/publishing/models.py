@@ -12,8 +12,6 @@ from sqlalchemy.orm import Mapped, mapped_column
 from walltopo_gym.clock import now
 from walltopo_gym.database.base import Base, Keyed
 
-__all__ = ["Placement", "Plan", "Route"]
-
 
 class Route(Keyed, Base):
     """A route from the day it is set to the day it is stripped, through any number of scans.

@@ -13,8 +13,6 @@ from walltopo_gym.publishing.models import Placement, Route
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.states import State
 
-__all__ = ["keep_as_was", "routes_as_they_were", "versions_of"]
-
 _SAID: Final = ("name", "colour", "grade", "setter", "tags")
 
 

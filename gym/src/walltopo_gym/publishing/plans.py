@@ -28,8 +28,6 @@ from walltopo_gym.publishing.change import Entry, Placed, publish
 from walltopo_gym.publishing.models import Plan
 from walltopo_gym.scans.models import Scan
 
-__all__ = ["publish_due", "rows_of"]
-
 _LOG = logging.getLogger("walltopo_gym.publishing")
 _HOLDER: Final = "publication"
 _LEASE: Final = timedelta(minutes=1)  # a publication takes seconds

@@ -22,8 +22,6 @@ from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.shelf import take_files
 from walltopo_gym.storage.files import FileStore
 
-__all__ = ["Review", "found_routes", "review"]
-
 
 @dataclass(frozen=True)
 class Review:

@@ -6,8 +6,6 @@ from typing import Final
 
 from walltopo.scans.manifest import Manifest
 
-__all__ = ["worse_than"]
-
 # Below this share of what it was before, it is said. A reset changes holds, not the wall.
 _LEAST_AREA: Final = 0.8
 _LEAST_HOLDS: Final = 0.6

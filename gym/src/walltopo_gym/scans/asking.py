@@ -14,8 +14,6 @@ from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.states import State, move
 from walltopo_gym.uploads.models import Photo
 
-__all__ = ["begin", "start"]
-
 _FEWEST_PHOTOS: Final = 3
 
 

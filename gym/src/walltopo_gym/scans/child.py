@@ -22,8 +22,6 @@ from walltopo.pipeline.settings import load_settings
 from walltopo.scans.manifest import StageRecord
 from walltopo_gym.scans.job import Advanced, Ended, Failed, Job, Noted, Said, Step
 
-__all__ = ["main"]
-
 _AT_LEAST_S = 0.2  # between two lines that only count
 
 

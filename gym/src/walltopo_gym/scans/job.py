@@ -6,8 +6,6 @@ from typing import TypeAlias
 
 import msgspec
 
-__all__ = ["Advanced", "Ended", "Failed", "Job", "Noted", "Said", "Step"]
-
 
 class Job(msgspec.Struct, frozen=True):
     """Scan these photos.

@@ -12,8 +12,6 @@ from sqlalchemy.orm import Mapped, mapped_column
 from walltopo_gym.clock import now
 from walltopo_gym.database.base import Base, Keyed
 
-__all__ = ["Scan", "ScanProgress", "Worker"]
-
 
 class Scan(Keyed, Base):
     """One version of a wall.

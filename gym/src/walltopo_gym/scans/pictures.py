@@ -21,7 +21,6 @@ from walltopo_gym.storage.files import FileStore
 if TYPE_CHECKING:
     from PIL import Image
 
-__all__ = ["HEIGHT", "WIDTH", "keep_front", "route_picture", "wall_picture"]
 
 # As messengers want it: https://developers.facebook.com/docs/sharing/webmasters/images
 WIDTH: Final = 1200

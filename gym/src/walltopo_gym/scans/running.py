@@ -15,8 +15,6 @@ import psutil
 
 from walltopo_gym.scans.job import Advanced, Ended, Failed, Job, Noted, Said, Step
 
-__all__ = ["RunningScan"]
-
 _MOST_NOTES = 50
 
 

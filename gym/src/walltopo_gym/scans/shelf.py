@@ -18,8 +18,6 @@ from walltopo.publish.kept_tiers import TIERS
 from walltopo.scans.folder import ScanFolder
 from walltopo_gym.storage.files import FileStore, hash_of_file
 
-__all__ = ["shelve", "shelve_stage", "take_files", "take_scan", "take_visible"]
-
 # What is shown of a published wall.
 _VISIBLE = ("page", "page_assets", "glb", "holds", "routes")
 

@@ -28,8 +28,6 @@ from walltopo_gym.storage.files import FileStore
 from walltopo_gym.uploads.models import Photo
 from walltopo_gym.uploads.receiving import suffix_of
 
-__all__ = ["ScanSteps", "WorkerStopsError", "told"]
-
 _LOG = logging.getLogger("walltopo_gym.scans")
 _LOOK_S = 0.5  # how often the row is written, and looked at
 

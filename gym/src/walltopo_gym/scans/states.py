@@ -12,8 +12,6 @@ from sqlalchemy.orm import Session
 from walltopo_gym.errors import ConflictError
 from walltopo_gym.scans.models import Scan
 
-__all__ = ["State", "check_in_review", "move"]
-
 
 class State(StrEnum):
     """From the first photo to a former version."""

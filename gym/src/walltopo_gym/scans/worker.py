@@ -42,8 +42,6 @@ from walltopo_gym.settings import GymSettings
 from walltopo_gym.storage.files import private_folder
 from walltopo_gym.uploads.looking import let_go, look_at_all
 
-__all__ = ["begin_queued", "do_chores", "run_worker"]
-
 T = TypeVar("T")
 
 _LOG = logging.getLogger("walltopo_gym.scans")

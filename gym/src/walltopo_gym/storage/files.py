@@ -21,8 +21,6 @@ from walltopo.core.files import atomic_path
 from walltopo_gym.errors import NotFoundError
 from walltopo_gym.settings import GymSettings
 
-__all__ = ["FileStore", "hash_of_file", "open_store", "private_folder"]
-
 _LOG = logging.getLogger("walltopo_gym.storage")
 
 _CHUNK: Final = 1 << 20

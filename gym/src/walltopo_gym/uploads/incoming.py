@@ -21,8 +21,6 @@ from uuid import UUID
 from walltopo.core import EnvironmentLacksError
 from walltopo_gym.errors import ConflictError
 
-__all__ = ["Fullness", "Incoming"]
-
 Fullness = Literal["ok", "nearly full", "full"]
 
 _MB = 1_000_000

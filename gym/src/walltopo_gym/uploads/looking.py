@@ -37,8 +37,6 @@ from walltopo_gym.uploads.models import MOST_THUMBNAILS, Photo
 from walltopo_gym.uploads.overlap import ask
 from walltopo_gym.uploads.receiving import is_video, suffix_of
 
-__all__ = ["let_go", "look_at_all", "look_at_some"]
-
 _LOG = logging.getLogger("walltopo_gym.uploads")
 _AT_ONCE: Final = 16
 _THUMBNAIL: Final = 480

@@ -10,8 +10,6 @@ from sqlalchemy.orm import Mapped, mapped_column
 
 from walltopo_gym.database.base import Base, Keyed
 
-__all__ = ["MOST_THUMBNAILS", "Photo", "PhotoOverlap"]
-
 MOST_THUMBNAILS: Final = 12  # of one video, spread over it
 
 

@@ -23,8 +23,6 @@ from walltopo_gym.database.engine import Database
 from walltopo_gym.storage.files import FileStore
 from walltopo_gym.uploads.models import Photo, PhotoOverlap
 
-__all__ = ["QUEUE", "Overlaps", "ask"]
-
 QUEUE: Final = "overlaps"
 _AT_ONCE: Final = 20
 

@@ -17,17 +17,6 @@ from walltopo_gym.storage.files import FileStore, hash_of_file
 from walltopo_gym.uploads.incoming import Incoming
 from walltopo_gym.uploads.models import Photo
 
-__all__ = [
-    "announce",
-    "announced_sizes",
-    "finish",
-    "finish_all",
-    "is_video",
-    "kept_name",
-    "shown_name",
-    "suffix_of",
-]
-
 _LOG = logging.getLogger("walltopo_gym.uploads")
 
 _LONGEST_NAME = 120

@@ -24,8 +24,6 @@ from walltopo_gym.settings import GymSettings
 from walltopo_gym.webhooks.models import Webhook, WebhookEvent
 from walltopo_gym.webhooks.sending import send
 
-__all__ = ["LAST_TRY", "QUEUE", "Delivery"]
-
 _LOG = logging.getLogger("walltopo_gym.webhooks")
 QUEUE: Final = "webhooks"
 # Seconds to the next try: about a day in all, then it is given up.

@@ -11,8 +11,6 @@ from sqlalchemy.orm import Session
 from walltopo_gym.clock import now
 from walltopo_gym.webhooks.models import Webhook, WebhookEvent
 
-__all__ = ["Kind", "note"]
-
 Kind = Literal["wall.published", "route.stripped"]
 
 

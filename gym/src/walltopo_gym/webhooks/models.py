@@ -12,8 +12,6 @@ from sqlalchemy.orm import Mapped, mapped_column
 from walltopo_gym.clock import now
 from walltopo_gym.database.base import Base, Keyed
 
-__all__ = ["Webhook", "WebhookEvent"]
-
 
 class Webhook(Keyed, Base):
     """An address of a gym's own program; `secret` signs what is sent there, so it is kept whole.

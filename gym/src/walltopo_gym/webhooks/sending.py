@@ -27,8 +27,6 @@ from uuid import UUID
 
 from walltopo.core import InputError
 
-__all__ = ["check_url", "new_signing_secret", "post", "send", "signature"]
-
 _PREFIX: Final = "whsec_"
 # Their last 32 bits are an IPv4 address: NAT64 (RFC 6052), IPv4-compatible (RFC 4291) and
 # IPv4-translated (RFC 2765).

@@ -25,8 +25,6 @@ from PIL import Image
 
 from walltopo.pipeline.runner import scan
 
-__all__ = ["CASES", "Case", "picture"]
-
 HEAD = """\
 # What happens with bad input
 

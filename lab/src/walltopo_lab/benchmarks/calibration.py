@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 
 from walltopo.reconstruct.dense.sgm import opencv_in_one_thread
 
-__all__ = ["calibration_s", "picture"]
-
 _WIDTH, _HEIGHT = 1600, 1200
 
 

@@ -35,8 +35,6 @@ from rich.console import Console
 from walltopo.core.files import atomic_path
 from walltopo_lab.benchmarks.results import RESULTS, Record, lines_of, tables
 
-__all__ = ["complaints", "pages", "written"]
-
 # Written by commands of their own, which read the same records or no figures at all.
 GENERATED = ("settings.md", "bad-input.md", "results.md")
 BLOCK = re.compile(r"(<!-- figures: ([\w-]+)(?: (\d+))? -->\n).*?(<!-- /figures -->)", re.DOTALL)

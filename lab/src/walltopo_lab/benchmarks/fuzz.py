@@ -24,8 +24,6 @@ from walltopo_lab.fuzz.mutate import damaged
 from walltopo_lab.fuzz.targets import TARGETS, Files, seeds
 from walltopo_lab.fuzz.watched import Outcome, Watched
 
-__all__ = ["CORPUS", "Run", "fuzz", "kept"]
-
 CORPUS = Path(__file__).parents[3] / "tests" / "fuzz" / "corpus"
 _LARGEST_POOL = 2000
 _LARGEST_FILE = 200_000

@@ -35,8 +35,6 @@ from walltopo_lab.evaluate.instances import ApSummary, summarise_instances
 from walltopo_lab.evaluate.overlap import Labelled, Overlap, overlap_of_faces, overlap_of_sets
 from walltopo_lab.evaluate.scannet import SCANNET_THRESHOLDS
 
-__all__ = ["against", "load_gym"]
-
 # One choice of ours at a time taken back, and one of ours at a time given to the literal method.
 ABLATION: dict[str, dict[str, Any]] = {
     "robust (all of the default)": {},

@@ -29,8 +29,6 @@ from walltopo.segment.lift.visibility import cull_blocks
 from walltopo_lab.benchmarks.lift import timed
 from walltopo_lab.benchmarks.lift_accuracy import load_gym
 
-__all__ = ["main"]
-
 # Numbers of the mask, the view, the share, the distance to the border and the resolution.
 _SIGHTING_BYTES = 20
 

@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 
 from walltopo.core import Camera, Mask, Mesh, View
 
-__all__ = ["MaskNoise", "Scene", "make_scene", "spoil"]
-
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 HOLD, VOLUME = 1, 2

@@ -13,8 +13,6 @@ import msgspec
 import walltopo
 from walltopo.scans.document import Document
 
-__all__ = ["RESULTS", "Measured", "Part", "Record", "lines_of", "measured_now", "tables"]
-
 RESULTS = Path("docs/results")
 
 

@@ -18,8 +18,6 @@ from walltopo_lab.synth.tnuts import sockets_of
 from walltopo_lab.synth.volumes import place_volumes, volume_footprint
 from walltopo_lab.synth.wall import build_wall
 
-__all__ = ["SetGym", "set_gym"]
-
 
 @dataclass(frozen=True, eq=False)
 class SetGym:

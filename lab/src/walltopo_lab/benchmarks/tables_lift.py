@@ -37,19 +37,6 @@ from walltopo_lab.tune.lift_problem import LiftProblem, LiftWall, load_lift_wall
 from walltopo_lab.tune.study import open_study, results, search
 from walltopo_lab.tune.walls import Wall
 
-__all__ = [
-    "PRESETS",
-    "Plan",
-    "detections",
-    "detector_hash",
-    "lift_rows",
-    "lift_table",
-    "load_wall",
-    "scan_defaults",
-    "test_gyms",
-    "ways_to_lift",
-]
-
 PRESETS = ("modern", "oldschool-dark")
 USES = ("train", "val")  # and the rest: test
 FIRST_SEED = 7000  # the shipped detector was trained on gyms 2000 to 2013

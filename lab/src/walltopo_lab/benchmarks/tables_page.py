@@ -10,8 +10,6 @@ from walltopo.core.files import atomic_path
 from walltopo_lab.benchmarks.results import Part
 from walltopo_lab.benchmarks.tables_lift import PRESETS
 
-__all__ = ["write_page"]
-
 # Quoted from the publication of the method; another gym, so for orientation only.
 QUOTED = {
     "modern gym": (

@@ -14,8 +14,6 @@ from walltopo_lab.tune.routes_problem import RoutesProblem, RoutesWall, load_rou
 from walltopo_lab.tune.study import open_study, results, search
 from walltopo_lab.tune.walls import Wall
 
-__all__ = ["routes_table"]
-
 
 def _set_wall(preset: str, number: int) -> RoutesWall:
     """A generated gym, set but not photographed."""

@@ -6,8 +6,6 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-__all__ = ["CutoutNet"]
-
 WIDTHS = (24, 48, 80, 128)  # per stage; each halves the picture
 
 

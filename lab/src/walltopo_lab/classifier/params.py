@@ -7,8 +7,6 @@ from typing import Annotated
 
 from walltopo.core import about, check_settings
 
-__all__ = ["ClassifierSettings"]
-
 
 @dataclass(frozen=True)
 class ClassifierSettings:

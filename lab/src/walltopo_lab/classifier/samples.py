@@ -21,8 +21,6 @@ from walltopo.scans.attributes import Attributes
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.pictures import Cutouts as StoredCutouts
 
-__all__ = ["LABELS", "Cutouts", "read_cutouts"]
-
 # What a class is made of, where attributes of holds are known.
 LABELS = ("type", "colour", "colour+type")
 PICTURES = (".png", ".jpg", ".jpeg", ".webp")

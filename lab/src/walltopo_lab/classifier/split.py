@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 from walltopo.core import InputError
 from walltopo_lab.classifier.samples import Cutouts
 
-__all__ = ["hold_split"]
-
 
 def hold_split(cutouts: Cutouts, share: float, seed: int) -> NDArray[np.bool_]:
     """(n,) whether a cutout is held out: whole holds, the same share of every class.

@@ -24,8 +24,6 @@ from walltopo_lab.classifier.samples import Cutouts
 from walltopo_lab.classifier.split import hold_split
 from walltopo_lab.onnx_file import label_export
 
-__all__ = ["Trained", "train", "write_onnx"]
-
 Bools = NDArray[np.bool_]
 RIGHT = 0.9
 

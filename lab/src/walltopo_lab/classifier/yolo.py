@@ -19,8 +19,6 @@ from walltopo_lab.classifier.split import hold_split
 from walltopo_lab.extras import need_ultralytics
 from walltopo_lab.onnx_file import set_metadata
 
-__all__ = ["BASE", "train_yolo", "write_folders"]
-
 BASE = "yolo11n-cls.yaml"  # fresh weights; give `--base yolo11n-cls.pt` to start from ImageNet
 
 

@@ -13,8 +13,6 @@ from walltopo.cli.options import MOST_SEED, Number
 from walltopo.cli.outputs import add_overwrite, target
 from walltopo_lab.extras import PLOTS, of
 
-__all__ = ["register"]
-
 FORMATS = ("coco", "coco-rle", "yolo", "yolo-seg", "labelme", "labelme-embedded", "via")
 _SET = "a set: COCO or VIA JSON, LabelMe folder, YOLO folder"
 

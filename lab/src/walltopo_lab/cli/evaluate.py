@@ -12,8 +12,6 @@ from walltopo.cli.options import Number
 from walltopo.cli.outputs import add_overwrite, target
 from walltopo_lab.extras import LEARN, PLOTS
 
-__all__ = ["register"]
-
 _SCAN_EPILOG = """\
 examples:
   walltopo evaluate scan wall --truth gym-a            a metric scan: fits heading and place

@@ -14,8 +14,6 @@ from walltopo.core import InputError, SettingsError, settings_of
 from walltopo_lab.extras import SHAPES
 from walltopo_lab.synth.params import PRESETS, GymSettings, PhotoSettings, gym_preset
 
-__all__ = ["register"]
-
 _EXAMPLE = """example:
   walltopo synth gym3 --preset modern --seed 3 --photos 24 --size 1600x1200
   walltopo synth gym3-reset --reset-of gym3 --reset-seed 8 --reset-part left --photos 16

@@ -26,8 +26,6 @@ from walltopo_lab.train.params import (
     read_values,
 )
 
-__all__ = ["register"]
-
 EXAMPLES = """\
 examples:
   walltopo train hold-boxes/train -o run

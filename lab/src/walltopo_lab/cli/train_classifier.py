@@ -12,8 +12,6 @@ from walltopo.cli.parser import Parser
 from walltopo_lab.classifier.params import ClassifierSettings
 from walltopo_lab.extras import of
 
-__all__ = ["classifier_parser"]
-
 EXAMPLES = """\
 examples:
   walltopo train classifier gym1 gym2 -o types.onnx               # scans, holds corrected by hand

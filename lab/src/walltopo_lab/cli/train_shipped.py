@@ -11,8 +11,6 @@ from walltopo.cli.outputs import add_overwrite, target
 from walltopo.cli.parser import Parser
 from walltopo_lab.extras import LEARN, SHAPES, of
 
-__all__ = ["hold_types_parser", "paint_parser"]
-
 HOLD_TYPES = """\
 examples:
   walltopo train hold-types -o hold_types.onnx

@@ -12,8 +12,6 @@ from walltopo.cli.outputs import add_overwrite, target
 from walltopo_lab.cli.tune_detector import add_detector
 from walltopo_lab.extras import LEARN, PLOTS, of
 
-__all__ = ["register"]
-
 _EPILOG = """\
 walls.toml lists labelled walls (paths relative to it):
   [[wall]]

@@ -10,8 +10,6 @@ from walltopo.cli.options import MOST_SEED, Number
 from walltopo.cli.outputs import add_overwrite, target
 from walltopo_lab.extras import PLOTS, of
 
-__all__ = ["add_detector"]
-
 _EPILOG = """\
 examples:
   walltopo tune detector hold-boxes/train -o tuned/ --trials 30 --minutes 20

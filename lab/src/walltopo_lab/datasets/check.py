@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from walltopo.core import InputError
 from walltopo_lab.datasets.model import Dataset, Photo
 
-__all__ = ["TURNS", "Finding", "check_dataset", "turn_scores", "turned_boxes"]
-
 Floats = NDArray[np.float64]
 
 # Boxes as shares of the photo (n, 4: x0, y0, x1, y1) under each way to turn or mirror labels.

@@ -24,8 +24,6 @@ from walltopo.scans.segmentation import (
 from walltopo_lab.datasets.model import Annotation, Dataset, Photo, Polygon
 from walltopo_lab.datasets.shapes import box_of_polygons, polygons_of
 
-__all__ = ["is_coco", "read_coco", "write_coco"]
-
 _DEEPEST = 32  # other keys are written again: JSON is written by recursion
 _KNOWN = {"id", "image_id", "category_id", "bbox", "segmentation", "score", "area", "iscrowd"}
 

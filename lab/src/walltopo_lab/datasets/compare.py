@@ -12,8 +12,6 @@ from walltopo.core import InputError
 from walltopo_lab.datasets.model import Dataset, Photo
 from walltopo_lab.datasets.shapes import mask_of
 
-__all__ = ["Comparison", "compare", "label_image"]
-
 
 @dataclass(frozen=True)
 class Comparison:

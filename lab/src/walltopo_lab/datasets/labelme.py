@@ -19,8 +19,6 @@ from walltopo.scans.document import parse
 from walltopo_lab.datasets.model import Annotation, Dataset, Photo, Polygon
 from walltopo_lab.datasets.shapes import box_of_polygons, ellipse, polygons_of, rectangle
 
-__all__ = ["embedded_photo", "is_labelme", "read_labelme", "write_labelme"]
-
 VERSION = "5.5.0"
 
 

@@ -17,8 +17,6 @@ from walltopo.core.errors import naming
 from walltopo.core.files import read_json, write_json
 from walltopo.scans.document import Level, parse
 
-__all__ = ["Legend", "Rgb", "object_colours", "read_legend", "write_legend"]
-
 Rgb = tuple[int, int, int]
 
 

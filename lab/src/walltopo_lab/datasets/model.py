@@ -18,8 +18,6 @@ from walltopo.core.mask import check_picture_size
 from walltopo.images.files import open_picture
 from walltopo.scans.segmentation import check_outlines
 
-__all__ = ["Annotation", "Dataset", "Photo", "Polygon"]
-
 # (n, 2) float, pixels; pixel (0, 0) is the corner of the top-left pixel.
 Polygon = NDArray[np.float64]
 

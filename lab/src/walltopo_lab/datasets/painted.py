@@ -14,8 +14,6 @@ from walltopo.core.files import atomic_path
 from walltopo.geometry.foreign import int32_faces, load_foreign
 from walltopo_lab.datasets.legend import Legend, Rgb, object_colours
 
-__all__ = ["Painted", "paint_instances", "read_painted", "write_painted"]
-
 
 @dataclass(frozen=True, eq=False)
 class Painted:

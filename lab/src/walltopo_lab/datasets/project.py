@@ -12,8 +12,6 @@ from walltopo.core import Mask, Mesh, Progress, Silent, View
 from walltopo.core.files import join_inside
 from walltopo_lab.datasets.model import Annotation, Dataset, Photo
 
-__all__ = ["masks_of_view", "project_labels"]
-
 
 def masks_of_view(
     mesh: Mesh,

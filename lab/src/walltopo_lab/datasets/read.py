@@ -12,8 +12,6 @@ from walltopo_lab.datasets.model import Dataset
 from walltopo_lab.datasets.via import is_via, read_via, write_via
 from walltopo_lab.datasets.yolo import read_yolo, write_yolo
 
-__all__ = ["FORMATS", "read_dataset", "write_dataset"]
-
 FORMATS = ("coco", "coco-rle", "yolo", "yolo-seg", "labelme", "labelme-embedded", "via")
 
 

@@ -12,8 +12,6 @@ from walltopo.core import Mask, Progress, Silent
 from walltopo_lab.datasets.model import Annotation, Dataset, Photo
 from walltopo_lab.datasets.shapes import ellipse, mask_of
 
-__all__ = ["Refiner", "grabcut", "grabcut_one", "inner_points", "mask_iou", "refine_dataset"]
-
 Image = NDArray[np.uint8]
 
 # From the picture (h, w, 3 sRGB), its rough masks, and which of them are mere boxes, to a better

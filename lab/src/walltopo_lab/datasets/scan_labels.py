@@ -12,8 +12,6 @@ from walltopo.scans.folder import ScanFolder
 from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTable
 from walltopo_lab.datasets.painted import Painted
 
-__all__ = ["read_scan_labels", "write_scan_labels"]
-
 # A painted face this near a face's centroid gives its label; Blender keeps places to 1e-6.
 _NEAR = 1e-3
 

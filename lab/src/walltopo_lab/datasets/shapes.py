@@ -10,17 +10,6 @@ from walltopo.core import Mask
 from walltopo.scans.segmentation import decode_segmentation
 from walltopo_lab.datasets.model import Annotation, Photo, Polygon
 
-__all__ = [
-    "box_of_polygons",
-    "ellipse",
-    "joined",
-    "mask_of",
-    "polygons_of",
-    "polygons_of_mask",
-    "rectangle",
-]
-
-
 _MOST_COMPARED = 4000  # points, each with each
 
 

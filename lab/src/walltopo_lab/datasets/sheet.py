@@ -14,8 +14,6 @@ from walltopo_lab.datasets.model import Dataset, Photo
 from walltopo_lab.datasets.shapes import polygons_of
 from walltopo_lab.plots import COLOURS
 
-__all__ = ["draw_labels", "write_sheet"]
-
 
 def draw_labels(photo: Photo, long_side: int) -> NDArray[np.uint8]:
     """The photo, at most `long_side` pixels long, with outlines in a colour per class."""

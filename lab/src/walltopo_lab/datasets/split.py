@@ -11,8 +11,6 @@ import numpy as np
 from walltopo.core import InputError
 from walltopo_lab.datasets.model import Dataset, Photo
 
-__all__ = ["group_of_photo", "split"]
-
 # Publishers name augmented copies of one photo alike but for a hash, and a session's photos
 # alike but for a number or a time.
 _COPY = re.compile(r"\.rf\.[0-9a-f]{8,}$")

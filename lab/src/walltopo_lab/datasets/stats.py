@@ -12,8 +12,6 @@ from walltopo_lab.datasets.model import Dataset
 from walltopo_lab.datasets.split import group_of_photo
 from walltopo_lab.plots import panels, save
 
-__all__ = ["dataset_stats", "write_stats_plot"]
-
 
 def dataset_stats(dataset: Dataset) -> dict[str, Any]:
     """Counts and sizes, JSON-able.

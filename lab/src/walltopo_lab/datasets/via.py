@@ -18,8 +18,6 @@ from walltopo_lab.datasets.model import Annotation, Dataset, Photo, Polygon
 from walltopo_lab.datasets.shapes import box_of_polygons, ellipse, polygons_of
 from walltopo_lab.datasets.yolo import photo_size
 
-__all__ = ["is_via", "read_via", "write_via"]
-
 # Attribute names that people use for the class, in this order; else the only attribute there is.
 _CLASS_KEYS = ("class", "label", "type", "name", "category")
 _ATTRIBUTE = "class"

@@ -15,8 +15,6 @@ from walltopo.images.files import open_picture
 from walltopo_lab.datasets.model import Annotation, Dataset, Photo
 from walltopo_lab.datasets.shapes import box_of_polygons, joined, polygons_of
 
-__all__ = ["PHOTO_SUFFIXES", "photo_size", "read_names", "read_yolo", "write_yolo"]
-
 PHOTO_SUFFIXES = (".jpg", ".jpeg", ".png", ".webp", ".bmp")
 _PHOTO_FOLDERS = ("images", "photos")
 

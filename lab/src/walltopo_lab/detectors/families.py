@@ -20,8 +20,6 @@ from walltopo.segment.detect.yolo import box_masks
 from walltopo_lab.detectors.fetch import SAM_WEIGHTS, fetch
 from walltopo_lab.extras import need_ultralytics
 
-__all__ = ["SamMasks", "UltralyticsDetector", "open_family"]
-
 
 def _ultralytics() -> Any:
     return need_ultralytics("this detector", "export it to ONNX: --model FILE.onnx runs without")

@@ -12,8 +12,6 @@ from pathlib import Path
 from walltopo.core import EnvironmentLacksError, InputError, Progress
 from walltopo.core.files import atomic_path
 
-__all__ = ["SAM_WEIGHTS", "Weights", "cache_folder", "fetch"]
-
 _META = "https://dl.fbaipublicfiles.com"
 _CHUNK = 1 << 20
 

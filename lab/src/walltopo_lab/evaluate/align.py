@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from walltopo.core import InputError, View
 from walltopo.geometry.similarity import Similarity, fit_similarity
 
-__all__ = ["align_views", "fit_heading", "pose_metrics"]
-
 Floats = NDArray[np.float64]
 
 

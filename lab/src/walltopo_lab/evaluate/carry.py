@@ -13,8 +13,6 @@ from walltopo_lab.evaluate.overlap import Labelled, Overlap, overlap_of_faces
 from walltopo_lab.evaluate.surface import Surface
 from walltopo_lab.evaluate.truth import Truth
 
-__all__ = ["Carried", "carry_prediction", "carry_truth", "overlap_with_missing", "true_areas"]
-
 Floats = NDArray[np.float64]
 
 

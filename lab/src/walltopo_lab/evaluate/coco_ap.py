@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 
 from walltopo_lab.evaluate.overlap import Overlap
 
-__all__ = ["COCO_THRESHOLDS", "average_precision", "coco_ap", "coco_matches", "exact_ap"]
-
 Floats = NDArray[np.float64]
 
 COCO_THRESHOLDS = tuple(round(0.50 + 0.05 * k, 2) for k in range(10))

@@ -14,8 +14,6 @@ from walltopo.scans.segmentation import encode_mask
 from walltopo_lab.datasets.model import Annotation, Dataset, Photo
 from walltopo_lab.datasets.shapes import mask_of
 
-__all__ = ["DetectorFigures", "DetectorMetrics", "evaluate_detections", "figures_table"]
-
 Floats = NDArray[np.float64]
 
 # COCO's cap of 100 detections is below what one photo of a wall holds.

@@ -9,8 +9,6 @@ import numpy as np
 from walltopo_lab.evaluate.detector import RECALLS, DetectorMetrics
 from walltopo_lab.plots import panels, save
 
-__all__ = ["write_curves"]
-
 
 def write_curves(metrics: DetectorMetrics, folder: Path) -> list[Path]:
     """Write `curves-boxes.png` and, where masks were compared, `curves-masks.png`."""

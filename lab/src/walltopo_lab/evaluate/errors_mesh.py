@@ -13,8 +13,6 @@ from walltopo.core import Mesh
 from walltopo.core.files import atomic_path
 from walltopo.geometry.ply import write_ply
 
-__all__ = ["COLOURS", "Outcome", "coloured_mesh", "outcome_of_faces", "write_errors"]
-
 
 class Outcome(IntEnum):
     """What became of a face."""

@@ -22,14 +22,6 @@ from walltopo_lab.evaluate.coco_ap import COCO_THRESHOLDS, coco_ap
 from walltopo_lab.evaluate.overlap import Labelled, Overlap, overlap_of_faces
 from walltopo_lab.evaluate.scannet import SCANNET_THRESHOLDS, scannet_ap
 
-__all__ = [
-    "ApSummary",
-    "InstanceMetrics",
-    "Labelled",
-    "evaluate_instances",
-    "summarise_instances",
-]
-
 Floats = NDArray[np.float64]
 
 

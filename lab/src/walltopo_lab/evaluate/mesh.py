@@ -12,8 +12,6 @@ from walltopo_lab.evaluate.carry import Carried
 from walltopo_lab.evaluate.surface import Surface
 from walltopo_lab.evaluate.truth import Truth
 
-__all__ = ["mesh_metrics", "on_floor"]
-
 Floats = NDArray[np.float64]
 
 ACCURACY_M = 0.008

@@ -14,8 +14,6 @@ import numpy as np
 
 from walltopo_lab.evaluate.overlap import Labelled, Overlap
 
-__all__ = ["OperatingPoint", "at_score", "only", "operating_point"]
-
 
 @dataclass(frozen=True)
 class OperatingPoint:

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError, Instances
 
-__all__ = ["Labelled", "Overlap", "overlap_of_faces", "overlap_of_sets"]
-
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 

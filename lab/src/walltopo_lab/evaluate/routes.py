@@ -12,8 +12,6 @@ from walltopo.scans.routes import Route
 from walltopo_lab.evaluate.overlap import Overlap
 from walltopo_lab.evaluate.truth import CLASS_IDS, TrueInstance
 
-__all__ = ["attribute_metrics", "grouping_scores", "match_pairs", "route_metrics", "type_of_kind"]
-
 
 def match_pairs(overlap: Overlap, threshold: float = 0.5) -> dict[int, int]:
     """Predicted id to true id where their IoU is over the threshold (>= .5: one-to-one)."""

@@ -35,15 +35,6 @@ from walltopo_lab.evaluate.routes import attribute_metrics, match_pairs, route_m
 from walltopo_lab.evaluate.semantics import class_of_faces, confusion, semantic_metrics
 from walltopo_lab.evaluate.truth import Truth
 
-__all__ = [
-    "ScanEvaluation",
-    "evaluate_scan",
-    "is_metric",
-    "measured_labels",
-    "read_labelled",
-    "scan_views",
-]
-
 CLASSES = 3  # none, hold, volume
 
 

@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 
 from walltopo_lab.evaluate.overlap import Overlap
 
-__all__ = ["SCANNET_THRESHOLDS", "scannet_ap"]
-
 Floats = NDArray[np.float64]
 
 # .50 to .90 in steps of .05; the benchmark reports .25 apart.

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from walltopo_lab.evaluate.overlap import Labelled
 
-__all__ = ["SemanticMetrics", "class_of_faces", "confusion", "semantic_metrics"]
-
 Floats = NDArray[np.float64]
 
 

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError
 
-__all__ = ["Surface", "distance_to_triangles", "sample_faces"]
-
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 

@@ -15,8 +15,6 @@ from walltopo.core import Camera, InputError, Mesh, View
 from walltopo.core.files import read_json
 from walltopo_lab.evaluate.overlap import Labelled
 
-__all__ = ["CLASS_IDS", "Truth", "TrueInstance", "read_truth"]
-
 CLASS_IDS = {"hold": 1, "volume": 2}
 
 

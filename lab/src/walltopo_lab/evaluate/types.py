@@ -21,8 +21,6 @@ from walltopo_lab.evaluate.routes import match_pairs, type_of_kind
 from walltopo_lab.evaluate.scan import measured_labels, scan_views
 from walltopo_lab.evaluate.truth import TrueInstance, read_truth
 
-__all__ = ["Named", "answers_of", "named_on_scans", "true_types"]
-
 Key = tuple[str, int]  # gym and hold
 HOLD = 1  # class id in the truth
 WITHIN = 0.02  # metres over which labels are carried between meshes

@@ -9,8 +9,6 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-__all__ = ["WRONG", "damaged", "places", "replaced"]
-
 # What a field may be given instead of its value.
 WRONG: tuple[Any, ...] = (
     None, True, "", "x", "../../../x", "/etc/passwd", "\x1b[31m[/red]", "a" * 300, -1, 0, 1, 0.5,

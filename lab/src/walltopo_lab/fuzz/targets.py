@@ -17,7 +17,6 @@ import numpy as np
 if TYPE_CHECKING:
     from walltopo.scans.edits import EditLog
 
-__all__ = ["TARGETS", "Files", "Target", "seeds", "warm"]
 
 Files = dict[str, bytes]
 

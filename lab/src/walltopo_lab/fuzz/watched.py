@@ -25,8 +25,6 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-__all__ = ["PROBE", "Outcome", "Watched"]
-
 PROBE = "probe"  # runs code.py: what tests of the watch itself give it
 
 MOST_SECONDS = 10.0  # of the processor: others may keep it busy

@@ -5,8 +5,6 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator
 
-__all__ = ["commands_page", "leaves"]
-
 _HEAD = """\
 # Commands
 

@@ -14,8 +14,6 @@ from typing import Any
 
 from griffe import Extension, Object
 
-__all__ = ["OneLine", "as_numpy"]
-
 _SECTION = re.compile(r"^(Parameters|Raises|Returns|Attributes)\n-+\n", re.MULTILINE)
 # Not numpydoc's `name : type` with an indented text below.
 _ENTRY = re.compile(r"^([A-Za-z_*][\w*.]*(?:, [\w*.]+)*) : (.+)$")

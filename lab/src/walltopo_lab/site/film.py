@@ -26,8 +26,6 @@ from walltopo.scans.folder import ScanFolder
 from walltopo.scans.holds import Holds
 from walltopo.scans.instances import InstanceTable
 
-__all__ = ["film", "write_film"]
-
 Picture = Image.Image
 
 SIZE = (720, 450)

@@ -20,8 +20,6 @@ from PIL import Image
 from walltopo.images.files import read_rgb
 from walltopo_lab.site.film import write_film
 
-__all__ = ["beside"]
-
 RATE = 5  # pictures a second, as many as moves.mjs takes of a second of the climb
 
 

@@ -19,8 +19,6 @@ from numpy.typing import NDArray
 from walltopo.images.colour import linear_from_srgb8, srgb8_from_linear
 from walltopo.images.files import read_rgb
 
-__all__ = ["draw"]
-
 Photo = NDArray[np.uint8]
 
 WIDTH = 480

@@ -22,8 +22,6 @@ from pathlib import Path
 from walltopo.core import InputError
 from walltopo_lab.site.commands import commands_page
 
-__all__ = ["stage"]
-
 # Pages beside the code, and their names in the site.
 ELSEWHERE = {
     "CONTRIBUTING.md": "contributing.md",

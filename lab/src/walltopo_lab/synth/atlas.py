@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from walltopo_lab.synth.bodies import Facet
 from walltopo_lab.synth.paint import PaintWork, paint_facet
 
-__all__ = ["LEVELS", "Atlas", "build_atlas"]
-
 LEVELS = 4
 
 

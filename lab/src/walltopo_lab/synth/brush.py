@@ -10,17 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "Canvas",
-    "dots",
-    "letters",
-    "noise_image",
-    "plywood",
-    "seams",
-    "speckle",
-    "strokes",
-]
-
 Image = NDArray[np.float32]
 
 

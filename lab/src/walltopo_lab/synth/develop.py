@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from walltopo.images.colour import srgb_from_linear
 from walltopo_lab.synth.params import PhotoSettings
 
-__all__ = ["Exposure", "develop", "draw_exposure", "write_photo"]
-
 
 @dataclass(frozen=True)
 class Exposure:

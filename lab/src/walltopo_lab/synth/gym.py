@@ -23,8 +23,6 @@ from walltopo_lab.synth.tracer import Tracer
 from walltopo_lab.synth.volumes import place_volumes, volume_footprint
 from walltopo_lab.synth.wall import build_hall, build_wall
 
-__all__ = ["RESET_PARTS", "Gym", "Reset", "SetUp", "make_gym", "set_up"]
-
 _LAMP_REACH = 12.0  # m; a lamp farther away adds a hundredth of the light of the nearest
 RESET_PARTS = ("all", "left", "middle", "right")
 

@@ -16,17 +16,6 @@ from walltopo.geometry.similarity import Similarity
 from walltopo_lab.synth.bodies import Facet, GymInstance, Placement
 from walltopo_lab.synth.params import GymSettings
 
-__all__ = [
-    "Section",
-    "Stand",
-    "alone",
-    "bay",
-    "moved_facet",
-    "moved_instance",
-    "moved_pose",
-    "ring",
-]
-
 Floats = NDArray[np.float64]
 
 _GAP = 1.0  # m between two walls, along the side of the polygon

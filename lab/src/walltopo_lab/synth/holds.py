@@ -20,8 +20,6 @@ from walltopo_lab.synth.shapes import (
     rounded_box,
 )
 
-__all__ = ["HOLD_KINDS", "SIZES", "STYLES", "make_hold", "vertex_normals"]
-
 Field = NDArray[np.float32]
 HOLD_KINDS = ("jug", "crimp", "sloper", "pinch", "pocket", "foot")
 STYLES = ("organic", "stone", "faceted", "smooth", "ribbed", "prism")

@@ -13,8 +13,6 @@ from walltopo_lab.synth.mesh import Surface
 from walltopo_lab.synth.params import GymSettings
 from walltopo_lab.synth.tracer import Tracer
 
-__all__ = ["Baked", "Lamps", "bake", "hang_lamps"]
-
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 _REACH = 1.6  # metres beyond which surroundings no longer occlude the hall's glow

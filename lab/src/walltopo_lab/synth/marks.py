@@ -12,8 +12,6 @@ from walltopo_lab.synth.bodies import Facet, GymInstance
 from walltopo_lab.synth.brush import Canvas, dots, noise_image
 from walltopo_lab.synth.tnuts import facet_tnuts
 
-__all__ = ["TAG_SIZE", "Tag", "chalk_halo", "tags", "tnut_holes"]
-
 Floats = NDArray[np.float64]
 
 TAG_SIZE = (0.075, 0.045)  # width and height of a start tag, metres

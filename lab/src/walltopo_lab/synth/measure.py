@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from walltopo_lab.synth.bodies import Facet
 
-__all__ = ["MARKER_SIDE", "PLATE_SIDE", "place_plates", "plate_image", "plate_record"]
-
 PLATE_SIDE = 0.42
 MARKER_SIDE = 0.15
 MARKER_EDGE = 0.02

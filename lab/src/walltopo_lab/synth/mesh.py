@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from walltopo_lab.synth.bodies import Facet, GymInstance
 
-__all__ = ["Surface", "merge_surface", "tessellate"]
-
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 

@@ -13,8 +13,6 @@ from walltopo_lab.synth.marks import Tag, chalk_halo, tags, tnut_holes
 from walltopo_lab.synth.measure import plate_image
 from walltopo_lab.synth.params import GymSettings
 
-__all__ = ["PaintWork", "paint_facet"]
-
 # Two or three paints a gym, sRGB; the first is the commonest.
 _SCHEMES = (
     ((0.80, 0.77, 0.70), (0.70, 0.44, 0.30), (0.29, 0.37, 0.52)),

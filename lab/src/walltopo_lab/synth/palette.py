@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["DOWNCLIMB_GREY", "PALETTES"]
-
 RGB = tuple[float, float, float]
 DOWNCLIMB_GREY: RGB = (0.50, 0.50, 0.51)
 

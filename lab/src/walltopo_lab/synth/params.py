@@ -7,8 +7,6 @@ from typing import Annotated, Any, Literal
 
 from walltopo.core import SettingsError, about, check_settings
 
-__all__ = ["PRESETS", "GymSettings", "PhotoSettings", "gym_preset"]
-
 
 @dataclass(frozen=True)
 class GymSettings:

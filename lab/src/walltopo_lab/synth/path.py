@@ -13,8 +13,6 @@ from walltopo_lab.synth.bodies import Facet
 from walltopo_lab.synth.hall import Section, Stand, moved_pose
 from walltopo_lab.synth.params import GymSettings, PhotoSettings
 
-__all__ = ["look_at", "phone_camera", "walk", "walk_hall"]
-
 Floats = NDArray[np.float64]
 
 _LINKING = 5  # photos at the gap between two walls of a hall

@@ -18,8 +18,6 @@ from walltopo.scans.document import parse
 from walltopo.scans.segmentation import Rle, decode_segmentation, encode_mask
 from walltopo_lab.synth.params import GymSettings, PhotoSettings
 
-__all__ = ["Recipe", "generate", "render_gym"]
-
 Floats = NDArray[np.float64]
 
 

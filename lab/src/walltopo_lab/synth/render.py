@@ -20,8 +20,6 @@ from walltopo_lab.synth.shade import (
     shade,
 )
 
-__all__ = ["Renderer"]
-
 _ROWS = 32  # rows of a band: small enough for the cache, large enough for Embree
 _FOG = 0.004  # share of light that dust in the air takes, per metre
 

@@ -12,8 +12,6 @@ from walltopo_lab.synth.bodies import Body
 from walltopo_lab.synth.holds import HOLD_KINDS, SIZES, vertex_normals
 from walltopo_lab.synth.setter import MakeHold
 
-__all__ = ["read_hold", "scanned_holds"]
-
 _SUFFIXES = {".obj", ".glb", ".gltf", ".ply", ".stl"}
 
 

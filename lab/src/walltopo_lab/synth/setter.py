@@ -14,8 +14,6 @@ from walltopo_lab.synth.palette import DOWNCLIMB_GREY, PALETTES
 from walltopo_lab.synth.params import GymSettings
 from walltopo_lab.synth.tnuts import Sockets
 
-__all__ = ["MakeHold", "SetWall", "set_downclimbs", "set_routes"]
-
 Floats = NDArray[np.float64]
 MakeHold = Callable[[str, str, np.random.Generator, float], Body]
 

@@ -8,8 +8,6 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Bitmaps", "Finish", "Hits", "Shell", "distorted_rays", "noise_table", "shade"]
-
 Singles = NDArray[np.float32]
 Doubles = NDArray[np.float64]
 Ints = NDArray[np.int32]

@@ -12,17 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "cap",
-    "carve",
-    "ellipsoid",
-    "grid_noise",
-    "half_space",
-    "join",
-    "rod",
-    "rounded_box",
-]
-
 Field = NDArray[np.float32]
 
 

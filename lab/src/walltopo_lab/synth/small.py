@@ -7,8 +7,6 @@ from pathlib import Path
 from walltopo_lab.synth.params import GymSettings, PhotoSettings
 from walltopo_lab.synth.recipe import Recipe, generate
 
-__all__ = ["tiny", "tiny_recipe"]
-
 
 def tiny_recipe(photos: int = 8, size: tuple[int, int] = (480, 360), seed: int = 0) -> Recipe:
     """A wall of 2.4 x 2.2 m with two routes, a volume and a measure."""

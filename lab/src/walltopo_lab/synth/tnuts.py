@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from walltopo_lab.synth.bodies import Facet
 
-__all__ = ["Sockets", "behind_fins", "facet_tnuts", "sockets_of"]
-
 Floats = NDArray[np.float64]
 # Distance of T-nuts, metres: (along u, along v); every second row is shifted by half.
 SPACING = {"wall": (0.19, 0.165), "fin": (0.19, 0.165), "volume": (0.13, 0.12)}

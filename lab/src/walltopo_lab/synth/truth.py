@@ -18,17 +18,6 @@ from walltopo_lab.synth.marks import Tag
 from walltopo_lab.synth.measure import plate_record
 from walltopo_lab.synth.shade import distorted_rays
 
-__all__ = [
-    "CLASSES",
-    "count_views",
-    "masks_of",
-    "scene_record",
-    "tag_record",
-    "write_cameras",
-    "write_ground_truth",
-    "write_masks",
-]
-
 Floats = NDArray[np.float64]
 
 CLASSES = {1: "hold", 2: "volume"}

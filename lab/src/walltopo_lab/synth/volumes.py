@@ -11,8 +11,6 @@ from walltopo_lab.synth.bodies import Facet, GymInstance
 from walltopo_lab.synth.params import GymSettings
 from walltopo_lab.synth.tnuts import behind_fins
 
-__all__ = ["place_volumes", "volume_footprint"]
-
 Floats = NDArray[np.float64]
 DOME_SIDES, DOME_RINGS = 24, 6
 

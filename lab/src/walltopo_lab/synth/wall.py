@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from walltopo_lab.synth.bodies import Facet
 from walltopo_lab.synth.params import GymSettings
 
-__all__ = ["build_hall", "build_wall"]
-
 Floats = NDArray[np.float64]
 
 

@@ -19,8 +19,6 @@ from walltopo_lab.train.cache import open_cache
 from walltopo_lab.train.choose import detect_with
 from walltopo_lab.train.net import VoteNet
 
-__all__ = ["TURNS", "Verdict", "audit", "judge", "turn_boxes"]
-
 Boxes = NDArray[np.float64]
 _IOU = 0.35  # enough to say "this box is that object"
 _SURE = 0.3  # score above which the half-trained network is believed

@@ -14,8 +14,6 @@ from walltopo.core import InputError
 from walltopo_lab.train.cache import Sample
 from walltopo_lab.train.params import AugmentSettings
 
-__all__ = ["Crop", "crop_sample", "mosaic", "shift_colours"]
-
 
 @dataclass(frozen=True, eq=False)
 class Crop:

@@ -18,8 +18,6 @@ from walltopo_lab.train.cache import open_cache
 from walltopo_lab.train.params import AugmentSettings, TrainSettings
 from walltopo_lab.train.targets import Targets, make_targets
 
-__all__ = ["Batch", "batches", "source_of", "split_sources"]
-
 Batch = dict[str, NDArray[np.generic]]
 
 

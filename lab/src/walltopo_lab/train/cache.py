@@ -15,8 +15,6 @@ from walltopo.images.files import read_rgb
 from walltopo.scans.detections import read_coco_masks
 from walltopo_lab.train.pseudomask import HULL_POINTS, hull_of, paint_instances
 
-__all__ = ["Sample", "cache_coco", "cache_yolo", "open_cache", "read_yolo_boxes"]
-
 _LONGEST = 1600  # px; larger photos are shrunk before they are cached
 
 

@@ -23,8 +23,6 @@ from walltopo_lab.onnx_file import set_metadata
 from walltopo_lab.train.cache import open_cache
 from walltopo_lab.train.choose import Truth, ap_of, match_photo
 
-__all__ = ["calibrate", "least_scores", "network_offset"]
-
 _LOW = 0.03  # score from which detections are looked at
 _NEAR_BEST = 0.005  # F1 given up for recall: lifting drops what no second photo confirms
 

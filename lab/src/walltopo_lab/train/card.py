@@ -9,8 +9,6 @@ from pathlib import Path
 from walltopo.core.files import atomic_path
 from walltopo_lab.train.params import AugmentSettings, TrainSettings
 
-__all__ = ["CardFacts", "write_card", "yolo_card"]
-
 
 @dataclass(frozen=True)
 class CardFacts:

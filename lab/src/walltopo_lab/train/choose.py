@@ -18,13 +18,6 @@ from walltopo_lab.evaluate.coco_ap import average_precision
 from walltopo_lab.train.cache import Sample, open_cache
 from walltopo_lab.train.net import CLASSES, VoteNet
 
-__all__ = [
-    "Truth",
-    "check_on",
-    "detect_with",
-    "match_photo",
-]
-
 _SIZE = 1280  # px of the longer side, as the detector looks at photos by default
 
 

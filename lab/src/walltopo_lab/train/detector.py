@@ -23,8 +23,6 @@ from walltopo_lab.train.net import NET_SIZES, VoteNet, build_net
 from walltopo_lab.train.params import AugmentSettings, TrainSettings
 from walltopo_lab.train.sets import LabelledSet, open_sets
 
-__all__ = ["Job", "OnCheck", "export_run", "fit_detector", "plot_history", "train_detector"]
-
 OnCheck = Callable[[int, float], None]
 
 

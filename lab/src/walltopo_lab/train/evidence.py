@@ -35,8 +35,6 @@ from walltopo_lab.evaluate.mesh import REACH_M
 from walltopo_lab.evaluate.scan import scan_views
 from walltopo_lab.evaluate.truth import read_truth
 
-__all__ = ["Prepared", "Samples", "fit", "prepare", "samples_of"]
-
 Floats = NDArray[np.float64]
 
 PATCH = 0.8  # metres: radius of the places where all instances lose masks

@@ -16,8 +16,6 @@ from walltopo.images.networks import open_network
 from walltopo_lab.onnx_file import label_export
 from walltopo_lab.train.net import CLASSES, VoteNet
 
-__all__ = ["export_onnx", "fuse", "store_half"]
-
 
 def fuse(net: VoteNet) -> VoteNet:
     """A copy of the network in eval mode, batch normalisation folded into the convolutions."""

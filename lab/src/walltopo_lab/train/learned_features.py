@@ -25,8 +25,6 @@ from walltopo.images.networks import open_network
 from walltopo_lab.onnx_file import label_export
 from walltopo_lab.train.export import store_half
 
-__all__ = ["main"]
-
 _CELL = 8
 _CLOSE = 0.02  # most that an exported network may differ, of probabilities
 

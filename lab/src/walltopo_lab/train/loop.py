@@ -22,8 +22,6 @@ from walltopo_lab.train.net import NetSize, VoteNet, build_net
 from walltopo_lab.train.params import AugmentSettings, TrainSettings
 from walltopo_lab.train.warm import freeze_norms, load_exported
 
-__all__ = ["Run", "learning_rate", "load_run", "train"]
-
 _SAVE_EVERY = 120.0  # s between checkpoints
 Check = Callable[[VoteNet], dict[str, float]]
 

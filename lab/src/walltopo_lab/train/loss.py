@@ -6,8 +6,6 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
-__all__ = ["box_loss", "heat_loss", "mask_loss"]
-
 _CLASS_WEIGHTS = (1.0, 3.0)  # hold, volume: there are ten holds to a volume
 
 

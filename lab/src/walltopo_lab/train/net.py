@@ -22,8 +22,6 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-__all__ = ["CLASSES", "NET_SIZES", "NetSize", "VoteNet", "build_net"]
-
 CLASSES = ("hold", "volume")
 _UNIT = 16.0  # px; a vote of 0 means this distance
 

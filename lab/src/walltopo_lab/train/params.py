@@ -11,16 +11,6 @@ from typing import Annotated, Any, Literal
 from walltopo.core import InputError, SettingsError, about, check_settings
 from walltopo.core.toml import read_toml
 
-__all__ = [
-    "AUGMENTS",
-    "AugmentSettings",
-    "TrainSettings",
-    "YoloSettings",
-    "is_yolo",
-    "read_augment",
-    "read_values",
-]
-
 
 @dataclass(frozen=True)
 class AugmentSettings:

@@ -12,8 +12,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["HULL_POINTS", "box_mask", "hull_of", "mask_is_plausible", "paint_instances"]
-
 HULL_POINTS = 16
 _WORK_SIZE = 48  # px of the longer box side while GrabCut runs; more costs time, gains nothing
 _MARGIN = 0.35  # ring around the box, as a share of its longer side

@@ -10,8 +10,6 @@ from walltopo.core import InputError, Progress
 from walltopo_lab.train.batches import split_sources
 from walltopo_lab.train.cache import cache_coco, cache_yolo
 
-__all__ = ["LabelledSet", "open_sets"]
-
 
 @dataclass(frozen=True)
 class LabelledSet:

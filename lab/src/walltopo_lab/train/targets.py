@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from walltopo_lab.train.augment import Crop
 
-__all__ = ["Targets", "make_targets"]
-
 _CLASSES = 2
 _LEAST_SEEN = 0.3  # objects of which less is in the crop are neither wanted nor punished
 _LEAST_SIDE = 4.0  # px; smaller objects likewise

@@ -13,8 +13,6 @@ from torch import nn
 from walltopo.core import InputError
 from walltopo_lab.train.net import VoteNet, build_net
 
-__all__ = ["freeze_norms", "load_exported"]
-
 
 def load_exported(path: Path) -> VoteNet:
     """The network in an ONNX file of `walltopo train`, ready to be trained further.

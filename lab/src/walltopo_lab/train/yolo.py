@@ -19,8 +19,6 @@ from walltopo_lab.train.params import AugmentSettings, YoloSettings
 from walltopo_lab.train.sets import LabelledSet, open_sets
 from walltopo_lab.train.yolo_data import write_yolo_set
 
-__all__ = ["fit_yolo", "train_arguments", "train_yolo"]
-
 
 def _library() -> Any:
     return need_ultralytics("training this model", "train the default: --model votes")

@@ -13,8 +13,6 @@ from walltopo.core.files import atomic_path
 from walltopo_lab.train.cache import Sample, open_cache
 from walltopo_lab.train.sets import LabelledSet
 
-__all__ = ["label_lines", "write_yolo_set"]
-
 _CLASSES = ("hold", "volume")
 
 

@@ -16,8 +16,6 @@ from walltopo.core import InputError, Progress
 from walltopo_lab.extras import need_optuna
 from walltopo_lab.train.params import AUGMENTS, AugmentSettings, TrainSettings, YoloSettings
 
-__all__ = ["FAMILIES", "DetectorSearch", "SearchTrial", "open_search", "run_search", "trials_of"]
-
 FAMILIES = ("votes", "yolo11-seg", "yolo11", "rtdetr")
 REDUCTION = 3  # of three trials one goes on
 CHECKS = 9  # of a vote network in its time: rungs after 1, 3 and 9

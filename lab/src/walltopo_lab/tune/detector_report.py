@@ -10,8 +10,6 @@ from walltopo.core.files import atomic_path
 from walltopo_lab.plots import COLOURS, panels, save
 from walltopo_lab.tune.detector import DetectorSearch, SearchTrial, model_name
 
-__all__ = ["best_trial", "write_search"]
-
 
 def best_trial(trials: Sequence[SearchTrial]) -> SearchTrial:
     """The trial with the highest AP50 of those that were not stopped; the earliest of equals.

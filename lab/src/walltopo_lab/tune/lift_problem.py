@@ -22,8 +22,6 @@ from walltopo_lab.tune.lifted import Lifted
 from walltopo_lab.tune.problem import Range
 from walltopo_lab.tune.walls import Wall, scan_names
 
-__all__ = ["LiftProblem", "LiftWall", "load_lift_wall"]
-
 # The published ranges; for the robust method, which knows neither easing nor (with its own
 # objective) resolution, those of its own settings that matter.
 _PUBLISHED = (

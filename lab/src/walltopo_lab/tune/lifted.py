@@ -24,8 +24,6 @@ from walltopo.segment.lift.similarity import compare_projections
 from walltopo.segment.lift.tidy import tidy_order
 from walltopo_lab.tune.seen import SeenOnce
 
-__all__ = ["Lifted"]
-
 
 class Lifted:
     """A wall's lift that remembers its steps.

@@ -6,8 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-__all__ = ["Problem", "Range"]
-
 
 @dataclass(frozen=True)
 class Range:

@@ -12,8 +12,6 @@ from walltopo_lab.plots import panels, save
 from walltopo_lab.tune.problem import Problem
 from walltopo_lab.tune.study import Found
 
-__all__ = ["merge_settings", "write_report", "write_slices"]
-
 
 def _toml_value(value: Any) -> str:
     if isinstance(value, bool):

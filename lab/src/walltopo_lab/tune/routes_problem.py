@@ -25,8 +25,6 @@ from walltopo_lab.evaluate.truth import Truth, read_truth
 from walltopo_lab.tune.problem import Range
 from walltopo_lab.tune.walls import Wall, scan_names
 
-__all__ = ["RoutesProblem", "RoutesWall", "load_routes_wall"]
-
 
 @dataclass(frozen=True, eq=False)
 class RoutesWall:

@@ -12,8 +12,6 @@ from walltopo.segment.lift.blocks import blocks_of
 from walltopo.segment.lift.distance import ease
 from walltopo.segment.lift.evidence import Evidence, Sampling, gather_evidence
 
-__all__ = ["SeenOnce"]
-
 
 class SeenOnce:
     """Who sees what, found once at the largest distance and with the widest soft border.

@@ -16,8 +16,6 @@ from walltopo.core import InputError, Progress, SettingsError, Silent
 from walltopo_lab.extras import need_optuna
 from walltopo_lab.tune.problem import Problem
 
-__all__ = ["Found", "Trial", "open_study", "results", "search"]
-
 # Trials at random points before the Gaussian process takes over, the default among them.
 STARTUP = 10
 MOST_ATTEMPTS = 6

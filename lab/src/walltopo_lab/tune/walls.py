@@ -11,8 +11,6 @@ from walltopo.core import InputError
 from walltopo.core.files import hash_path
 from walltopo.core.toml import read_toml
 
-__all__ = ["Wall", "contents", "read_walls", "scan_names"]
-
 _PATHS = ("truth", "scan", "mesh", "cameras", "masks")
 
 

@@ -17,20 +17,6 @@ from walltopo.core.toml import read_toml
 from walltopo.images.networks import Network, open_network
 from walltopo.scans.document import parse
 
-__all__ = [
-    "CutoutClassifier",
-    "Meaning",
-    "ROLES",
-    "Verdict",
-    "judge",
-    "meanings_from_json",
-    "meanings_of",
-    "open_classifier",
-    "read_classes",
-    "square",
-    "to_json",
-]
-
 ROLES = ("hold", "volume", "downclimb")
 
 

@@ -13,15 +13,6 @@ from walltopo.describe.classify.palette import Entry, cluster_colours, name_of
 from walltopo.images.colour import features, linear_from_srgb8, srgb8_from_linear
 from walltopo.scans.light import SceneLight
 
-__all__ = [
-    "Coloured",
-    "HoldPaint",
-    "assign_colours",
-    "find_palette",
-    "paint_over_views",
-    "with_white",
-]
-
 Floats = NDArray[np.float64]
 
 MOST_VIEWS = 12  # views that the colour of one hold is taken from

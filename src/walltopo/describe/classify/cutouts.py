@@ -11,8 +11,6 @@ from walltopo.core.workers import ahead
 from walltopo.describe.classify.observations import HoldView
 from walltopo.scans.pictures import INDEX, Cutout, CutoutIndex, Cutouts
 
-__all__ = ["best_views", "write_cutouts"]
-
 
 def best_views(views: Sequence[HoldView], count: int) -> list[HoldView]:
     """The views with most pixels that are not blurred against the others, best first."""

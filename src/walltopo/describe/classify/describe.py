@@ -18,8 +18,6 @@ from walltopo.describe.classify.types import Relief, shipped_model
 from walltopo.scans.attributes import UNKNOWN, Hold, Role
 from walltopo.scans.light import SceneLight
 
-__all__ = ["describe", "with_tints", "with_types"]
-
 
 def _role(kind: str, colour: str, roles: Mapping[str, Role], downclimb: str) -> Role:
     if kind == "volume":

@@ -10,8 +10,6 @@ from msgspec.structs import replace
 from walltopo.geometry.graphs import components
 from walltopo.scans.attributes import Hold
 
-__all__ = ["downclimb_colours", "with_downclimbs"]
-
 # A route has footholds, small holds or other types; these do not. Chosen on generated gyms by
 # `python -m walltopo_lab.benchmarks.routes_downclimb choose`.
 LEAST_HOLDS = 2  # a single jug of a colour tells nothing

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh
 
-__all__ = ["Shape", "measure_shapes", "plane_axes", "rim_normal", "triangles_of"]
-
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 

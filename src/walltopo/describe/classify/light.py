@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 from walltopo.describe.classify.observations import WallLight
 from walltopo.scans.light import SceneLight
 
-__all__ = ["TINT_RADIUS", "solve_light"]
-
 Floats = NDArray[np.float64]
 
 ROUNDS = 25

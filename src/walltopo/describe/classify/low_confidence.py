@@ -19,8 +19,6 @@ from walltopo.scans.attributes import FLAT, Doubtful, Hold
 from walltopo.scans.instances import InstanceRecords, InstanceTable
 from walltopo.scans.scale import Plate, Scale, unit_of_sizes
 
-__all__ = ["Lifted", "Rise", "doubtful", "flat_instances", "left_out", "measure_rises", "on_plates"]
-
 # Why an instance is left out: the words of `attributes.json`.
 FAINT = "few photos confirm it"
 

@@ -14,8 +14,6 @@ from walltopo.core.workers import ahead
 from walltopo.images.colour import DARK, linear_from_srgb8, oklab_from_linear
 from walltopo.images.files import read_rgb
 
-__all__ = ["HoldView", "WallLight", "hold_views", "load_photo", "look", "paint_of", "wall_patches"]
-
 Floats = NDArray[np.float64]
 
 Image = NDArray[np.uint8]

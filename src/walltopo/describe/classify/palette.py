@@ -18,16 +18,6 @@ from walltopo.images.colour import features, linear_from_srgb8
 from walltopo.scans.attributes import Hold, Role
 from walltopo.scans.document import parse
 
-__all__ = [
-    "REFERENCE",
-    "Entry",
-    "cluster_colours",
-    "name_of",
-    "palette_of_holds",
-    "read_palette",
-    "write_palette",
-]
-
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 

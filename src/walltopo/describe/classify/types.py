@@ -19,18 +19,6 @@ from walltopo.geometry.zbuffer import render_ids
 from walltopo.images.networks import Network, open_network
 from walltopo.scans.attributes import UNKNOWN
 
-__all__ = [
-    "NONE_OF_THESE",
-    "Relief",
-    "SIDE",
-    "TypeModel",
-    "framed",
-    "open_model",
-    "reliefs",
-    "seen_head_on",
-    "shipped_model",
-]
-
 Floats = NDArray[np.float64]
 
 Ints = NDArray[np.int64]

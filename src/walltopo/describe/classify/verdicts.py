@@ -24,16 +24,6 @@ from walltopo.describe.classify.palette import Entry
 from walltopo.describe.classify.settings import ClassifySettings
 from walltopo.scans.attributes import UNKNOWN, Hold
 
-__all__ = [
-    "classifier_of",
-    "cutout_weights",
-    "follow",
-    "followed",
-    "verdicts",
-    "with_class_colours",
-]
-
-
 MOST_CUTOUTS = 12  # of one hold that the classifier looks at
 
 

@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 
 from walltopo.scans.attributes import Hold
 
-__all__ = ["match_holds"]
-
 Floats = NDArray[np.float64]
 
 # Radius of the search in metres, round by round, for how the second scan lies against the first (a

@@ -20,8 +20,6 @@ from scipy.optimize import linear_sum_assignment
 from walltopo.describe.matching.holds import match_holds
 from walltopo.scans.attributes import UNKNOWN, Hold
 
-__all__ = ["Fate", "Line", "compare", "same_paint"]
-
 Key = TypeVar("Key")
 
 # Of all holds that either has, so many at least are in both.

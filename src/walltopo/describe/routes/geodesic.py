@@ -21,8 +21,6 @@ from numpy.typing import NDArray
 
 from walltopo.describe.routes.proxy import Proxy
 
-__all__ = ["Geodesics", "flat_length", "pair_lengths"]
-
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 

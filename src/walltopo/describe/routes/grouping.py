@@ -11,25 +11,6 @@ from numpy.typing import NDArray
 from walltopo.geometry.graphs import components, louvain
 from walltopo.images.colour import features
 
-__all__ = [
-    "FAINT",
-    "FLATTEN",
-    "Grouping",
-    "REACH",
-    "RESOLUTION",
-    "SHARPEN",
-    "balanced_paint",
-    "best_louvain",
-    "candidate_pairs",
-    "cues_of",
-    "group_by_paint",
-    "group_holds",
-    "likeness",
-    "may_be_linked",
-    "modularity",
-    "similarity",
-]
-
 Floats = NDArray[np.float64]
 
 Ints = NDArray[np.int64]

@@ -19,8 +19,6 @@ from walltopo.scans.document import Rgb
 from walltopo.scans.edits import RoleName
 from walltopo.scans.routes import Ambiguous, Route
 
-__all__ = ["STRONGEST", "colour_of", "describe_route", "memberships", "route_facts"]
-
 Floats = NDArray[np.float64]
 
 Ints = NDArray[np.int64]

@@ -35,16 +35,6 @@ from walltopo.geometry.topology import (
     vertex_parts,
 )
 
-__all__ = [
-    "PROXY_FACES",
-    "Proxy",
-    "build_proxy",
-    "fill_small_holes",
-    "manifold",
-    "simplify",
-    "weld",
-]
-
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 

@@ -18,8 +18,6 @@ from numpy.typing import NDArray
 
 from walltopo.scans.attributes import FLAT, UNKNOWN, Doubtful, Hold
 
-__all__ = ["Doubt", "Ends", "Wall", "find_ends", "wall_of"]
-
 Floats = NDArray[np.float64]
 
 # Why an end may be wrong, by cue.

@@ -21,8 +21,6 @@ from walltopo.pipeline.batch.job import Job, Outcome
 from walltopo.pipeline.batch.listed import is_url
 from walltopo.scans.folder import ScanFolder
 
-__all__ = ["run_anywhere"]
-
 _CHUNK = 1 << 20
 
 

@@ -10,8 +10,6 @@ import msgspec
 
 from walltopo.pipeline.settings import Settings, load_settings
 
-__all__ = ["Job", "Outcome", "State", "settings_of_job"]
-
 State = Literal["done", "up to date", "failed", "lost"]
 
 

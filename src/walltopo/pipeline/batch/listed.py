@@ -23,8 +23,6 @@ from walltopo.core import InputError
 from walltopo.core.toml import read_toml
 from walltopo.pipeline.batch.job import Job
 
-__all__ = ["is_url", "read_list"]
-
 _MOST_BYTES = 16 << 20
 _COLUMNS = ("photos", "out", "reference", "config", "settings")
 

@@ -14,8 +14,6 @@ from walltopo.pipeline.batch.job import Job, Outcome
 from walltopo.pipeline.ray_workers import TRIES, lost
 from walltopo.segment.detect.batch_size import free_memory
 
-__all__ = ["jobs_for_here", "run_here", "run_on_cluster"]
-
 # Of one scan, for how many may run at a time: the peak of a wall of 72 photos is below it.
 _CORES, _BYTES = 2, 4 << 30
 

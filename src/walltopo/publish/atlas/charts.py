@@ -11,8 +11,6 @@ from walltopo.core import Mesh
 from walltopo.geometry.neighbours import patches
 from walltopo.publish.atlas.visible_faces import Axes, axes_towards, render_parallel
 
-__all__ = ["choose_directions", "label_triangles"]
-
 Floats = NDArray[np.float64]
 MOST_DIRECTIONS = 10
 WIDE = np.cos(np.radians(40.0))  # a triangle is served well by a direction within this

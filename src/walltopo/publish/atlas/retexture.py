@@ -17,8 +17,6 @@ from walltopo.publish.atlas.charts import choose_directions, label_triangles
 from walltopo.publish.atlas.visible_faces import Axes, Sight
 from walltopo.publish.surface import Look, Surface
 
-__all__ = ["retexture"]
-
 Floats = NDArray[np.float64]
 PAD = 2  # pixels of surroundings around each chart, for filtering
 MOST_PICTURE = 60_000_000  # pixels of one drawing

@@ -12,8 +12,6 @@ from walltopo.core import Mesh
 from walltopo.geometry.kernels import in_ranges, kernel
 from walltopo.geometry.zbuffer import draw_screen
 
-__all__ = ["Axes", "Sight", "axes_towards", "front_direction", "on_screen", "render_parallel"]
-
 Floats = NDArray[np.float64]
 
 SLACK = 8.0  # mean edges of the detailed mesh that the simplified surface may lie behind it

@@ -13,8 +13,6 @@ from walltopo.core.files import join_inside, write_json
 from walltopo.publish.wall_data import Wall
 from walltopo.scans.folder import ScanFolder
 
-__all__ = ["outlines", "write_labelme"]
-
 SMALLEST = 30  # pixels of a hold that are worth an outline
 
 

@@ -15,8 +15,6 @@ from walltopo.publish.atlas.visible_faces import front_direction
 from walltopo.publish.wall_data import Wall
 from walltopo.scans.routes import Route, route_name
 
-__all__ = ["routes_beside", "write_csv", "write_geojson"]
-
 COLUMNS = ("id", "class", "type", "colour", "route", "score", "size_m", "area_m2", "steepness_deg")
 ROUTE_FIGURES = ("length_m", "largest_move_m", "steepness_deg")
 ROUTE_HOLDS = ("start", "top", "zone", "footholds", "holds")

@@ -17,8 +17,6 @@ from walltopo.publish.surface import Surface, split_at_borders
 from walltopo.publish.texture_image import encode_picture, texels
 from walltopo.publish.wall_data import Wall
 
-__all__ = ["instance_colours", "write_labelled_ply", "write_obj", "write_painted_ply"]
-
 WALL_GREY = (160, 160, 160)
 
 

@@ -21,8 +21,6 @@ from walltopo.core.files import atomic_path
 from walltopo.images.colour import linear_from_srgb8
 from walltopo.publish.surface import Surface
 
-__all__ = ["write_usdz"]
-
 STAGE, PICTURE = "wall.usda", "textures/wall.jpg"
 ALIGNMENT = 64
 PADDING_FIELD = 0x1986  # id of the extra field that the reference implementation pads with

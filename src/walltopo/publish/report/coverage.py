@@ -16,8 +16,6 @@ from walltopo.core.files import atomic_path
 from walltopo.core.workers import ahead
 from walltopo.scans.arrays import read_arrays
 
-__all__ = ["THIN", "Spot", "count_views", "counted_views", "thin_spots"]
-
 Floats = NDArray[np.float64]
 
 THIN = 3  # fewer photos than this do not make a surface one can trust

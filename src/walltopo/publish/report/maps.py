@@ -25,17 +25,6 @@ from walltopo.publish.surface import Look
 from walltopo.publish.texture_image import texels
 from walltopo.scans.holds import HoldRow
 
-__all__ = [
-    "CameraMark",
-    "Canvas",
-    "Drawing",
-    "Maps",
-    "SpotMark",
-    "base_colours",
-    "draw_maps",
-    "paper_view",
-]
-
 Floats = NDArray[np.float64]
 
 UP = np.array([0.0, 0.0, 1.0])

@@ -21,8 +21,6 @@ from walltopo.scans.manifest import StageRecord
 from walltopo.scans.photos import Photo, PhotoSet, SkippedFile
 from walltopo.scans.scale import Scale
 
-__all__ = ["Facts", "report_html"]
-
 MOST_TILES = 60  # pictures of one kind
 
 EDGES_OF = 20_000  # triangles whose edges give the median

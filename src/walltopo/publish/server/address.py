@@ -10,8 +10,6 @@ from dataclasses import dataclass
 
 from walltopo.core import SettingsError
 
-__all__ = ["LOOPBACK", "Address", "check_origin", "listen"]
-
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 _NAME = re.compile(r"[a-z0-9]([a-z0-9-]*[a-z0-9])?(\.[a-z0-9]([a-z0-9-]*[a-z0-9])?)*")
 _ORIGIN = re.compile(r"https?://(\[[0-9a-f:.]+\]|[a-z0-9.-]+)(:[0-9]{1,5})?")

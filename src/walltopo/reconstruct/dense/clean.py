@@ -10,8 +10,6 @@ from walltopo.geometry.borders import boundary_loops, close_loops
 from walltopo.geometry.neighbours import parts
 from walltopo.geometry.topology import compact, doubled, edges_of, split_fans
 
-__all__ = ["drop_crumbs", "fill_holes", "make_manifold", "smooth"]
-
 Floats = NDArray[np.float64]
 Faces = NDArray[np.int32]
 

@@ -12,8 +12,6 @@ from walltopo.core import View
 from walltopo.geometry.kernels import in_ranges, kernel
 from walltopo.reconstruct.dense.depth_maps import DepthMap, intrinsics, seen_from
 
-__all__ = ["agreeing_depth", "confirmed"]
-
 Floats = NDArray[np.float64]
 
 Depth = NDArray[np.float32]

@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 from walltopo.core import View
 from walltopo.geometry.kernels import kernel
 
-__all__ = ["DepthMap", "Shelf", "intrinsics", "seen_from"]
-
 Floats = NDArray[np.float64]
 
 

@@ -22,17 +22,6 @@ from walltopo.reconstruct.openmvs import (
     undistorted_workspace,
 )
 
-__all__ = [
-    "colmap_mesh",
-    "cuda_devices",
-    "densify_arguments",
-    "has_cuda",
-    "mesh_arguments",
-    "need_cuda",
-    "openmvs_mesh",
-    "refine_arguments",
-]
-
 
 def has_cuda() -> bool:
     """Whether pycolmap was built with CUDA and the machine has a device for it."""

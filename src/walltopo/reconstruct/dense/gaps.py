@@ -20,7 +20,6 @@ from walltopo.geometry.topology import edges_of, fans
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
-__all__ = ["sew_gaps"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

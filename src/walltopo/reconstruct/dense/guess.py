@@ -16,8 +16,6 @@ from walltopo.reconstruct.dense.membrane import membrane
 from walltopo.reconstruct.dense.openings import Opening, find_openings
 from walltopo.reconstruct.dense.scene import Scene
 
-__all__ = ["Guesses", "guess_holes", "share_seen_through"]
-
 Floats = NDArray[np.float64]
 
 Ints = NDArray[np.int64]

@@ -17,8 +17,6 @@ from walltopo.core import Mesh
 from walltopo.geometry.kernels import kernel
 from walltopo.reconstruct.dense.tsdf import BLOCK, Volume
 
-__all__ = ["cube_table", "extract"]
-
 Singles = NDArray[np.float32]
 
 # Corner n of a cube lies at its (n & 1, n >> 1 & 1, n >> 2 & 1).

@@ -12,8 +12,6 @@ from walltopo.geometry.subdivision import halve_edges
 from walltopo.geometry.topology import edges_of
 from walltopo.reconstruct.dense.remesh import collapse_short_edges
 
-__all__ = ["membrane", "triangulate_rim"]
-
 Floats = NDArray[np.float64]
 
 Faces = NDArray[np.int32]

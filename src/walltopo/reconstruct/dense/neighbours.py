@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 
 from walltopo.reconstruct.dense.scene import Scene
 
-__all__ = ["choose_neighbours"]
-
 Floats = NDArray[np.float64]
 
 # Pairs that share fewer points than this say too little about their overlap.

@@ -16,7 +16,6 @@ from walltopo.geometry.topology import Edges, vertex_parts
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
-__all__ = ["Opening", "find_bays", "find_openings"]
 
 Floats = NDArray[np.float64]
 

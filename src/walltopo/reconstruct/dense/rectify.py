@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 
 from walltopo.core import Camera, View
 
-__all__ = ["Rectified", "opencv_matrix", "rectify"]
-
 Floats = NDArray[np.float64]
 
 # A rectified canvas larger than this many photos is made smaller; not further than this.

@@ -17,8 +17,6 @@ from walltopo.reconstruct.dense.clean import drop_crumbs, fill_holes, make_manif
 from walltopo.reconstruct.dense.gaps import sew_gaps
 from walltopo.reconstruct.dense.settings import DenseSettings
 
-__all__ = ["collapse_short_edges", "finish"]
-
 Floats = NDArray[np.float64]
 Faces = NDArray[np.int32]
 

@@ -16,15 +16,6 @@ from walltopo.reconstruct.dense.settings import DenseSettings
 from walltopo.reconstruct.dense.tsdf import find_space, fused
 from walltopo.scans.colmap_model import open_model, view_of_image
 
-__all__ = [
-    "Scene",
-    "ground_sampling",
-    "interpolated_depth",
-    "preview_mesh",
-    "read_scene",
-    "surroundings",
-]
-
 Floats = NDArray[np.float64]
 
 

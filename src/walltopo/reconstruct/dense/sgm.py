@@ -23,8 +23,6 @@ from walltopo.reconstruct.dense.settings import DenseSettings
 from walltopo.reconstruct.dense.stereo import clipped, match_pair, undistort
 from walltopo.reconstruct.dense.tsdf import find_space, fused
 
-__all__ = ["depth_maps", "opencv_in_one_thread", "sgm_mesh"]
-
 Image = NDArray[np.uint8]
 
 # Marching cubes' edges, once the short ones are gone, are about as long as a voxel.

@@ -12,8 +12,6 @@ from walltopo.core import View
 from walltopo.geometry.kernels import in_ranges, kernel
 from walltopo.reconstruct.dense.rectify import Rectified, rectify
 
-__all__ = ["clipped", "match_pair", "undistort"]
-
 Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]
 Depth = NDArray[np.float32]

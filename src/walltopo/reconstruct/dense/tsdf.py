@@ -16,8 +16,6 @@ from walltopo.core import Progress, StageError, View
 from walltopo.geometry.kernels import in_ranges, kernel
 from walltopo.reconstruct.dense.depth_maps import DepthMap
 
-__all__ = ["BLOCK", "Space", "Volume", "find_space", "fused"]
-
 Floats = NDArray[np.float64]
 Depth = NDArray[np.float32]
 

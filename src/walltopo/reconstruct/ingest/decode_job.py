@@ -8,8 +8,6 @@ import msgspec
 
 from walltopo.reconstruct.ingest.settings import IngestSettings
 
-__all__ = ["Answer", "Begun", "Broken", "Done", "Job", "Stored"]
-
 
 class Job(msgspec.Struct, frozen=True):
     """Decode these files.

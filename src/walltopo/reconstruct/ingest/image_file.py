@@ -37,7 +37,6 @@ from walltopo.reconstruct.ingest.memory_gate import bytes_to_open
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-__all__ = ["DecodedPhoto", "check_shape", "decoded_photo", "reduce_to"]
 
 _ORIENTATION, _EXIF_IFD, _FOCAL_35MM = 0x0112, 0x8769, 0xA405
 _DIAGONAL_35MM = math.hypot(36.0, 24.0)

@@ -12,7 +12,6 @@ from walltopo.core import InputError
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-__all__ = ["BUDGET", "Room", "bytes_of_frame", "bytes_to_open"]
 
 # Ingest keeps to 1 GiB: two processes of some 65 MiB each, and this for pixels.
 BUDGET: Final = 880 * 2**20

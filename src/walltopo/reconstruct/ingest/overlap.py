@@ -16,8 +16,6 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Overlap", "find_overlap"]
-
 _FEATURES: Final = 1000  # of one picture
 _CONTRAST: Final = 0.02  # half of OpenCV's: small pictures of plywood have little
 _RATIO: Final = 0.85

@@ -18,17 +18,6 @@ from walltopo.scans.folder import ScanFolder
 from walltopo.scans.photos import SkippedFile
 from walltopo.scans.sources import SourceFile, SourceList
 
-__all__ = [
-    "Names",
-    "PHOTO_SUFFIXES",
-    "Sources",
-    "list_sources",
-    "VIDEO_SUFFIXES",
-    "find_sources",
-    "is_video",
-    "shown_name",
-]
-
 PHOTO_SUFFIXES: Final = {".jpg", ".jpeg", ".png", ".heic", ".heif", ".webp", ".tif", ".tiff"}
 
 VIDEO_SUFFIXES: Final = {".mp4", ".mov", ".m4v", ".avi", ".mkv", ".webm"}

@@ -26,7 +26,6 @@ from walltopo.reconstruct.ingest.video import sharpest_frames
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-__all__ = ["store_file"]
 
 _JPEG_QUALITY: Final = 95
 

@@ -14,8 +14,6 @@ from walltopo.core import InputError
 from walltopo.reconstruct.ingest.image_file import motion, sharpness, thumbnail
 from walltopo.reconstruct.ingest.memory_gate import Room, bytes_of_frame
 
-__all__ = ["Frame", "sharpest_frames"]
-
 _LOOK_RATE_HZ = 6.0  # frames looked at per second; walking pace needs no more
 _MOTION = 0.08  # camera motion between kept frames, as a share of the width
 # A film beyond it is looked at up to here. Slow motion has at most 240 frames a second.

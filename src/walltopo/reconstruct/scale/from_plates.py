@@ -22,8 +22,6 @@ from walltopo.reconstruct.scale.plate_fit import (
 from walltopo.reconstruct.scale.plates import Plate
 from walltopo.reconstruct.scale.rays import triangulate
 
-__all__ = ["MOST_DISAGREEMENT", "Measure", "PlateReport", "measure_from_plates"]
-
 Floats = NDArray[np.float64]
 
 MOST_DISAGREEMENT = 0.01  # relative difference of scale at which a plate is left out

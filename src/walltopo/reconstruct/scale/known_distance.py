@@ -16,8 +16,6 @@ from walltopo.core.toml import read_toml
 from walltopo.reconstruct.scale.rays import triangulate
 from walltopo.scans.document import parse
 
-__all__ = ["named_points", "parse_distance", "scale_from_distance"]
-
 Floats = NDArray[np.float64]
 Pixel = Annotated[float, msgspec.Meta(ge=0, le=MOST_SIDE)]
 

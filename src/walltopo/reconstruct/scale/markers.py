@@ -13,8 +13,6 @@ from walltopo.core import InputError
 from walltopo.images.colour import linear32_from_srgb8
 from walltopo.reconstruct.scale.plates import marker_cells
 
-__all__ = ["Detection", "detect_markers", "refine_corners", "sample", "without_spread"]
-
 Floats = NDArray[np.float64]
 
 _SAMPLES = 25  # profiles along one side

@@ -27,8 +27,6 @@ from walltopo.reconstruct.scale.markers import Detection
 from walltopo.reconstruct.scale.plates import Plate
 from walltopo.reconstruct.scale.rays import Triangulated, triangulate, undistort
 
-__all__ = ["PlateFit", "Sighting", "fit_from_corners", "fit_from_markers", "polish", "shared_scale"]
-
 Floats = NDArray[np.float64]
 
 _TOLERANCE = 0.03  # of the plate's width: a corner further off its place is an outlier

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from walltopo.core import InputError
 from walltopo.reconstruct.scale.plates import Plate, marker_cells
 
-__all__ = ["PAPERS", "Rectangle", "Text", "draw_plate", "to_pdf"]
-
 PAPERS = {"a4": (0.297, 0.210), "a3": (0.420, 0.297)}  # landscape, metres
 
 _POINTS = 72 / 0.0254  # PDF units per metre

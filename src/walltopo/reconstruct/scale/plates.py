@@ -16,8 +16,6 @@ from walltopo.core import InputError
 from walltopo.core.toml import read_toml
 from walltopo.scans.document import parse
 
-__all__ = ["BUILT_IN", "Plate", "built_in_plates", "marker_cells", "read_plates"]
-
 # Ids tell the size: the three built-in kinds share one dictionary and no id.
 BUILT_IN = """\
 # The plates that walltopo knows without being told. Lengths in metres.

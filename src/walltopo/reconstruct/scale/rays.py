@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from walltopo.core import Camera, View
 
-__all__ = ["Triangulated", "triangulate", "undistort"]
-
 Floats = NDArray[np.float64]
 
 _LEAST_ANGLE_DEG = 1.5

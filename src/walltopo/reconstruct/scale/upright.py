@@ -10,14 +10,6 @@ from numpy.typing import NDArray
 from walltopo.core import View
 from walltopo.geometry.similarity import Similarity, rotation_with_z
 
-__all__ = [
-    "TYPICAL_DISTANCE",
-    "turned_photos",
-    "typical_unit",
-    "up_from_cameras",
-    "upright_frame",
-]
-
 Floats = NDArray[np.float64]
 
 TYPICAL_DISTANCE = 3.0  # metres from camera to wall, the guess of an unscaled scan

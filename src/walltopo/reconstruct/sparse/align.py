@@ -48,8 +48,6 @@ from walltopo.scans.manifest import Metrics
 from walltopo.scans.photos import Photo, PhotoSet
 from walltopo.scans.scale import Aligned, Frame, Scale
 
-__all__ = ["align_to_reference"]
-
 Floats = NDArray[np.float64]
 
 _NEW, _REFERENCE = "new", "reference"  # folders that tell equal file names apart

@@ -24,8 +24,6 @@ from walltopo.reconstruct.sparse.feature_cache import find_features, seal_featur
 from walltopo.reconstruct.sparse.jobs import Job, KnownFeatures, Learned, Sift
 from walltopo.reconstruct.sparse.settings import SparseSettings
 
-__all__ = ["Attempt", "agree", "best_attempt", "learned_alone"]
-
 T = TypeVar("T")
 Floats = NDArray[np.float64]
 

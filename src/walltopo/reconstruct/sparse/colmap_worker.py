@@ -32,8 +32,6 @@ from walltopo.reconstruct.sparse.jobs import (
 from walltopo.reconstruct.sparse.models import join_models
 from walltopo.reconstruct.sparse.pairs import choose_pairs, in_tiles
 
-__all__ = ["EVENT", "main"]
-
 EVENT = "@walltopo "
 _REFINE_ITERATIONS = 40
 _GROWTH = 1.4

@@ -20,8 +20,6 @@ from walltopo.core.files import hash_path, read_json, write_json
 from walltopo.reconstruct.sparse.colmap_process import run_worker
 from walltopo.reconstruct.sparse.jobs import Job
 
-__all__ = ["database_of", "find_features", "known_features", "seal_features"]
-
 _STAMP = "made-from.json"
 _CONTENT = "content"
 

@@ -11,22 +11,6 @@ from msgspec.structs import replace
 from walltopo.reconstruct.sparse.settings import SparseSettings
 from walltopo.scans.photos import Photo
 
-__all__ = [
-    "CameraEntry",
-    "ImageEntry",
-    "Job",
-    "KnownFeatures",
-    "Learned",
-    "MapTask",
-    "Mapped",
-    "Pairing",
-    "Sift",
-    "camera_entries",
-    "features_job",
-    "mapping_job",
-    "photo_ids",
-]
-
 
 class CameraEntry(msgspec.Struct, frozen=True):
     """A camera of the database; the k-th gets id k + 1.

@@ -18,8 +18,6 @@ from walltopo.images.files import read_rgb
 from walltopo.images.networks import Network, open_network
 from walltopo.reconstruct.sparse.jobs import Job, Learned
 
-__all__ = ["Features", "XFeat", "add_learned", "likeness"]
-
 Pair = tuple[int, int]
 
 S = TypeVar("S")

@@ -10,8 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["KeptImage", "join_models", "match_keypoints", "rebuild"]
-
 _SHARED = 3  # photos that two models must share
 
 _AGREEING = 0.5  # of what the shared photos see must fit

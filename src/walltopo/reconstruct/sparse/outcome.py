@@ -12,15 +12,6 @@ from numpy.typing import NDArray
 
 from walltopo.scans.colmap_model import open_model
 
-__all__ = [
-    "camera_centres",
-    "describe_model",
-    "hang_together",
-    "other_models",
-    "registered_names",
-    "why_unregistered",
-]
-
 _FEW_FEATURES = 200
 
 

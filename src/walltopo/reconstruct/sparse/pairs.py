@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from walltopo.reconstruct.sparse.jobs import Pairing
 
-__all__ = ["choose_pairs", "exhaustive", "in_tiles", "nearest_pairs", "sequential", "signatures"]
-
 Pair = tuple[int, int]
 
 _TILE = 10

@@ -25,8 +25,6 @@ from walltopo.reconstruct.texture.unseen import (
     unseen_cells,
 )
 
-__all__ = ["Texture", "make_texture"]
-
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Image = NDArray[np.uint8]

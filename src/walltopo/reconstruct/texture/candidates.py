@@ -15,8 +15,6 @@ from walltopo.core.workers import ahead
 from walltopo.geometry.kernels import in_ranges, kernel
 from walltopo.geometry.zbuffer import faces_before, own_vertices, render_ids
 
-__all__ = ["CANDIDATES", "Candidates", "find_candidates"]
-
 Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]
 

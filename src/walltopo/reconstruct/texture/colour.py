@@ -12,8 +12,6 @@ from walltopo.core.workers import cores
 from walltopo.geometry.kernels import kernel
 from walltopo.reconstruct.texture.candidates import Candidates
 
-__all__ = ["level_seams", "photo_gains"]
-
 Floats = NDArray[np.float64]
 
 # Colours darker or brighter than these say nothing of the exposure.

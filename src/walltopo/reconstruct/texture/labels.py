@@ -9,8 +9,6 @@ from walltopo.geometry.kernels import kernel
 from walltopo.geometry.neighbours import patches
 from walltopo.reconstruct.texture.candidates import Candidates
 
-__all__ = ["choose_labels"]
-
 # The preference for equal neighbours grows over the sweeps, so that good photos spread first.
 _SWEEPS = 12
 # Charts of fewer triangles take a neighbour's photo where it sees them too.

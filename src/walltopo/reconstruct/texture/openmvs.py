@@ -24,8 +24,6 @@ from walltopo.reconstruct.openmvs import (
 from walltopo.reconstruct.texture.paint import fill_gaps
 from walltopo.reconstruct.texture.settings import TextureSettings
 
-__all__ = ["openmvs_texture", "read_corners", "texture_arguments"]
-
 Image = NDArray[np.uint8]
 Corners = NDArray[np.float32]
 

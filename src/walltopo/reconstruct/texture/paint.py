@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 
 from walltopo.geometry.kernels import in_ranges, kernel
 
-__all__ = ["fill_gaps", "paint_colours", "paint_photo", "sample_points"]
-
 Image = NDArray[np.uint8]
 Single = NDArray[np.float32]
 

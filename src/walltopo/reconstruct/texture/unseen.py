@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from walltopo.core import Mesh
 from walltopo.reconstruct.texture.paint import paint_photo
 
-__all__ = ["continue_colours", "plane_positions", "spread_colours", "unseen_cells"]
-
 Floats = NDArray[np.float64]
 
 Image = NDArray[np.uint8]

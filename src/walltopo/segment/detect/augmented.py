@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from walltopo.core import Mask
 from walltopo.segment.detect.found import Found, box_iou
 
-__all__ = ["fuse", "mirrored"]
-
 _SAME = 0.5  # IoU of boxes above which two looks mean one object
 
 

@@ -8,8 +8,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["free_memory", "in_batches", "run_batched"]
-
 _BYTES = 160  # per pixel of input, outputs included; 100 measured for the shipped network
 _SHARE = 0.5  # of free memory
 _MOST = 16

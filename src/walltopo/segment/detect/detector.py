@@ -15,8 +15,6 @@ from walltopo.core.files import shipped_file
 from walltopo.segment.detect.found import Found
 from walltopo.segment.detect.settings import DetectSettings
 
-__all__ = ["BUILT_IN", "Detector", "open_detector", "shipped_model"]
-
 
 class Detector(Protocol):
     """Something that sees objects in a photo."""

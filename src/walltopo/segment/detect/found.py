@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mask
 
-__all__ = ["Found", "box_iou", "keep_best", "tight_mask"]
-
 
 @dataclass(frozen=True, eq=False)
 class Found:

@@ -19,8 +19,6 @@ from walltopo.segment.detect.tiles import merge_tiles, tiles_of
 from walltopo.segment.detect.votes import decode_votes
 from walltopo.segment.detect.yolo import decode_rtdetr, decode_yolo, letterbox
 
-__all__ = ["OnnxDetector", "OnnxModel", "open_onnx"]
-
 _OUTPUTS = {"votes": 3, "yolo-seg": 2, "yolo-det": 1, "rtdetr": 1}
 
 

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from walltopo.core import Mask
 from walltopo.segment.detect.found import Found, box_iou
 
-__all__ = ["Tile", "merge_tiles", "tiles_of"]
-
 _AT_SEAM = 3.0  # px: a box that ends this near to an inner tile border was cut by it
 _SAME = 0.5  # share of the smaller one, within what both tiles see, that makes two one object
 

@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from walltopo.core import Mask
 from walltopo.segment.detect.found import Found, box_iou, keep_best, tight_mask
 
-__all__ = ["decode_votes", "vote_boxes"]
-
 Floats = NDArray[np.float32]
 _CELL = 4  # px of a heat or vote cell
 _MOST = 2000  # peaks looked at; the densest photo known has under 400 objects

@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 from walltopo.core import InputError, Mask
 from walltopo.segment.detect.found import Found, keep_best, tight_mask
 
-__all__ = ["box_masks", "decode_rtdetr", "decode_yolo", "letterbox"]
-
 Floats = NDArray[np.float32]
 _GREY = 114  # the padding Ultralytics trains with
 

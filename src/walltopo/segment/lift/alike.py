@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from walltopo.geometry.kernels import in_ranges, kernel
 from walltopo.segment.lift.evidence import Evidence
 
-__all__ = ["Kinds", "Rows", "kinds_of", "rows_of"]
-
 
 @dataclass(frozen=True, eq=False)
 class Kinds:

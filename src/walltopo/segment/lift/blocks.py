@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from walltopo.core import Mesh
 from walltopo.geometry.kernels import in_ranges, kernel
 
-__all__ = ["Blocks", "blocks_of"]
-
 Floats = NDArray[np.float64]
 
 FACES_PER_BLOCK = 128

@@ -13,8 +13,6 @@ from walltopo.core import Camera, InputError, Mesh, View
 from walltopo.geometry.kernels import in_ranges, kernel
 from walltopo.segment.lift.settings import LiftParams, length_of_share
 
-__all__ = ["mean_object_distance", "resolve_lengths"]
-
 Floats = NDArray[np.float64]
 
 MOST_RAYS = 96

@@ -28,8 +28,6 @@ from walltopo.segment.lift.visibility import (
     tell_evidence,
 )
 
-__all__ = ["Evidence", "Sampling", "gather_evidence"]
-
 # Side of the cells in which masks are looked for before their pixels are.
 WINDOW_PX = 16
 

@@ -18,21 +18,6 @@ from walltopo.segment.lift.label_image import drawing_order
 from walltopo.segment.lift.settings import Confidence, LiftParams
 from walltopo.segment.lift.similarity import overlaps_of
 
-__all__ = [
-    "Kept",
-    "TIE",
-    "confidence_of",
-    "keep_faces",
-    "lift_literal",
-    "literal_clusters",
-    "literal_graph",
-    "literal_instances",
-    "literal_kept",
-    "nothing",
-    "one_each",
-    "projection_scores",
-]
-
 Floats = NDArray[np.float64]
 
 Ints = NDArray[np.int32]

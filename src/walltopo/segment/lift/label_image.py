@@ -11,18 +11,6 @@ from walltopo.core import Mask, View
 from walltopo.geometry.kernels import kernel
 from walltopo.segment.lift.settings import OnTop
 
-__all__ = [
-    "Canvas",
-    "STEPS",
-    "draw_labels",
-    "drawing_order",
-    "label_size",
-    "mask_windows",
-    "reach_of",
-    "resized_mask",
-    "stamp_borders",
-]
-
 Ints = NDArray[np.int32]
 
 

@@ -25,8 +25,6 @@ from walltopo.segment.lift.fast import TIE, confidence_of
 from walltopo.segment.lift.label_image import draw_labels, drawing_order
 from walltopo.segment.lift.settings import Confidence, LiftParams
 
-__all__ = ["Projection", "lift_reference", "project_view", "reference_kept"]
-
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int32]
 

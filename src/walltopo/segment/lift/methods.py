@@ -14,8 +14,6 @@ from walltopo.segment.lift.fast import lift_literal, nothing
 from walltopo.segment.lift.robust import lift_robust
 from walltopo.segment.lift.settings import LiftParams
 
-__all__ = ["run_method", "with_guesses"]
-
 
 def run_method(
     mesh: Mesh, views: Sequence[View], params: LiftParams, progress: Progress | None

@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 from walltopo.geometry.graphs import renumber
 from walltopo.geometry.kernels import kernel
 
-__all__ = ["potts_clusters"]
-
 Ints = NDArray[np.int32]
 Floats = NDArray[np.float64]
 

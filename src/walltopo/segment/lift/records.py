@@ -11,8 +11,6 @@ from walltopo.segment.lift.settings import LiftParams
 from walltopo.segment.lift.similarity import Covisible
 from walltopo.segment.lift.vote import Claims, claims_of
 
-__all__ = ["scored_instances"]
-
 Ints = NDArray[np.int32]
 Floats = NDArray[np.float64]
 

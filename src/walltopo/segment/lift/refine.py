@@ -17,8 +17,6 @@ from walltopo.segment.lift.robust import robust_evidence
 from walltopo.segment.lift.settings import LiftParams
 from walltopo.segment.lift.vote import vote
 
-__all__ = ["refine_borders", "split_faces"]
-
 Bools = NDArray[np.bool_]
 Ints = NDArray[np.int32]
 Rows = NDArray[np.int64]

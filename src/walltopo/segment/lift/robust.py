@@ -19,8 +19,6 @@ from walltopo.segment.lift.similarity import Covisible, compare_projections
 from walltopo.segment.lift.tidy import tidy_order
 from walltopo.segment.lift.vote import Claims, claims_of, vote
 
-__all__ = ["fill_pinholes", "lift_robust", "robust_evidence", "robust_instances"]
-
 Ints = NDArray[np.int32]
 
 Floats = NDArray[np.float64]

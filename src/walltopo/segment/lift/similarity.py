@@ -15,16 +15,6 @@ from walltopo.geometry.kernels import kernel
 from walltopo.segment.lift.alike import Rows, kinds_of, rows_of
 from walltopo.segment.lift.evidence import Evidence
 
-__all__ = [
-    "Covisible",
-    "Overlaps",
-    "compare_projections",
-    "in_chunks",
-    "longer",
-    "overlaps_of",
-    "sort_part",
-]
-
 Floats = NDArray[np.float64]
 
 Ints = NDArray[np.int32]

@@ -8,8 +8,6 @@ from walltopo.core import Mask, View
 from walltopo.segment.lift.label_image import drawing_order
 from walltopo.segment.lift.settings import OnTop
 
-__all__ = ["tidy_order"]
-
 # Two masks of one view that overlap this much show the same object twice.
 SAME = 0.7
 

@@ -16,15 +16,6 @@ import numpy as np
 from walltopo.geometry.kernels import kernel
 from walltopo.geometry.screen import distort
 
-__all__ = [
-    "cull_blocks",
-    "distances",
-    "mark_candidates",
-    "place_samples",
-    "strike_hidden",
-    "tell_evidence",
-]
-
 # A surface hides a sample if it is nearer by this share of the distance: covers the rounding of
 # duplicate triangles and of the float32 rays of the reference.
 NEARER = 1e-5

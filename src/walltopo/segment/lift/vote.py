@@ -13,8 +13,6 @@ from walltopo.segment.lift.evidence import Evidence
 from walltopo.segment.lift.settings import LiftParams
 from walltopo.segment.lift.similarity import Covisible
 
-__all__ = ["Claims", "claims_of", "vote"]
-
 Ints = NDArray[np.int32]
 
 

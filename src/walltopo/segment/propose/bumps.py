@@ -18,8 +18,6 @@ from walltopo.core import Mesh
 from walltopo.geometry.neighbours import patches
 from walltopo.geometry.panels import Heights, Panel
 
-__all__ = ["find_bumps", "stands_out"]
-
 Ints = NDArray[np.int64]
 Labels = NDArray[np.int32]
 

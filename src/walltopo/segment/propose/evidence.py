@@ -18,8 +18,6 @@ from walltopo.scans.document import Document
 from walltopo.segment.propose.surroundings import Relief
 from walltopo.segment.propose.tint import Tint
 
-__all__ = ["CUES", "EvidenceModel", "Masks", "Weights", "cues_of", "explained", "shipped_model"]
-
 Floats = NDArray[np.float64]
 
 CUES = (

@@ -19,8 +19,6 @@ from walltopo.segment.propose.evidence import CUES, Masks, cues_of
 from walltopo.segment.propose.surroundings import Relief, Surroundings
 from walltopo.segment.propose.tint import Sight, Tint, tints
 
-__all__ = ["Ground", "Pieces", "gather_pieces", "join", "masks_of"]
-
 Floats = NDArray[np.float64]
 Labels = NDArray[np.int32]
 

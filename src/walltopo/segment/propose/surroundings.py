@@ -11,8 +11,6 @@ from scipy.spatial import cKDTree
 from walltopo.core import Mesh
 from walltopo.geometry.panels import Heights, Panel
 
-__all__ = ["Relief", "Surroundings"]
-
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 

@@ -19,8 +19,6 @@ from walltopo.geometry.zbuffer import render_part
 from walltopo.images.colour import linear_from_srgb8, oklab_from_linear
 from walltopo.scans.photos import PhotoSet
 
-__all__ = ["Sight", "Tint", "sights", "tints"]
-
 Floats = NDArray[np.float64]
 
 LONG_SIDE = 720  # pixels: photos are looked at this small

@@ -14,8 +14,6 @@ from typing import Final
 
 from walltopo_gym.competitions.scoring.score import Mark, Score, Tried, score_of, sums_of
 
-__all__ = ["score_2018", "score_2025"]
-
 _TOP: Final = Fraction(25)
 _ZONE: Final = Fraction(10)
 _TRY: Final = Fraction(1, 10)

@@ -7,8 +7,6 @@ from fractions import Fraction
 
 from walltopo_gym.competitions.scoring.score import Score, Tried, score_of, sums_of
 
-__all__ = ["score_most"]
-
 
 def score_most(tried: Collection[Tried]) -> Score:
     """A point a top; equal tops: more flashes, then fewer tries to the tops."""

@@ -7,8 +7,6 @@ from fractions import Fraction
 
 from walltopo_gym.competitions.scoring.score import Score, Tried, best_of, score_of, sums_of
 
-__all__ = ["score_points"]
-
 
 def score_points(tried: Collection[Tried], worth: dict[str, int], best: int | None) -> Score:
     """Points; equal points: more tops, then more flashes.

@@ -14,8 +14,6 @@ from walltopo_gym.competitions.scoring.points import score_points
 from walltopo_gym.competitions.scoring.score import Score, Tried
 from walltopo_gym.competitions.scoring.shared import score_shared
 
-__all__ = ["Rules", "Scoring"]
-
 
 class Rules(StrEnum):
     """By their names."""

@@ -8,8 +8,6 @@ from fractions import Fraction
 from typing import NamedTuple
 from uuid import UUID
 
-__all__ = ["NOTHING", "Criterion", "Mark", "Score", "Tried", "score_of", "shown"]
-
 
 class Mark(NamedTuple):
     """What somebody has on one problem: `tries` seen, and in which try zone and top came; 0: did

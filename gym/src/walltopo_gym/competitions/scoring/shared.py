@@ -8,8 +8,6 @@ from uuid import UUID
 
 from walltopo_gym.competitions.scoring.score import Score, Tried, best_of, score_of, sums_of
 
-__all__ = ["score_shared"]
-
 
 def score_shared(
     tried: Collection[Tried], worth: dict[str, int], best: int | None,

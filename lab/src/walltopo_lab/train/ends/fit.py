@@ -15,17 +15,6 @@ from walltopo.scans.attributes import Doubtful, Hold
 from walltopo.scans.routes import Route
 from walltopo_lab.train.ends.seen import SCANS, SeenGym, see
 
-__all__ = [
-    "EndsFit",
-    "Regression",
-    "Row",
-    "ends_anew",
-    "fit_ends",
-    "fit_hands",
-    "rows_of",
-    "scans_of",
-]
-
 Floats = NDArray[np.float64]
 RIDGE = 1e-3  # on weights of cues of spread 1
 

@@ -39,8 +39,6 @@ from walltopo_lab.synth.palette import PALETTES
 from walltopo_lab.train.hold_types.scanned import GRID, scanned
 from walltopo_lab.train.paint.holds import straight
 
-__all__ = ["SCANS", "SeenGym", "TrueEnds", "see", "true_gym"]
-
 Floats = NDArray[np.float64]
 
 MISSED = 0.04  # mean share of holds that a scan misses

@@ -20,8 +20,6 @@ from walltopo_climb.grades.font import FONT
 from walltopo_climb.movement.grips import NEUTRAL, Grips, foot_share
 from walltopo_climb.movement.sequence import Climb
 
-__all__ = ["CELLS", "SETUPS", "Problem", "as_climb", "cells_of", "read_problems"]
-
 SETUPS = ("2016", "2017")
 CELLS = 11 * 18
 _ANGLE = np.radians(40)

@@ -12,8 +12,6 @@ from walltopo_lab.train.grades.board import SETUPS, read_problems
 from walltopo_lab.train.grades.fit import Board, board_of
 from walltopo_lab.train.grades.split import groups_of, parts_of
 
-__all__ = ["SHARES", "boards"]
-
 SHARES = (0.60, 0.15, 0.25)  # learnt from; say how wide ranges are; measure
 _SEED = 21
 _ARRAYS = ("grade", "stars", "groups", "part", "plain", "known", "quality", "seconds")

@@ -23,8 +23,6 @@ from walltopo_lab.train.grades.board import CELLS, Problem
 from walltopo_lab.train.grades.movement import features_of
 from walltopo_lab.train.grades.split import presence
 
-__all__ = ["Board", "board_of", "regressor"]
-
 Floats = npt.NDArray[np.float64]
 Features = npt.NDArray[np.float32]
 Ints = npt.NDArray[np.int64]

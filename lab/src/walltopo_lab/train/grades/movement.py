@@ -14,8 +14,6 @@ from walltopo_climb.movement.body import ADULT
 from walltopo_climb.movement.sequence import find_sequence
 from walltopo_lab.train.grades.board import Problem, as_climb
 
-__all__ = ["Row", "features_of", "move"]
-
 Qualities = npt.NDArray[np.float64]
 Row = tuple[npt.NDArray[np.float32] | None, float]
 

@@ -19,8 +19,6 @@ from walltopo_climb.grades.model import Errors
 from walltopo_lab.train.grades.fit import Board, Features, Floats, regressor
 from walltopo_lab.train.grades.trees import as_onnx
 
-__all__ = ["COVERAGE", "errors_of", "fit_on", "write_model"]
-
 COVERAGE = 0.8
 _CREDIT = (
     "Learnt from problems of the MoonBoard, set-ups 2016 and 2017, as collected in "

@@ -9,8 +9,6 @@ from scipy.sparse.csgraph import connected_components
 
 from walltopo_lab.train.grades.board import CELLS, Problem
 
-__all__ = ["groups_of", "parts_of", "presence"]
-
 Ints = npt.NDArray[np.int64]
 _ROWS = 500
 _ALIKE = 0.7  # of the holds of two problems are in both (Jaccard): they count as one

@@ -9,8 +9,6 @@ import onnx
 from onnx import TensorProto, helper
 from sklearn.ensemble import HistGradientBoostingRegressor
 
-__all__ = ["as_onnx"]
-
 
 def as_onnx(model: HistGradientBoostingRegressor, features: int) -> onnx.ModelProto:
     """(N, features) float32, NaN allowed, to (N, 1) float32; the same values to float32's accuracy.

@@ -26,8 +26,6 @@ from walltopo_lab.synth.holds import STYLES, make_hold
 from walltopo_lab.train.hold_types.net import Samples, train, write_onnx
 from walltopo_lab.train.hold_types.scanned import drawn, formed, nothing_known, scanned
 
-__all__ = ["fit_hold_types"]
-
 TYPES = ("jug", "crimp", "sloper", "pinch", "pocket", "foothold")
 # How far setters turn each, degrees; as `walltopo_lab.synth.setter` does.
 TURN_DEG = {"jug": 18, "crimp": 28, "sloper": 25, "pinch": 40, "pocket": 20, "foothold": 60}

@@ -19,8 +19,6 @@ from walltopo.describe.classify.types import SIDE
 from walltopo_lab.onnx_file import label_export
 from walltopo_lab.train.export import store_half
 
-__all__ = ["Samples", "train", "write_onnx"]
-
 WIDTHS = (16, 24, 32, 48)
 NARROW, HIDDEN = 24, 48
 BATCH, RATE = 64, 3e-3

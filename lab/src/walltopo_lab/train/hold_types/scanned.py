@@ -10,8 +10,6 @@ from walltopo.describe.classify.types import Relief, framed, seen_head_on
 from walltopo_lab.synth.bodies import Body
 from walltopo_lab.train.hold_types.forms import Grid, form
 
-__all__ = ["GRID", "drawn", "formed", "nothing_known", "scanned"]
-
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 GRID = 96  # pixels of the square in which holds are degraded

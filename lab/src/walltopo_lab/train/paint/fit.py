@@ -15,8 +15,6 @@ from walltopo.describe.routes.grouping import best_louvain, candidate_pairs
 from walltopo_lab.train.paint.holds import PhotoHolds, of_generated, score, straight
 from walltopo_lab.train.paint.photos import DimPhoto
 
-__all__ = ["PaintFit", "fit_paint"]
-
 SHARPENINGS = (2, 3, 4)
 RESOLUTIONS = (1.5, 2.0, 2.5, 3.0)
 

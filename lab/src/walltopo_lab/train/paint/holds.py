@@ -26,8 +26,6 @@ from walltopo.scans.light import SceneLight
 from walltopo.scans.scale import TYPICAL_HOLD
 from walltopo_lab.train.paint.photos import DimPhoto
 
-__all__ = ["WAYS", "PhotoHolds", "ari", "of_generated", "read_holds", "score", "straight"]
-
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]

@@ -28,8 +28,6 @@ from walltopo_lab.synth.params import GymSettings, PhotoSettings, gym_preset
 from walltopo_lab.synth.path import phone_camera, walk
 from walltopo_lab.synth.render import Renderer
 
-__all__ = ["DimPhoto", "make_photos", "read_photos"]
-
 Floats = NDArray[np.float64]
 PER_GYM = 2
 # Linear colour of daylight through a window, of neutral, warm and very warm lamps.
