@@ -9,7 +9,6 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from walltopo.cli import main
 from walltopo.cli.profiling import profiled
 from walltopo.core.errors import EnvironmentLacksError
 
@@ -55,14 +54,3 @@ def test_without_the_extra_it_says_what_to_install(
 def test_no_file_no_trace() -> None:
     with profiled(None) as tracer:
         assert tracer is None
-
-
-def test_a_profile_of_a_cluster_is_refused_before_anything_is_made(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    out, trace = tmp_path / "wall", tmp_path / "trace.json"
-    given = ["scan", str(tmp_path), "-o", str(out), "--profile", str(trace), "--ray", "auto"]
-    assert main(given) == 2
-    assert "--ray" in capsys.readouterr().err
-    assert not out.exists()
-    assert not trace.exists()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from walltopo.core.workers import ahead, cores
+from walltopo.core.parallel import ahead, cores
 
 
 def test_results_come_in_the_order_of_the_items() -> None:

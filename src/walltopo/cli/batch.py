@@ -119,8 +119,8 @@ def _with_common(job: Job, args: argparse.Namespace) -> Job:
 
 
 def _run(jobs: Sequence[Job], args: argparse.Namespace) -> Iterator[Outcome]:
+    from walltopo.pipeline.batch.ray_cluster import on_cluster
     from walltopo.pipeline.batch.run import jobs_for_here, run_here, run_on_cluster
-    from walltopo.pipeline.ray_workers import on_cluster
 
     with ExitStack() as stack:
         if args.ray is None:

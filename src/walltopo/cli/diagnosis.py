@@ -12,7 +12,7 @@ from importlib.metadata import entry_points
 from pathlib import Path
 
 from walltopo.core.files import shipped_file
-from walltopo.core.workers import cores
+from walltopo.core.parallel import cores
 from walltopo.reconstruct.openmvs import PROGRAMS
 
 
@@ -40,7 +40,7 @@ _RUNTIME = ("faster_coco_eval", "jinja2", "msgspec", "onnxruntime", "rich", "seg
 # Extras of this distribution: module, what it is for.
 _EXTRAS = {
     "web": ("meshoptimizer", "pages that are small"),
-    "ray": ("ray", "many machines: `scan --ray`, `batch --ray`"),
+    "ray": ("ray", "many machines: `batch --ray`"),
     "s3": ("obstore", "photos and scans of `batch` in a store of objects"),
     "profile": ("viztracer", "`scan --profile`"),
 }

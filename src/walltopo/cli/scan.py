@@ -72,9 +72,6 @@ def _register_scan(commands: Commands[argparse.ArgumentParser]) -> None:
     scan.add_argument(
         "--profile", type=Path, metavar="FILE", help="write a trace for ui.perfetto.dev (.json)"
     )
-    scan.add_argument(
-        "--ray", metavar="ADDRESS", help="by a Ray cluster, too: auto, local or its address"
-    )
     scan.add_argument("-v", "--verbose", action="store_true", help="more detail")
     scan.add_argument("-q", "--quiet", action="store_true", help="errors only")
     scan.set_defaults(run=_scan)
@@ -83,26 +80,14 @@ def _register_scan(commands: Commands[argparse.ArgumentParser]) -> None:
 def _scan(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.cli.profiling import ProfiledListener, profiled
-    from walltopo.core import SettingsError
-    from walltopo.core.workers import Here, Workers
-    from walltopo.pipeline.ray_workers import RayWorkers, on_cluster
     from walltopo.pipeline.runner import scan
     from walltopo.pipeline.settings import load_settings
 
-    if args.profile is not None and args.ray is not None:
-        raise SettingsError(
-            "--profile and --ray: a profile tells of this process, but with --ray others work",
-            "Leave out --ray to profile the scan.",
-        )
     found = Path("walltopo.toml")
     config = args.config or (found if found.is_file() else None)
     given = [*_shortcuts(args), *args.set]
     settings = load_settings(config, given, programs=args.config is not None)
     with ExitStack() as stack:
-        workers: Workers = Here()
-        if args.ray is not None:
-            stack.enter_context(on_cluster(args.ray))
-            workers = RayWorkers()
         listener = ProfiledListener(console, verbose=args.verbose, quiet=args.quiet)
         listener.tracer = stack.enter_context(profiled(args.profile))
         stack.enter_context(listener)
@@ -116,7 +101,6 @@ def _scan(args: argparse.Namespace) -> int:
             verify=args.verify,
             accept_changes=args.accept_changes,
             listener=listener,
-            workers=workers,
         )
     if not args.quiet and result.folder.routes.exists() and args.to_stage in (None, "export"):
         _show_result(result.folder.root)

@@ -21,7 +21,7 @@ from typing import Any
 from llvmlite.binding import get_host_cpu_features
 from numba import config, njit
 
-from walltopo.core.workers import cores
+from walltopo.core.parallel import cores
 
 # Intel's and AMD's processors from about 2013 and 2015 on, and what tells them.
 PROCESSOR = "x86-64-v3"

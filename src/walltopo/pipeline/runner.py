@@ -22,7 +22,6 @@ import msgspec
 from walltopo.core import InputError, Progress, Silent, WalltopoError
 from walltopo.core.files import as_text, hash_path, told_when_full
 from walltopo.core.hashes import Ledger
-from walltopo.core.workers import Here, Workers
 from walltopo.pipeline.forecast import Forecast, photos_of
 from walltopo.pipeline.freshness import changed_outputs, input_hash, outputs_of
 from walltopo.pipeline.memory import peak_mb, reset_peak
@@ -82,7 +81,6 @@ def scan(
     verify: bool = False,
     accept_changes: bool = False,
     listener: Listener | None = None,
-    workers: Workers | None = None,
 ) -> ScanResult:
     """Run the stages that are missing, stale or changed.
 
@@ -97,7 +95,6 @@ def scan(
     verify : read every file, to find also the damage that left size and times as they were.
     accept_changes : take outputs that others changed as they are, rather than make them again.
     listener : told of progress.
-    workers : who computes the stages' parts that need not each other; this process where None.
 
     Raises
     ------
@@ -120,7 +117,6 @@ def scan(
             _check(chosen, settings)
         note_sources(folder, sources, ledger)
         runner = _Runner(folder, manifest, settings, sources, listener, ledger, accept_changes)
-        runner.workers = workers or runner.workers
         first = 0 if force else len(STAGES) if from_stage is None else stage_index(from_stage)
         forced = [stage for stage in chosen if stage_index(stage.name) >= first]
         due = runner.due(chosen, forced)
@@ -225,7 +221,6 @@ class _Runner:
         self.sources, self.listener, self.ledger = sources, listener, ledger
         self.accept_changes = accept_changes
         self.load = load
-        self.workers: Workers = Here()
         self.ran: list[str] = []
 
     def due(self, stages: Sequence[Stage], forced: Sequence[Stage]) -> list[Stage]:
@@ -309,7 +304,6 @@ class _Runner:
             self.listener,
             records=self.manifest.stages,
             load=self.load,
-            workers=self.workers,
         )
 
     def _inputs(self, stage: Stage) -> str:
@@ -350,7 +344,6 @@ def run_stage(
     *,
     records: Mapping[str, StageRecord] | None = None,
     load: Load = load_artifact,
-    workers: Workers | None = None,
 ) -> Metrics:
     """Load what one stage declares, run it, store what it returns; its figures.
 
@@ -359,7 +352,6 @@ def run_stage(
     settings : the stage's section.
     records : what the stages said before, for the report.
     load : gives the value of an artifact of a scan.
-    workers : see `scan`.
 
     Raises
     ------
@@ -377,7 +369,6 @@ def run_stage(
             scratch=Path(scratch),
             cache=folder.work,
             progress=progress or Silent(),
-            workers=(workers or Here()).within(Path(scratch)),
             title=as_text(folder.root.resolve().name),
             records=records or {},
         )

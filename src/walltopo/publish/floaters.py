@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh, View
 from walltopo.core.files import atomic_path
-from walltopo.core.workers import cores
+from walltopo.core.parallel import cores
 from walltopo.geometry.neighbours import face_neighbours, patches
 from walltopo.geometry.topology import vertex_parts
 from walltopo.publish.meshopt import available

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from walltopo.core import Progress, Silent
-from walltopo.core.workers import Here, Workers
 from walltopo.scans.manifest import StageRecord
 
 
@@ -21,7 +20,6 @@ class Context:
         made here and moved to its place.
     cache : the scan's `work/`: may be deleted at any time, and is only there to save time.
     progress : told of the steps.
-    workers : who computes what a stage does with many items.
     title : the scan's name, for people.
     records : what the stages said in their last runs, by name; for reports, never for results.
     """
@@ -29,6 +27,5 @@ class Context:
     scratch: Path
     cache: Path
     progress: Progress = field(default_factory=Silent)
-    workers: Workers = field(default_factory=Here)
     title: str = ""
     records: Mapping[str, StageRecord] = field(default_factory=dict)

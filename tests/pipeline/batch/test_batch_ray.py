@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.util
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -13,21 +12,16 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NoReturn
 
-import numpy as np
 import psutil
 import pytest
-from numpy.typing import NDArray
 from tests.pipeline.batch.quick_scans import SETTINGS, write_list, writer_of
 
-from walltopo.core import EnvironmentLacksError, InputError
+from walltopo.core import EnvironmentLacksError
 from walltopo.pipeline.batch.listed import read_list
+from walltopo.pipeline.batch.ray_cluster import on_cluster
 from walltopo.pipeline.batch.run import run_on_cluster
-from walltopo.pipeline.ray_workers import RayWorkers, on_cluster
-from walltopo.pipeline.runner import run_stage, scan
+from walltopo.pipeline.runner import scan
 from walltopo.pipeline.settings import load_settings
-from walltopo.reconstruct.dense.settings import DenseSettings
-from walltopo.scans.folder import ScanFolder
-from walltopo.segment.detect.settings import DetectSettings
 
 GB = 1 << 30
 
@@ -44,46 +38,6 @@ def cluster(lacks: Callable[[str], NoReturn]) -> Iterator[None]:
 
 
 # Functions of a test are carried whole: the cluster's processes cannot import it.
-def test_results_come_in_order(cluster: None, tmp_path: Path) -> None:
-    def told(name: str, number: int) -> tuple[str, int, int]:
-        return name, number, os.getpid()
-
-    found = list(RayWorkers().within(tmp_path).map(lambda: "shared", told, range(20)))
-    assert [(name, number) for name, number, _ in found] == [("shared", k) for k in range(20)]
-    assert os.getpid() not in {process for _, _, process in found}
-
-
-def test_large_results_are_left_as_files(cluster: None, tmp_path: Path) -> None:
-    def large(side: int, value: int) -> NDArray[np.float64]:
-        return np.full((side, side), float(value))
-
-    for value, found in enumerate(RayWorkers().within(tmp_path).map(lambda: 512, large, range(6))):
-        assert (found == value).all()
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_errors_are_those_of_the_work(cluster: None, tmp_path: Path) -> None:
-    def refuse(shared: None, name: str) -> None:
-        raise InputError(f"{name}: cannot be read", "Take another.")
-
-    with pytest.raises(InputError, match="photo 3: cannot") as told:
-        list(RayWorkers().within(tmp_path).map(lambda: None, refuse, ["photo 3"]))
-    assert told.value.hint == "Take another."
-
-
-def test_a_lost_process_costs_its_task_only(cluster: None, tmp_path: Path) -> None:
-    mark, scratch = tmp_path / "mark", tmp_path / "scratch"
-    scratch.mkdir()
-
-    def die_once(shared: None, number: int) -> int:
-        if number == 3 and not mark.exists():
-            mark.touch()
-            os.kill(os.getpid(), signal.SIGKILL)
-        return number**2
-
-    found = RayWorkers().within(scratch).map(lambda: None, die_once, range(8))
-    assert list(found) == [k**2 for k in range(8)]
-    assert mark.exists()
 
 
 def test_more_than_any_machine_has(cluster: None) -> None:
@@ -116,24 +70,6 @@ def test_a_batch_with_a_killed_worker(
     log = (tmp_path / "wall" / "scan.log").read_text(encoding="utf-8")
     assert log.count("-- begun") == 2
     assert (tmp_path / "wall" / "holds.json").read_bytes() == (alone / "holds.json").read_bytes()
-
-
-@pytest.mark.parametrize(
-    ("stage", "settings", "made"),
-    [
-        ("detect", DetectSettings(size=480), "detections.json"),
-        ("dense", DenseSettings(max_size=320), "mesh.ply"),
-    ],
-)
-def test_a_stage_makes_the_same_bytes(
-    cluster: None, tiny_scan: Path, tmp_path: Path, stage: str, settings: object, made: str
-) -> None:
-    for name in ("here", "there"):
-        shutil.copytree(tiny_scan, tmp_path / name)
-        (tmp_path / name / made).unlink()
-    run_stage(ScanFolder(tmp_path / "here"), stage, settings)
-    run_stage(ScanFolder(tmp_path / "there"), stage, settings, workers=RayWorkers())
-    assert (tmp_path / "there" / made).read_bytes() == (tmp_path / "here" / made).read_bytes()
 
 
 def test_without_the_extra(tmp_path: Path) -> None:

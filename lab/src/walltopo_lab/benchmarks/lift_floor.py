@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from walltopo.core import Mesh, Silent, View
-from walltopo.core.workers import cores
+from walltopo.core.parallel import cores
 from walltopo.geometry.kernels import kernel
 from walltopo.segment.lift import LiftParams, lift
 from walltopo.segment.lift.blocks import Blocks, blocks_of

@@ -1,12 +1,8 @@
-"""What Ray costs and gives on this machine, and what many machines would, by simulation.
+"""How long the scans of 10,000 gyms wait for machines, by simulation.
 
-    python -m walltopo_lab.benchmarks.many_machines measure SCAN      detection by 1 and 2 workers
     python -m walltopo_lab.benchmarks.many_machines simulate SCAN     from the seconds in its scan.json
 
-Measured: the photos of a finished scan, each a task, by a cluster of one and of two cores, in turn,
-and tasks that do nothing.
-
-Simulated: each of 10,000 gyms resets once a week and scans a wall such as SCAN, a task of two
+Each of 10,000 gyms resets once a week and scans a wall such as SCAN, a task of two
 cores that takes what its stages took; list scheduling, first come first served. Scans come at times
 drawn evenly from the week; from the evenings of its first four days (18 to 24 h, all gyms in one
 time zone); or all at one moment. Every week begins with nothing left over. No machine is lost,
@@ -16,69 +12,19 @@ folders cost nothing, and a core is as fast as that of SCAN.
 from __future__ import annotations
 
 import heapq
-import os
-import statistics
 import sys
-import time
 from collections.abc import Iterator, Sequence
-from functools import partial
-from pathlib import Path
 
 import numpy as np
 
-from walltopo.images.files import read_rgb
-from walltopo.pipeline.ray_workers import RayWorkers, on_cluster
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.manifest import Manifest
-from walltopo.segment.detect.detector import Detector, open_detector
-from walltopo.segment.detect.settings import DetectSettings
 
 GYMS = 10_000
 CORES_A_SCAN = 2
 WEEK_H = 168.0
 CORES = (4, 6, 10, 20, 40, 100, 1_000, 10_000, 20_000, 40_000)
-ROUNDS = 3
-EMPTY = 400
 SEED = 0
-
-
-def measure(scan: ScanFolder, scratch: Path) -> Iterator[str]:
-    """A line for each figure; ratios are of rounds that were run in turn."""
-    photos = sorted(scan.photos.iterdir())
-    took: dict[int, list[float]] = {1: [], 2: []}
-    empty = []
-    for _ in range(ROUNDS):
-        for cores, seconds in took.items():
-            with on_cluster("local", cores):
-                workers = RayWorkers().within(scratch)
-                _seconds(workers, photos)  # starts the processes, reads the libraries
-                seconds.append(_seconds(workers, photos))
-                if cores == 1:
-                    empty.append(_empty(workers))
-    ratio = statistics.median(a / b for a, b in zip(took[1], took[2], strict=True))
-    yield f"load of the machine at the end: {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores"
-    yield f"detection in {len(photos)} photos, 1 worker against 2: {ratio:.2f} times the time"
-    yield f"a task that does nothing: {1000 * statistics.median(empty):.1f} ms"
-
-
-def _seconds(workers: RayWorkers, photos: Sequence[Path]) -> float:
-    opened = partial(open_detector, DetectSettings(size=640, again=0, threads=1))
-    begun = time.perf_counter()
-    for _ in workers.map(opened, _count, photos):
-        pass
-    return time.perf_counter() - begun
-
-
-def _count(detector: Detector, photo: Path) -> int:
-    return len(detector.detect(read_rgb(photo)))
-
-
-def _empty(workers: RayWorkers) -> float:
-    """Seconds of a task that does nothing, one after the other through one worker."""
-    begun = time.perf_counter()
-    for _ in workers.map(int, max, range(EMPTY)):
-        pass
-    return (time.perf_counter() - begun) / EMPTY
 
 
 def waits(arrivals: Sequence[float], seconds: float, places: int) -> list[float]:
@@ -126,12 +72,7 @@ def arrivals() -> tuple[list[float], list[float]]:
 
 
 def main() -> None:
-    if sys.argv[1:2] == ["measure"] and len(sys.argv) == 3:
-        import tempfile
-
-        with tempfile.TemporaryDirectory() as scratch:
-            print(*measure(ScanFolder(sys.argv[2]), Path(scratch)), sep="\n")
-    elif sys.argv[1:2] == ["simulate"] and len(sys.argv) == 3:
+    if sys.argv[1:2] == ["simulate"] and len(sys.argv) == 3:
         print(*simulate(ScanFolder(sys.argv[2])), sep="\n")
     else:
         raise SystemExit(__doc__)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from walltopo.core.workers import ahead
+from walltopo.core.parallel import ahead
 from walltopo.describe.classify.observations import HoldView
 from walltopo.scans.pictures import INDEX, Cutout, CutoutIndex, Cutouts
 

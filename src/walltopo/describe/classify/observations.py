@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, View
-from walltopo.core.workers import ahead
+from walltopo.core.parallel import ahead
 from walltopo.images.colour import DARK, linear_from_srgb8, oklab_from_linear
 from walltopo.images.files import read_rgb
 

@@ -11,7 +11,7 @@ import msgspec
 from walltopo.core import EnvironmentLacksError
 from walltopo.pipeline.batch.copied import run_anywhere
 from walltopo.pipeline.batch.job import Job, Outcome
-from walltopo.pipeline.ray_workers import TRIES, lost
+from walltopo.pipeline.batch.ray_cluster import TRIES, lost
 from walltopo.segment.detect.batch_size import free_memory
 
 # Of one scan, for how many may run at a time: the peak of a wall of 72 photos is below it.

@@ -40,10 +40,11 @@ def check(settings: DetectSettings) -> None:
 
 def run(reads: Reads, settings: DetectSettings, context: Context) -> Writes:
     """Photos to 2D masks of holds and volumes: `detections.json`."""
-    from walltopo.segment.detect.photos import detect_in_scan
+    from walltopo.segment.detect.detector import open_detector
+    from walltopo.segment.detect.photos import detect_photos
 
     photos = sorted(reads.photos.path(photo.name) for photo in reads.photo_list.photos)
-    return Writes(*detect_in_scan(photos, settings, context.workers, context.progress))
+    return Writes(*detect_photos(photos, open_detector(settings), context.progress))
 
 
 DETECT = Stage("detect", Reads, Writes, run, check, version=2)

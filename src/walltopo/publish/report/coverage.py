@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh, View
 from walltopo.core.files import atomic_path
-from walltopo.core.workers import ahead
+from walltopo.core.parallel import ahead
 from walltopo.scans.arrays import read_arrays
 
 Floats = NDArray[np.float64]

@@ -69,8 +69,8 @@ def _mesh(
 ) -> Mesh:
     """Run one backend."""
     if backend == "sgm":
-        load, progress, workers = photos.read_grey, context.progress, context.workers
-        return sgm_mesh(scene, load, settings, edge, unit, progress, workers, context.cache)
+        load, progress = photos.read_grey, context.progress
+        return sgm_mesh(scene, load, settings, edge, unit, progress, context.cache)
     if backend == "sparse":
         return preview_mesh(scene, settings, edge, unit, context.progress)
     other = colmap_mesh if backend == "colmap" else openmvs_mesh

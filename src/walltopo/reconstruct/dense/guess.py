@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, View
-from walltopo.core.workers import ahead
+from walltopo.core.parallel import ahead
 from walltopo.geometry.mesh_check import degenerate
 from walltopo.geometry.rays import Bvh
 from walltopo.geometry.topology import Edges, edges_of

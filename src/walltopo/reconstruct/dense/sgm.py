@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, StageError, View
-from walltopo.core.workers import Here, Workers
+from walltopo.core.parallel import ahead
 from walltopo.reconstruct.dense.depth_check import agreeing_depth, confirmed
 from walltopo.reconstruct.dense.depth_maps import DepthMap, Shelf
 from walltopo.reconstruct.dense.marching_cubes import extract
@@ -104,19 +104,17 @@ def depth_maps(
     settings: DenseSettings,
     edge: float,
     progress: Progress,
-    workers: Workers,
 ) -> Iterator[DepthMap]:
     """Depth maps of the photos that have stereo partners.
 
     Parameters
     ----------
     scene : views and sparse points.
-    load : gives a photo by name as (H, W) uint8 grey; is carried to the workers.
+    load : gives a photo by name as (H, W) uint8 grey; called from several threads.
     partners : per view, its stereo partners (see `choose_neighbours`).
     settings : see `DenseSettings`.
     edge : edge length wanted, world units; depths much rougher than it are dropped.
     progress : told per photo.
-    workers : who computes, a photo at a time.
     """
     if not any(partners):
         raise StageError(
@@ -124,14 +122,12 @@ def depth_maps(
             "Move sideways between photos: about one arm's length at 3 m from the wall.",
         )
 
-    def prepared() -> _Stereo:
-        return _Stereo(scene, load, partners, settings, edge)
-
+    stereo = _Stereo(scene, load, partners, settings, edge)
     progress.step("matching stereo pairs", sum(len(p) for p in partners))
     photos = range(len(scene.views))
     # OpenCV's matching gains little from a second thread, and everything from a second photo.
     with opencv_in_one_thread():
-        found = workers.map(prepared, _Stereo.map_of, photos, threaded=True)
+        found = ahead(stereo.map_of, photos)
         for view, own, made in zip(scene.views, partners, found, strict=True):
             progress.advance(len(own))
             if made is None:
@@ -180,14 +176,13 @@ def sgm_mesh(
     edge: float,
     unit: float,
     progress: Progress,
-    workers: Workers | None = None,
     scratch: Path | None = None,
 ) -> Mesh:
     """A clean mesh of the scene.
 
     Parameters
     ----------
-    scene, load, settings, progress, workers : as in `depth_maps`.
+    scene, load, settings, progress : as in `depth_maps`.
     edge : edge length wanted, world units.
     unit : world units that `settings` calls a metre (see `stage.edge_and_unit`).
     scratch : folder for depth maps, which take nine bytes a pixel of each photo, up to twice;
@@ -196,7 +191,7 @@ def sgm_mesh(
     few = len(scene.views) <= _FEW_PHOTOS
     count = max(settings.neighbours, _FEW_PARTNERS if few else 0)
     partners = choose_neighbours(scene, count)
-    found = depth_maps(scene, load, partners, settings, edge, progress, workers or Here())
+    found = depth_maps(scene, load, partners, settings, edge, progress)
     maps = Shelf(found, scratch)
     if settings.confirm != "never":
         enough = _unless_pairs(settings, few)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, StageError, View
-from walltopo.core.workers import ahead
+from walltopo.core.parallel import ahead
 from walltopo.geometry.neighbours import face_neighbours, patches
 from walltopo.images.packing import fit_scale
 from walltopo.reconstruct.texture.candidates import find_candidates

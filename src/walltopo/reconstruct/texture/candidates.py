@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, View
-from walltopo.core.workers import ahead
+from walltopo.core.parallel import ahead
 from walltopo.geometry.kernels import in_ranges, kernel
 from walltopo.geometry.zbuffer import faces_before, own_vertices, render_ids
 

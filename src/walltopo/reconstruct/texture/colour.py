@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core.workers import cores
+from walltopo.core.parallel import cores
 from walltopo.geometry.kernels import kernel
 from walltopo.reconstruct.texture.candidates import Candidates
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import colorsys
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,13 +15,11 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError, Progress
 from walltopo.core.files import atomic_path
-from walltopo.core.workers import Here, Workers
 from walltopo.images.files import read_rgb
 from walltopo.scans.detections import Detections
 from walltopo.scans.manifest import Metrics
-from walltopo.segment.detect.detector import Detector, open_detector
+from walltopo.segment.detect.detector import Detector
 from walltopo.segment.detect.found import Found
-from walltopo.segment.detect.settings import DetectSettings
 
 PHOTO_SUFFIXES = (".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff", ".bmp")
 
@@ -81,22 +78,10 @@ def detect_photos(
     -------
     What was found, and counts and times for the stage's summary.
     """
-    return _detected(photos, lambda: detector, Here(), progress, drawings)
-
-
-def _detected(
-    photos: Sequence[Path],
-    opened: Callable[[], Detector],
-    workers: Workers,
-    progress: Progress,
-    drawings: Path | None = None,
-) -> tuple[Detections, Metrics]:
-    """As `detect_photos`, by these workers, each of which opens the detector once."""
     progress.step("detect", len(photos))
     looks: list[_Look] = []
-    for path, look in zip(
-        photos, workers.map(opened, partial(_look, drawings), photos), strict=True
-    ):
+    for path in photos:
+        look = _look(drawings, detector, path)
         looks.append(look)
         progress.advance()
         progress.detail(f"{path.name}: {len(look.found)} objects in {look.seconds:.2f} s")
@@ -115,15 +100,6 @@ def _detected(
         "seconds_per_photo": round(float(np.median([look.seconds for look in looks])), 3),
     }
     return Detections(masks, sizes, looks[0].classes, f"walltopo: {looks[0].model}"), metrics
-
-
-def detect_in_scan(
-    photos: Sequence[Path], settings: DetectSettings, workers: Workers, progress: Progress
-) -> tuple[Detections, Metrics]:
-    """Detect holds and volumes in the photos of a scan, on any number of workers."""
-    if not settings.threads:
-        settings = replace(settings, threads=workers.threads)
-    return _detected(photos, partial(open_detector, settings), workers, progress)
 
 
 def draw_found(photo: NDArray[np.uint8], found: Found) -> NDArray[np.uint8]:

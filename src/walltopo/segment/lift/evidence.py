@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import Camera, Progress, View
-from walltopo.core.workers import cores
+from walltopo.core.parallel import cores
 from walltopo.geometry.screen import lens_of, valid_slope
 from walltopo.segment.lift.blocks import Blocks
 from walltopo.segment.lift.by_face import Seen, by_face

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core.workers import cores
+from walltopo.core.parallel import cores
 from walltopo.geometry.kernels import kernel
 from walltopo.segment.lift.alike import Rows, kinds_of, rows_of
 from walltopo.segment.lift.evidence import Evidence
