@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from walltopo.core import InputError
-from walltopo.describe.classify.classifier import (
+from walltopo_lab.classifier.cutout_classifier import (
     GREY,
     Meaning,
     judge,

@@ -13,11 +13,11 @@ from PIL import Image
 
 from walltopo.cli import main
 from walltopo.core import EnvironmentLacksError, InputError, Silent
-from walltopo.describe.classify.classifier import Meaning, open_classifier, square
 from walltopo.scans.attributes import Attributes, Hold, Role
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.pictures import INDEX, Cutout, CutoutIndex
 from walltopo_lab.classifier import yolo
+from walltopo_lab.classifier.cutout_classifier import Meaning, open_classifier, square
 from walltopo_lab.classifier.params import ClassifierSettings
 from walltopo_lab.classifier.samples import Cutouts, read_cutouts
 from walltopo_lab.classifier.split import hold_split

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,13 +13,16 @@ from colmap_text import write_model  # type: ignore[import-not-found]
 from msgspec.structs import replace as with_
 from PIL import Image
 
-from walltopo.core import Camera, InputError, Mesh, View
+from walltopo.core import Camera, EnvironmentLacksError, InputError, Mesh, View
+from walltopo.describe.classify import plug_in
 from walltopo.describe.classify.geometry import measure_shapes
-from walltopo.describe.classify.palette import REFERENCE
+from walltopo.describe.classify.observations import HoldView
+from walltopo.describe.classify.palette import REFERENCE, Entry
 from walltopo.describe.classify.settings import ClassifySettings
 from walltopo.geometry.ply import write_ply
 from walltopo.geometry.zbuffer import render_ids
 from walltopo.pipeline.runner import run_stage
+from walltopo.pipeline.stages.classify import CLASSIFY
 from walltopo.scans.attributes import Hold, MeasuredWith, RawAttributes
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.instances import InstanceRecord, InstanceRecords, InstanceTable
@@ -207,39 +212,41 @@ def test_a_doubtful_instance_is_listed_and_not_a_hold(
     assert RawAttributes.load(scan.attributes_raw).left_out == ()
 
 
-def test_a_classifier_of_cutouts_names_types_and_roles(scan: ScanFolder, tmp_path: Path) -> None:
-    """A network that answers the mean red, green and blue of a cutout."""
-    onnx = pytest.importorskip("onnx")
-    value, node = onnx.helper.make_tensor_value_info, onnx.helper.make_node
-    kind = onnx.TensorProto.FLOAT
-    nodes = [
-        node("GlobalAveragePool", ["x"], ["mean"]),
-        node("Flatten", ["mean"], ["flat"]),
-        node("Mul", ["flat", "factor"], ["y"]),
-    ]
-    given, answer = value("x", kind, ["n", 3, "h", "w"]), value("y", kind, ["n", 3])
-    factor = onnx.helper.make_tensor("factor", kind, [], [60.0])
-    graph = onnx.helper.make_graph(nodes, "colour", [given], [answer], [factor])
-    model = onnx.helper.make_model(
-        graph, opset_imports=[onnx.helper.make_opsetid("", 17)], ir_version=9
-    )
-    entry = model.metadata_props.add()
-    entry.key, entry.value = "names", '["reddish", "greenish", "bluish"]'
-    onnx.save(model, tmp_path / "m.onnx")
-    (tmp_path / "classes.toml").write_text(
-        '[[class]]\nname = "reddish"\ntype = "jug"\n'
-        '[[class]]\nname = "bluish"\ntype = "jug"\ncolour = "sea"\nrole = "downclimb"\n'
-    )
-    settings = ClassifySettings(
-        model=str(tmp_path / "m.onnx"), classes=str(tmp_path / "classes.toml")
-    )
-    classify(scan, settings)
-    holds = {hold.id: hold for hold in read_holds(scan)}
-    assert [holds[k].type for k in (1, 2, 4, 5)] == ["jug", "jug", "jug", "volume"]
-    assert (holds[1].colour, holds[1].role) == ("red", "hold")
-    assert (holds[2].colour, holds[2].role) == ("sea", "downclimb")
-    assert "sea" in {entry.name for entry in RawAttributes.load(scan.attributes_raw).palette}
-    assert holds[6].type == "unknown"  # no photo shows it
+class NamedSea:
+    """A plug-in that knows hold 2 and its colour."""
+
+    def __init__(self, settings: ClassifySettings) -> None:
+        assert settings.model == "sea.onnx"
+
+    def holds(self, holds: Sequence[Hold], seen: Mapping[int, Sequence[HoldView]]) -> list[Hold]:
+        assert 6 not in seen, "no photo shows it"
+        return [
+            with_(hold, type="jug", colour="sea", role="downclimb") if hold.id == 2 else hold
+            for hold in holds
+        ]
+
+    def palette(self, entries: Sequence[Entry], holds: Sequence[Hold]) -> list[Entry]:
+        return [*entries, Entry("sea", (0, 90, 120))]
+
+
+def test_a_plug_in_names_types_colours_and_roles(
+    scan: ScanFolder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    point = SimpleNamespace(load=lambda: NamedSea)
+    monkeypatch.setattr(plug_in, "entry_points", lambda group: [point])
+    classify(scan, ClassifySettings(model="sea.onnx"))
+    found = RawAttributes.load(scan.attributes_raw)
+    hold = next(hold for hold in found.instances if hold.id == 2)
+    assert (hold.type, hold.colour, hold.role) == ("jug", "sea", "downclimb")
+    assert "sea" in {entry.name for entry in found.palette}
+
+
+def test_a_model_without_a_plug_in_is_an_error(
+    scan: ScanFolder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(plug_in, "entry_points", lambda group: [])
+    with pytest.raises(EnvironmentLacksError, match="none is installed"):
+        CLASSIFY.check(ClassifySettings(model="sea.onnx"))
 
 
 def test_what_lies_on_a_printed_plate_is_no_hold(scan: ScanFolder) -> None:

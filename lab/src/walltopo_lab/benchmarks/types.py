@@ -21,14 +21,19 @@ from pathlib import Path
 import numpy as np
 
 from walltopo.core import Mesh, Silent
-from walltopo.describe.classify.classifier import CutoutClassifier, Verdict, judge, open_classifier
 from walltopo.describe.classify.observe import observe
 from walltopo.describe.classify.settings import ClassifySettings
 from walltopo.describe.classify.types import shipped_model
-from walltopo.describe.classify.verdicts import verdicts
 from walltopo.scans.photos import PhotoSet
 from walltopo_lab.benchmarks.colours import true_scan
+from walltopo_lab.classifier.cutout_classifier import (
+    CutoutClassifier,
+    Verdict,
+    judge,
+    open_classifier,
+)
 from walltopo_lab.classifier.samples import read_cutouts
+from walltopo_lab.classifier.verdicts import verdicts
 from walltopo_lab.evaluate.truth import Truth, read_truth
 from walltopo_lab.evaluate.types import answers_of, named_on_scans, true_types
 

@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from walltopo.core import InputError
 from walltopo.core.errors import naming
 from walltopo.core.files import read_json
-from walltopo.describe.classify.classifier import Meaning, read_classes, square
 from walltopo.images.files import open_picture, read_rgb
 from walltopo.scans.attributes import Attributes
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.pictures import Cutouts as StoredCutouts
+from walltopo_lab.classifier.cutout_classifier import Meaning, read_classes, square
 
 # What a class is made of, where attributes of holds are known.
 LABELS = ("type", "colour", "colour+type")

@@ -16,8 +16,8 @@ from torch.nn import functional
 
 from walltopo.core import Progress, StageError
 from walltopo.core.files import atomic_path
-from walltopo.describe.classify.classifier import judge, to_json
 from walltopo.images.networks import open_network
+from walltopo_lab.classifier.cutout_classifier import judge, to_json
 from walltopo_lab.classifier.net import CutoutNet
 from walltopo_lab.classifier.params import ClassifierSettings
 from walltopo_lab.classifier.samples import Cutouts

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Progress
 from walltopo.core.files import atomic_path
-from walltopo.describe.classify.classifier import to_json
+from walltopo_lab.classifier.cutout_classifier import to_json
 from walltopo_lab.classifier.params import ClassifierSettings
 from walltopo_lab.classifier.samples import Cutouts
 from walltopo_lab.classifier.split import hold_split

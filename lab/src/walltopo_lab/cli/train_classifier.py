@@ -74,7 +74,7 @@ def run(args: argparse.Namespace) -> int:
     from walltopo.cli.listener import TerminalListener
     from walltopo.core import SettingsError
     from walltopo.core.outputs import written_file
-    from walltopo.describe.classify.classifier import read_classes
+    from walltopo_lab.classifier.cutout_classifier import read_classes
     from walltopo_lab.classifier.samples import read_cutouts
 
     if args.base and args.family != "yolo":

@@ -397,10 +397,10 @@ def _make_tables(root: Path) -> None:
 
 def _read_tables(folder: Path) -> object:
     from walltopo.core import Camera, View
-    from walltopo.describe.classify.classifier import read_classes
     from walltopo.describe.classify.palette import read_palette
     from walltopo.reconstruct.scale.known_distance import named_points
     from walltopo.reconstruct.scale.plates import read_plates
+    from walltopo_lab.classifier.cutout_classifier import read_classes
 
     if (folder / "palette.toml").is_file():
         return read_palette(folder / "palette.toml", 0.7)

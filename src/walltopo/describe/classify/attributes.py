@@ -22,9 +22,9 @@ from walltopo.describe.classify.low_confidence import Lifted, doubtful, left_out
 from walltopo.describe.classify.observations import HoldView
 from walltopo.describe.classify.observe import observe
 from walltopo.describe.classify.palette import Entry, read_palette
+from walltopo.describe.classify.plug_in import classifier_of
 from walltopo.describe.classify.settings import ClassifySettings
 from walltopo.describe.classify.types import reliefs
-from walltopo.describe.classify.verdicts import classifier_of, followed, with_class_colours
 from walltopo.scans.attributes import UNKNOWN, Hold, MeasuredWith, PaletteColour, RawAttributes
 from walltopo.scans.instances import InstanceRecords, InstanceTable
 from walltopo.scans.light import SceneLight
@@ -144,10 +144,10 @@ def describe_instances(
     relief = reliefs(wall.mesh, wall.lifted.face_instance, wall.shapes, unit)
     described = with_tints(with_types(described, relief), looks.light, unit)
     if classifier is not None:
-        described = followed(described, looks.seen, classifier, settings)
+        described = list(classifier.holds(described, looks.seen))
     holds = [hold for hold in described if hold.id not in wall.doubts]
     if classifier is not None:
-        entries = with_class_colours(entries, holds)
+        entries = classifier.palette(entries, holds)
     holds = _with_downclimbs(holds, unit, settings, progress)
     rows, cutouts = left_out(described, wall.lifted.scores, wall.doubts, looks.seen)
     for number in looks.seen.keys() - cutouts.keys():

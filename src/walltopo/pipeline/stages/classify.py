@@ -42,6 +42,14 @@ class Writes:
     metrics: Metrics = figures()
 
 
+def check(settings: ClassifySettings) -> None:
+    """Open the classifier that the settings name, so that a bad model is found at once."""
+    if settings.model:
+        from walltopo.describe.classify.plug_in import classifier_of
+
+        classifier_of(settings)
+
+
 def run(reads: Reads, settings: ClassifySettings, context: Context) -> Writes:
     """Colour, type, shape and cutouts of each instance."""
     from walltopo.describe.classify.attributes import Inputs, describe_instances
@@ -59,4 +67,4 @@ def run(reads: Reads, settings: ClassifySettings, context: Context) -> Writes:
     )
 
 
-CLASSIFY = Stage("classify", Reads, Writes, run, version=9)
+CLASSIFY = Stage("classify", Reads, Writes, run, check, version=9)

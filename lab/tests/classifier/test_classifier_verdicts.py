@@ -10,19 +10,19 @@ import pytest
 from msgspec.structs import replace as with_
 
 from walltopo.core import InputError, SettingsError
-from walltopo.describe.classify.classifier import Meaning, Verdict
 from walltopo.describe.classify.observations import HoldView, _hidden
 from walltopo.describe.classify.palette import Entry
+from walltopo.describe.classify.plug_in import classifier_of
 from walltopo.describe.classify.settings import ClassifySettings
-from walltopo.describe.classify.verdicts import (
-    classifier_of,
+from walltopo.scans.attributes import Hold
+from walltopo_lab.classifier.cutout_classifier import Meaning, Verdict
+from walltopo_lab.classifier.verdicts import (
     cutout_weights,
     follow,
     followed,
     verdicts,
     with_class_colours,
 )
-from walltopo.scans.attributes import Hold
 
 HOLD = Hold(3, "hold", position=(0, 0, 1), type="crimp", colour="red", colour_confidence=0.9)
 

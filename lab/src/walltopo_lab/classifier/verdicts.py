@@ -9,8 +9,11 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from walltopo.core import SettingsError
-from walltopo.describe.classify.classifier import (
+from walltopo.describe.classify.observations import HoldView
+from walltopo.describe.classify.palette import Entry
+from walltopo.describe.classify.settings import ClassifySettings
+from walltopo.scans.attributes import UNKNOWN, Hold
+from walltopo_lab.classifier.cutout_classifier import (
     CutoutClassifier,
     Meaning,
     Verdict,
@@ -19,24 +22,32 @@ from walltopo.describe.classify.classifier import (
     read_classes,
     square,
 )
-from walltopo.describe.classify.observations import HoldView
-from walltopo.describe.classify.palette import Entry
-from walltopo.describe.classify.settings import ClassifySettings
-from walltopo.scans.attributes import UNKNOWN, Hold
 
 MOST_CUTOUTS = 12  # of one hold that the classifier looks at
 
 
-def classifier_of(settings: ClassifySettings) -> CutoutClassifier | None:
-    """The classifier that the settings name; None where types come from the shape."""
-    if not settings.model:
-        if settings.classes:
-            raise SettingsError(
-                "classify.classes tells what classify.model's classes mean, but no model is given"
-            )
-        return None
-    classes = read_classes(Path(settings.classes)) if settings.classes else None
-    return open_classifier(Path(settings.model), classes)
+class OnCutouts:
+    """The plug-in of `walltopo.classifiers`: types and colours of holds from their cutouts.
+
+    Raises
+    ------
+    InputError : the model or the file of classes cannot be used.
+    """
+
+    def __init__(self, settings: ClassifySettings) -> None:
+        classes = read_classes(Path(settings.classes)) if settings.classes else None
+        self._classifier = open_classifier(Path(settings.model), classes)
+        self._settings = settings
+
+    def holds(
+        self, holds: Sequence[Hold], seen: Mapping[int, Sequence[HoldView]]
+    ) -> Sequence[Hold]:
+        """Return the holds as the classifier names them."""
+        return followed(holds, seen, self._classifier, self._settings)
+
+    def palette(self, entries: Sequence[Entry], holds: Sequence[Hold]) -> Sequence[Entry]:
+        """Return the palette with the colours that only classes name."""
+        return with_class_colours(entries, holds)
 
 
 def cutout_weights(views: Sequence[HoldView], weighting: str) -> NDArray[np.float64]:
