@@ -5,10 +5,14 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 DEMO ?= demo-scan
+# Training goes on for days: its state lies outside of the checkout, on one processor core.
+TRAIN_DIR ?= $(or $(WALLTOPO_CACHE),$(or $(XDG_CACHE_HOME),$(HOME)/.cache)/walltopo)/train
+TRAIN_CORE ?= 0
+DATA ?= ../shared/data
 # Processes that the tests run in: browsers and servers wait much. 0: in this one.
 WORKERS ?= 2
 
-.PHONY: help demo gym test audit test-ultralytics test-pythons lint docs site wheels sbom npm-package film moves-film viewer app pictures system system-venv system-compiler browser database clean
+.PHONY: help demo gym test audit test-ultralytics test-pythons lint docs site wheels sbom npm-package film moves-film viewer app pictures system system-venv system-compiler browser database clean train
 .DEFAULT_GOAL := help
 
 help:
@@ -17,6 +21,7 @@ help:
 	@echo "make test     set up everything, run all tests"
 	@echo "make test-ultralytics   the tests that need Ultralytics (AGPL-3.0), in an environment of its own"
 	@echo "make test-pythons       the quick tests on Python 3.12 and 3.13, where they are installed"
+	@echo "make train    train the shipped detector on one core until it is stopped; goes on where it stopped"
 	@echo "make lint     ruff, mypy, import floors"
 	@echo "make wheels   wheels and source archives of all distributions in dist/"
 	@echo "make site     build the documentation as static files in site/"
@@ -164,6 +169,11 @@ database:
 	  || { command -v apt-get >/dev/null && $(SUDO) apt-get update -qq \
 	       && $(SUDO) apt-get install -y -qq postgresql >/dev/null; } \
 	  || echo "no PostgreSQL: the platform is tested on SQLite alone, tuning on one machine"
+
+# Kill it at any moment; a later `make train` goes on. TRAIN_DIR/train.html shows how it does.
+train: $(VENV)/dev-ready
+	OMP_NUM_THREADS=1 nice -n 5 taskset -c $(TRAIN_CORE) $(BIN)/python -m walltopo_lab.train.shipped \
+	  --data $(DATA) --state $(TRAIN_DIR)
 
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 

@@ -138,7 +138,12 @@ class TrainSettings:
     """How long and on what the detector is trained."""
 
     minutes: Annotated[
-        float, about("time to train, all resumed parts together", unit="min", low=0.01)
+        float,
+        about(
+            "time to train, all resumed parts together; 0: without end, at a constant rate",
+            unit="min",
+            low=0.0,
+        ),
     ] = 60.0
     crop: Annotated[int, about("side of a training crop, a multiple of 32", unit="px", low=64)] = (
         480
@@ -176,6 +181,11 @@ class TrainSettings:
 
     def __post_init__(self) -> None:
         check_settings(self, "train")
+
+    @property
+    def endless(self) -> bool:
+        """Whether training goes on until it is stopped."""
+        return self.minutes == 0
 
 
 @dataclass(frozen=True)

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from walltopo.core import InputError, Progress
 from walltopo_lab.train.batches import split_sources
 from walltopo_lab.train.cache import cache_coco, cache_yolo
 
-__all__ = ["LabelledSet", "open_sets"]
+__all__ = ["LabelledSet", "drop_photos", "open_sets"]
 
 
 @dataclass(frozen=True)
@@ -31,6 +31,15 @@ class LabelledSet:
     train: tuple[str, ...]
     held_out: tuple[str, ...]
     dropped: tuple[str, ...] = ()
+
+
+def drop_photos(item: LabelledSet, names: Collection[str]) -> LabelledSet:
+    """The set without training on the named photos."""
+    return replace(
+        item,
+        train=tuple(name for name in item.train if name not in names),
+        dropped=tuple(name for name in item.train if name in names),
+    )
 
 
 def _photos_of(annotations: Path) -> Path:

@@ -1,0 +1,166 @@
+"""Training of the shipped detector without end: `make train`, `make train-export`.
+
+The state lies outside of the checkout, so that any later checkout goes on with it: prepared
+photos, rendered gyms, checkpoint and page. A run may be killed at any moment; the next one goes on
+from the last checkpoint, at most two minutes back.
+"""
+
+from __future__ import annotations
+
+import argparse
+import fcntl
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from walltopo.core import InputError, Progress
+from walltopo.core.files import read_json, write_json
+from walltopo.detect.detector import shipped_model
+from walltopo_lab.train.audit import audit
+from walltopo_lab.train.choose import check_on
+from walltopo_lab.train.loop import Run, train
+from walltopo_lab.train.net import VoteNet
+from walltopo_lab.train.page import write_page
+from walltopo_lab.train.params import AugmentSettings, TrainSettings
+from walltopo_lab.train.sets import LabelledSet, drop_photos
+from walltopo_lab.train.shipped_sets import (
+    QUICK_CHECK,
+    Part,
+    open_shipped_sets,
+    validation_parts,
+)
+from walltopo_lab.train.warm import load_exported
+
+__all__ = ["SETTINGS", "State", "main", "quick_check", "run"]
+
+# Without end; the averaged weights remember the last 2,000 steps or so.
+SETTINGS = TrainSettings(minutes=0.0, rate=1e-3, ema=0.9995, check_every=30.0)
+
+
+@dataclass(frozen=True)
+class State:
+    """Where a run keeps what it must not lose."""
+
+    folder: Path
+
+    @property
+    def prepared(self) -> Path:
+        return self.folder / "prepared"
+
+    @property
+    def rendered(self) -> Path:
+        return self.folder / "rendered"
+
+    @property
+    def checkpoint(self) -> Path:
+        return self.folder / "checkpoint.pt"
+
+    @property
+    def page(self) -> Path:
+        return self.folder / "train.html"
+
+    @contextmanager
+    def only_run(self) -> Iterator[None]:
+        """Hold the folder's lock, and write this process's number to `pid`.
+
+        Raises
+        ------
+        InputError : another run has the lock.
+        """
+        self.folder.mkdir(parents=True, exist_ok=True)
+        with (self.folder / "lock").open("w") as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError as error:
+                raise InputError(
+                    f"{self.folder}: a run is using this folder",
+                    f"Its process is in {self.folder / 'pid'}.",
+                ) from error
+            (self.folder / "pid").write_text(f"{os.getpid()}\n")
+            yield
+
+
+def quick_check(parts: Sequence[Part]) -> Part:
+    """A few photos of each part, always the same, for the checks while training goes on."""
+    photos: list[tuple[Path, str]] = []
+    exact: list[bool] = []
+    for part in parts:
+        count = min(QUICK_CHECK.get(part.name, 0), len(part.photos))
+        for k in np.linspace(0, len(part.photos) - 1, count).round().astype(int):
+            photos.append(part.photos[k])
+            exact.append(part.exact[k])
+    return Part("quick check", tuple(photos), tuple(exact))
+
+
+def _without_wrong_labels(
+    sets: Sequence[LabelledSet], state: State, progress: Progress
+) -> list[LabelledSet]:
+    """Drop photos whose labels do not fit the picture, as the shipped network sees it."""
+    file = state.prepared / "audit.json"
+    known: dict[str, list[str]] = read_json(file) if file.is_file() else {}
+    for item in sets:
+        if item.name not in known and not item.exact and item.train:
+            verdicts = audit(load_exported(shipped_model()), item.folder, item.train, progress)
+            known[item.name] = [verdict.name for verdict in verdicts if verdict.wrong]
+            write_json(file, known)
+    return [drop_photos(item, known.get(item.name, [])) for item in sets]
+
+
+def run(data: Path, state: State, progress: Progress) -> None:
+    """Train until somebody stops it.
+
+    Raises
+    ------
+    InputError : a set is missing, or another run uses the folder.
+    """
+    with state.only_run():
+        sets, shares = open_shipped_sets(data, state.rendered, state.prepared, progress)
+        sets = _without_wrong_labels(sets, state, progress)
+        chosen = quick_check(validation_parts(sets))
+        used = [(s, share) for s, share in zip(sets, shares, strict=True) if share > 0]
+
+        def check(net: VoteNet) -> dict[str, float]:
+            return check_on(net, chosen.photos, chosen.exact)
+
+        def report(run: Run) -> None:
+            write_json(state.folder / "history.json", run.history)
+            write_page(state.page, run.history)
+
+        train(
+            [(s.folder, s.train) for s, _ in used],
+            [share for _, share in used],
+            state.checkpoint,
+            check,
+            SETTINGS,
+            AugmentSettings(),
+            progress,
+            pretrained=shipped_model(),
+            report=report,
+        )
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Entry point of `python -m walltopo_lab.train.shipped`."""
+    from walltopo.cli.console import console
+    from walltopo.cli.listener import TerminalListener
+
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--data", type=Path, required=True, help="folder of the labelled sets")
+    parser.add_argument("--state", type=Path, required=True, help="folder of the run's state")
+    args = parser.parse_args(arguments)
+    with TerminalListener(console, verbose=True) as progress:
+        try:
+            run(args.data, State(args.state.expanduser()), progress)
+        except InputError as error:
+            console.print(str(error), style="red")
+            return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
