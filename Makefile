@@ -9,10 +9,12 @@ DEMO ?= demo-scan
 TRAIN_DIR ?= $(or $(WALLTOPO_CACHE),$(or $(XDG_CACHE_HOME),$(HOME)/.cache)/walltopo)/train
 TRAIN_CORE ?= 0
 DATA ?= ../shared/data
+# Memory that a step frees stays with the process, or each step pays for its pages again (a tenth of its time).
+TRAIN_ENV := OMP_NUM_THREADS=1 MALLOC_MMAP_THRESHOLD_=4000000000 MALLOC_TRIM_THRESHOLD_=8000000000 MALLOC_TOP_PAD_=268435456
 # Processes that the tests run in: browsers and servers wait much. 0: in this one.
 WORKERS ?= 2
 
-.PHONY: help demo gym test audit test-ultralytics test-pythons lint docs site wheels sbom npm-package film moves-film viewer app pictures system system-venv system-compiler browser database clean train
+.PHONY: help demo gym test audit test-ultralytics test-pythons lint docs site wheels sbom npm-package film moves-film viewer app pictures system system-venv system-compiler browser database clean train train-export
 .DEFAULT_GOAL := help
 
 help:
@@ -22,6 +24,7 @@ help:
 	@echo "make test-ultralytics   the tests that need Ultralytics (AGPL-3.0), in an environment of its own"
 	@echo "make test-pythons       the quick tests on Python 3.12 and 3.13, where they are installed"
 	@echo "make train    train the shipped detector on one core until it is stopped; goes on where it stopped"
+	@echo "make train-export   export what it learnt, compare it with the shipped network (EXPORT=--replace)"
 	@echo "make lint     ruff, mypy, import floors"
 	@echo "make wheels   wheels and source archives of all distributions in dist/"
 	@echo "make site     build the documentation as static files in site/"
@@ -172,8 +175,13 @@ database:
 
 # Kill it at any moment; a later `make train` goes on. TRAIN_DIR/train.html shows how it does.
 train: $(VENV)/dev-ready
-	OMP_NUM_THREADS=1 nice -n 5 taskset -c $(TRAIN_CORE) $(BIN)/python -m walltopo_lab.train.shipped \
+	$(TRAIN_ENV) nice -n 5 taskset -c $(TRAIN_CORE) $(BIN)/python -m walltopo_lab.train.shipped run \
 	  --data $(DATA) --state $(TRAIN_DIR)
+
+# Training may go on meanwhile. EXPORT=--replace replaces the shipped network if the new one is better.
+train-export: $(VENV)/dev-ready
+	OMP_NUM_THREADS=1 $(BIN)/python -m walltopo_lab.train.shipped export \
+	  --data $(DATA) --state $(TRAIN_DIR) $(EXPORT)
 
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 import torch
 
-from walltopo.core import InputError, Silent
+from walltopo.core import InputError, Mask, Silent
 from walltopo.core.files import read_json, write_json
 from walltopo.detect.found import Found
 from walltopo_lab.train import cache, shipped, shipped_sets
@@ -27,11 +28,12 @@ from walltopo_lab.train.cache import (
     cache_yolo,
     open_cache,
 )
-from walltopo_lab.train.choose import figures_of
+from walltopo_lab.train.choose import figures_of, mask_iou
 from walltopo_lab.train.export import export_onnx
 from walltopo_lab.train.loop import load_run
 from walltopo_lab.train.net import NetSize, VoteNet, build_net
 from walltopo_lab.train.params import TrainSettings
+from walltopo_lab.train.shipped_export import comparison_table, replace_shipped
 from walltopo_lab.train.shipped_sets import SOURCES, Source, is_validation, validation_parts
 from walltopo_lab.train.targets import make_targets
 from walltopo_lab.train.warm import measure_norms
@@ -218,18 +220,62 @@ def test_a_killed_run_goes_on(small_world: tuple[Path, shipped.State]) -> None:
     with pytest.raises(RuntimeError, match="killed"):
         shipped.run(data, state, Killed(4))
     first = load_run(state.checkpoint, shipped.SETTINGS)
-    assert first.step == 2
+    assert first.step == first.first_step + 2 == shipped.FIRST_STEPS + 2
     assert len(first.history) == 3, "the start and two steps; the last check was not saved"
     with pytest.raises(RuntimeError, match="killed"):
         shipped.run(data, state, Killed(3))
     second = load_run(state.checkpoint, shipped.SETTINGS)
-    assert second.step == 4
+    assert second.step == first.step + 2
     assert second.history[:3] == first.history
     assert second.cpu_seconds > first.cpu_seconds
     assert read_json(state.folder / "history.json") == second.history
     page = state.page.read_text()
     assert "<svg" in page
     assert page.count("<tr>") == 1 + len(second.history)
+
+
+def test_export_compares_with_the_shipped_network(
+    small_world: tuple[Path, shipped.State], tmp_path: Path
+) -> None:
+    data, state = small_world
+    with pytest.raises(RuntimeError, match="killed"):
+        shipped.run(data, state, Killed(3))
+    made = shipped.export(data, state, Silent(), cool_steps=2)
+    assert made.photos == {"discs": 1, "all": 1}
+    assert made.shipped["all"].keys() == made.exported["all"].keys() >= {"score", "ap50_hold"}
+    table = comparison_table(made)
+    assert "| discs | 1 | " in table
+    assert table.count("->") >= 2
+    steps, seconds = shipped.training_of(state.exported)
+    assert steps == shipped.FIRST_STEPS + 1 + 2
+    assert seconds > shipped.FIRST_HOURS * 3600 - 60
+    target = tmp_path / "target.onnx"
+    worse = replace(made, exported={"all": {"score": 0.1}}, shipped={"all": {"score": 0.2}})
+    assert not replace_shipped(worse, state.exported, target)
+    assert not target.exists()
+    better = replace(made, exported={"all": {"score": 0.3}}, shipped={"all": {"score": 0.2}})
+    assert replace_shipped(better, state.exported, target)
+    assert target.read_bytes() == state.exported.read_bytes()
+
+
+def test_masks_are_matched_with_drawn_outlines() -> None:
+    ids = np.zeros((60, 60), np.int16)
+    ids[10:30, 10:30], ids[35:55, 35:55] = 1, 2
+    boxes = np.array([[10.0, 10, 30, 30], [35, 35, 55, 55]])
+    hulls = np.zeros((2, 16, 2), np.float32)
+    image = np.zeros((60, 60, 3), np.uint8)
+    sample = Sample("a", image, ids, np.array([1, 1]), boxes.astype(np.float32), hulls)
+    half = ids == 2
+    half[45:] = False
+    masks = (Mask.from_full(ids == 1, 1, 0.9), Mask.from_full(half, 1, 0.8))
+    found = Found(60, 60, boxes, np.array([0.9, 0.8]), np.array([1, 1]), masks)
+    np.testing.assert_allclose(mask_iou(found, sample), [[1, 0], [0, 0.5]])
+    figures = figures_of([found], [sample], [True])
+    assert figures["mask50_hold"] == pytest.approx(1.0)
+    assert figures["score"] == pytest.approx(1.0)
+    masks = (masks[0], Mask.from_full(ids == 1, 1, 0.8))
+    found = Found(60, 60, boxes, np.array([0.9, 0.8]), np.array([1, 1]), masks)
+    assert figures_of([found], [sample], [True])["mask50_hold"] == pytest.approx(51 / 101)
 
 
 def test_validation_photos_are_not_trained_on(small_world: tuple[Path, shipped.State]) -> None:

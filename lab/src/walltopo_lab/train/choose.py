@@ -20,10 +20,14 @@ from walltopo_lab.train.net import CLASSES, VoteNet
 
 __all__ = [
     "Truth",
+    "ap_of",
     "check_on",
     "detect_with",
     "figures_of",
+    "mask_iou",
     "match_photo",
+    "truth_of",
+    "without_ignored",
 ]
 
 _SIZE = 1280  # px of the longer side, as the detector looks at photos by default
@@ -35,6 +39,11 @@ class Truth:
 
     boxes: NDArray[np.float64]
     labels: NDArray[np.int64]
+
+
+def truth_of(sample: Sample) -> Truth:
+    """The labels of a cached photo."""
+    return Truth(sample.boxes.astype(np.float64), sample.labels)
 
 
 def match(
@@ -145,7 +154,7 @@ def figures_of(
     exact : which photos have drawn outlines; masks are measured on those.
     """
     found = [without_ignored(f, s) for f, s in zip(found, samples, strict=True)]
-    truth = [Truth(s.boxes.astype(np.float64), s.labels) for s in samples]
+    truth = [truth_of(s) for s in samples]
     drawn = [k for k, is_exact in enumerate(exact) if is_exact]
     boxes, masks = {}, {}
     for label, name in enumerate(CLASSES, start=1):

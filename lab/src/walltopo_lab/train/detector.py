@@ -127,12 +127,13 @@ def export_run(
     net.load_state_dict(run.best_state or run.average.state_dict())
     net.eval()
     folder, names = _held_out(sets, max(settings.check_photos, 48))
-    figures = check_on(net, [(folder, name) for name in names])
+    photos = [(folder, name) for name in names]
+    figures = check_on(net, photos)
     facts = {"version": f"step {run.step}", "size": net.size.as_dict()}
     model = job.out / "holds.onnx"
     difference = export_onnx(net, model, facts)
     # As it is used, with all looks; the checks looked once.
-    used = calibrate(model, folder, names, progress)
+    used, _ = calibrate(model, photos, progress)
     used["ap50_as_used"] = used.pop("ap50")
     parameters = sum(p.numel() for p in net.parameters())
     card = CardFacts(

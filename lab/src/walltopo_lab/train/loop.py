@@ -27,10 +27,11 @@ from walltopo_lab.train.net import NetSize, VoteNet, build_net
 from walltopo_lab.train.params import AugmentSettings, TrainSettings
 from walltopo_lab.train.warm import freeze_norms, load_exported, measure_norms
 
-__all__ = ["Run", "learning_rate", "load_run", "train"]
+__all__ = ["Run", "cool_down", "learning_rate", "load_run", "train"]
 
 _SAVE_EVERY = 120.0  # s between checkpoints
 _WARM_STEPS = 200  # steps in which an endless run raises its rate
+_COOL_AVERAGE = 0.98  # decay of the averaged weights in a cool-down
 _NORM_BATCHES = 12  # batches that statistics are measured on, where a file has none
 Check = Callable[[VoteNet], dict[str, float]]
 
@@ -45,8 +46,35 @@ def learning_rate(done: float, settings: TrainSettings) -> float:
 
 def _rate(run: Run, settings: TrainSettings) -> float:
     if settings.endless:
-        return settings.rate * min(1.0, (1 + run.step) / _WARM_STEPS)
+        return settings.rate * min(1.0, (1 + run.step - run.first_step) / _WARM_STEPS)
     return learning_rate(run.seconds / (settings.minutes * 60), settings)
+
+
+def _early_average(run: Run, settings: TrainSettings) -> float:
+    """Limit to the decay of the average, which must not remember a random start."""
+    return 1.0 if settings.endless else (1 + run.step) / (20 + run.step)
+
+
+def cool_down(
+    run: Run,
+    folders: Sequence[tuple[Path, Sequence[str]]],
+    shares: Sequence[float],
+    steps: int,
+    settings: TrainSettings,
+    augment: AugmentSettings,
+    progress: Progress,
+) -> None:
+    """Train a loaded run further while its rate falls to zero; its average is the result."""
+    torch.set_num_threads(settings.threads)
+    device = _device(settings)
+    run.net.to(device, memory_format=torch.channels_last).train()
+    run.average.to(device, memory_format=torch.channels_last)
+    run.average.load_state_dict(run.net.state_dict())
+    supply = batches(folders, shares, settings, augment, settings.seed + run.step)
+    progress.step("cool-down", steps)
+    for k, batch in enumerate(itertools.islice(supply, steps)):
+        _update(run, batch, settings.rate * (1 - k / steps), _COOL_AVERAGE, device)
+        progress.advance()
 
 
 @dataclass
@@ -55,8 +83,10 @@ class Run:
 
     Parameters
     ----------
+    step, first_step : steps so far, and those of the network that an endless run began with.
     seconds : spent in steps.
-    cpu_seconds : processor time of all runs together, crops and checks included.
+    cpu_seconds : processor time of all runs together, crops and checks included, and that of the
+        network that an endless run began with.
     history : an entry a check: `step`, `minutes`, `core_hours`, mean losses, held-out figures.
     frozen : whether the statistics of the normalisations stay as they are.
     """
@@ -65,6 +95,7 @@ class Run:
     average: VoteNet
     optimiser: torch.optim.Optimizer
     step: int = 0
+    first_step: int = 0
     seconds: float = 0.0
     cpu_seconds: float = 0.0
     best: float = -1.0
@@ -88,7 +119,7 @@ class Run:
             torch.save(state, temporary)
 
 
-_PLAIN = ("step", "seconds", "cpu_seconds", "best", "since_best", "history")
+_PLAIN = ("step", "first_step", "seconds", "cpu_seconds", "best", "since_best", "history")
 
 
 def _optimiser(net: VoteNet, settings: TrainSettings) -> torch.optim.Optimizer:
@@ -165,10 +196,11 @@ def _follow(average: VoteNet, net: VoteNet, decay: float) -> None:
 
 
 def _update(
-    run: Run, batch: Batch, settings: TrainSettings, device: torch.device
+    run: Run, batch: Batch, rate: float, ema: float, device: torch.device
 ) -> dict[str, float]:
+    """One step; returns its losses."""
     for group in run.optimiser.param_groups:
-        group["lr"] = _rate(run, settings)
+        group["lr"] = rate
     losses = _losses(run.net, batch, device)
     total = losses["heat"] + 1.5 * losses["box"] + 1.5 * losses["mask"]
     run.optimiser.zero_grad(set_to_none=True)
@@ -177,9 +209,7 @@ def _update(
     if torch.isfinite(norm):
         run.optimiser.step()
     run.step += 1
-    # Early on the average must not remember a random start.
-    early = 1.0 if settings.endless else (1 + run.step) / (20 + run.step)
-    _follow(run.average, run.net, min(settings.ema, early))
+    _follow(run.average, run.net, ema)
     return {name: float(value.detach()) for name, value in losses.items()}
 
 
@@ -211,6 +241,7 @@ def train(
     until: float = 1.0,
     pretrained: Path | None = None,
     report: Callable[[Run], None] | None = None,
+    before: tuple[int, float] = (0, 0.0),
 ) -> Run:
     """Train until the time is used up or nothing is gained; resume where `checkpoint` stopped.
 
@@ -222,6 +253,7 @@ def train(
     pretrained : an exported network to start from instead of fresh weights. An endless run
         measures the statistics of its normalisations; otherwise they stay frozen.
     report : called after each check, and once at the start.
+    before : steps and processor seconds that the network to start from has had.
     """
     torch.set_num_threads(settings.threads)
     device = _device(settings)
@@ -233,6 +265,8 @@ def train(
         photos = itertools.islice(supply, _NORM_BATCHES)
         measure_norms(run.net, (torch.from_numpy(batch["image"]).float() for batch in photos))
         run.average.load_state_dict(run.net.state_dict())
+        run.step = run.first_step = before[0]
+        run.cpu_seconds = before[1]
     run.net.to(device, memory_format=torch.channels_last)
     run.average.to(device, memory_format=torch.channels_last)
     if not settings.endless and run.seconds >= settings.minutes * 60 * until:
@@ -273,6 +307,11 @@ class _Leg:
         self.run.save(self.checkpoint)
         self.report(self.run)
 
+    def check_is_due(self) -> bool:
+        """Whether the last check is long ago, in time spent in steps: restarts do not defer it."""
+        last = self.run.history[-1]["minutes"] if self.run.history else 0.0
+        return self.run.seconds / 60 - last > self.settings.check_every
+
     def told_minute(self, minute: int) -> None:
         """A line on how training goes."""
         self.progress.advance()
@@ -285,14 +324,15 @@ class _Leg:
         if settings.endless and not run.history:
             self.check()
         self.report(run)
-        saved = checked = time.monotonic()
+        saved = time.monotonic()
         spent = time.process_time()
         for batch in supply:
             begin, minutes = time.monotonic(), int(run.seconds // 60)
             run.net.train()
             if run.frozen:
                 freeze_norms(run.net)
-            self.sums.append(_update(run, batch, settings, device))
+            ema = min(settings.ema, _early_average(run, settings))
+            self.sums.append(_update(run, batch, _rate(run, settings), ema, device))
             now = time.monotonic()
             run.seconds += now - begin
             run.cpu_seconds, spent = (
@@ -302,9 +342,9 @@ class _Leg:
             if int(run.seconds // 60) > minutes:
                 self.told_minute(minutes + 1)
             over = not settings.endless and run.seconds >= settings.minutes * 60 * until
-            if over or now - checked > settings.check_every * 60:
+            if over or self.check_is_due():
                 self.check()
-                saved = checked = time.monotonic()
+                saved = time.monotonic()
             over = over or (not settings.endless and run.since_best >= settings.patience)
             if over or now - saved > _SAVE_EVERY:
                 run.save(self.checkpoint)

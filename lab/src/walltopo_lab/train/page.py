@@ -14,8 +14,6 @@ __all__ = ["write_page"]
 
 Entry = Mapping[str, float]
 
-# The shipped network's first training: about an hour on a share of two cores, then 44 minutes.
-HOURS_BEFORE = 1.7
 _PANELS = {
     "boxes, AP50": ("score", "ap50_hold", "ap50_volume", "ap50"),
     "masks of drawn outlines, AP50": ("mask50", "mask50_hold", "mask50_volume"),
@@ -37,9 +35,10 @@ def _plot(history: Sequence[Entry]) -> str:
     for axis, (title, keys) in zip(axes, _PANELS.items(), strict=True):
         for key in keys:
             rows = [row for row in history if key in row]
-            hours = [HOURS_BEFORE + row["core_hours"] for row in rows]
+            hours = [row["core_hours"] for row in rows]
             axis.plot(hours, [row[key] for row in rows], marker=".", label=_NAMES.get(key, key))
-        axis.axvline(HOURS_BEFORE, color="0.6", linestyle=":")
+        if history:
+            axis.axvline(history[0]["core_hours"], color="0.6", linestyle=":")
         axis.set(title=title, xlabel="core-hours")
         if axis.get_legend_handles_labels()[1]:
             axis.legend()
@@ -53,7 +52,7 @@ def _table(history: Sequence[Entry]) -> str:
     heads = ["core-hours", "steps", *(_NAMES.get(key, f"loss, {key}") for key in keys)]
     lines = ["<tr>" + "".join(f"<th>{html.escape(head)}</th>" for head in heads) + "</tr>"]
     for row in reversed(history):
-        cells = [f"{HOURS_BEFORE + row['core_hours']:.2f}", f"{row['step']:,.0f}"]
+        cells = [f"{row['core_hours']:.2f}", f"{row['step']:,.0f}"]
         cells += [f"{row[key]:.3f}" if key in row else "" for key in keys]
         lines.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
     return "<table>" + "\n".join(lines) + "</table>"
@@ -67,9 +66,8 @@ def write_page(path: Path, history: Sequence[Entry]) -> None:
 td, th {{ padding: .2em .7em; text-align: right }}
 svg {{ max-width: 100%; height: auto }}</style></head><body>
 <h1>Training of the detector</h1>
-<p>Figures of the averaged weights on the photos of the quick check, one look. The first
-{HOURS_BEFORE} core-hours (dotted line) are those of the shipped network that this run began with;
-they are estimated.</p>
+<p>Figures of the averaged weights on the photos of the quick check, one look. The hours before
+the dotted line are those of the shipped network that this run began with; they are estimated.</p>
 {_plot(history)}
 {_table(history)}
 </body></html>

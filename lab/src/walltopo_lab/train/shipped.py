@@ -11,7 +11,7 @@ import argparse
 import fcntl
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,13 +21,20 @@ import numpy as np
 from walltopo.core import InputError, Progress
 from walltopo.core.files import read_json, write_json
 from walltopo.detect.detector import shipped_model
+from walltopo.inference.session import open_network
 from walltopo_lab.train.audit import audit
 from walltopo_lab.train.choose import check_on
-from walltopo_lab.train.loop import Run, train
+from walltopo_lab.train.loop import Run, cool_down, load_run, train
 from walltopo_lab.train.net import VoteNet
 from walltopo_lab.train.page import write_page
 from walltopo_lab.train.params import AugmentSettings, TrainSettings
 from walltopo_lab.train.sets import LabelledSet, drop_photos
+from walltopo_lab.train.shipped_export import (
+    Comparison,
+    compare,
+    comparison_table,
+    replace_shipped,
+)
 from walltopo_lab.train.shipped_sets import (
     QUICK_CHECK,
     Part,
@@ -36,7 +43,11 @@ from walltopo_lab.train.shipped_sets import (
 )
 from walltopo_lab.train.warm import load_exported
 
-__all__ = ["SETTINGS", "State", "main", "quick_check", "run"]
+__all__ = ["SETTINGS", "State", "export", "main", "quick_check", "run"]
+
+# The shipped network's first training. The hours are an estimate: it shared its cores.
+FIRST_STEPS, FIRST_HOURS = 6585, 1.7
+Show = Callable[[str], None]
 
 # Without end; the averaged weights remember the last 2,000 steps or so.
 SETTINGS = TrainSettings(minutes=0.0, rate=1e-3, ema=0.9995, check_every=30.0)
@@ -59,6 +70,10 @@ class State:
     @property
     def checkpoint(self) -> Path:
         return self.folder / "checkpoint.pt"
+
+    @property
+    def exported(self) -> Path:
+        return self.folder / "holds.onnx"
 
     @property
     def page(self) -> Path:
@@ -111,6 +126,23 @@ def _without_wrong_labels(
     return [drop_photos(item, known.get(item.name, [])) for item in sets]
 
 
+def _open(
+    data: Path, state: State, progress: Progress
+) -> tuple[list[LabelledSet], list[float], list[Part]]:
+    """The sets that train with their shares of the crops, and the validation photos."""
+    sets, shares = open_shipped_sets(data, state.rendered, state.prepared, progress)
+    sets = _without_wrong_labels(sets, state, progress)
+    used = [(s, share) for s, share in zip(sets, shares, strict=True) if share > 0]
+    return [s for s, _ in used], [share for _, share in used], validation_parts(sets)
+
+
+def training_of(model: Path) -> tuple[int, float]:
+    """Steps and processor seconds that the network in a file of this module has had."""
+    network = open_network(model)
+    hours = network.number("core_hours", FIRST_HOURS)
+    return int(network.number("steps", FIRST_STEPS)), hours * 3600
+
+
 def run(data: Path, state: State, progress: Progress) -> None:
     """Train until somebody stops it.
 
@@ -119,10 +151,8 @@ def run(data: Path, state: State, progress: Progress) -> None:
     InputError : a set is missing, or another run uses the folder.
     """
     with state.only_run():
-        sets, shares = open_shipped_sets(data, state.rendered, state.prepared, progress)
-        sets = _without_wrong_labels(sets, state, progress)
-        chosen = quick_check(validation_parts(sets))
-        used = [(s, share) for s, share in zip(sets, shares, strict=True) if share > 0]
+        used, shares, parts = _open(data, state, progress)
+        chosen = quick_check(parts)
 
         def check(net: VoteNet) -> dict[str, float]:
             return check_on(net, chosen.photos, chosen.exact)
@@ -132,8 +162,8 @@ def run(data: Path, state: State, progress: Progress) -> None:
             write_page(state.page, run.history)
 
         train(
-            [(s.folder, s.train) for s, _ in used],
-            [share for _, share in used],
+            [(s.folder, s.train) for s in used],
+            shares,
             state.checkpoint,
             check,
             SETTINGS,
@@ -141,7 +171,39 @@ def run(data: Path, state: State, progress: Progress) -> None:
             progress,
             pretrained=shipped_model(),
             report=report,
+            before=training_of(shipped_model()),
         )
+
+
+def export(data: Path, state: State, progress: Progress, cool_steps: int = 0) -> Comparison:
+    """Export the averaged weights to `holds.onnx` of the state and compare them with the shipped.
+
+    A run may go on meanwhile: its last checkpoint counts.
+
+    Parameters
+    ----------
+    cool_steps : steps in which a copy of the run lowers its rate to zero before the export.
+
+    Raises
+    ------
+    InputError : there is no checkpoint, or a set is missing.
+    """
+    run = load_run(state.checkpoint, SETTINGS)
+    used, shares, parts = _open(data, state, progress)
+    if cool_steps:
+        folders = [(s.folder, s.train) for s in used]
+        cool_down(run, folders, shares, cool_steps, SETTINGS, AugmentSettings(), progress)
+    return compare(run, parts, shipped_model(), state.exported, progress)
+
+
+def _export(args: argparse.Namespace, state: State, progress: Progress, show: Show) -> None:
+    """Export, show the comparison, replace the shipped file if that was asked for."""
+    made = export(args.data, state, progress, args.cool_down)
+    show(comparison_table(made))
+    show(", ".join(f"{name} {value:.3f}" for name, value in made.settings.items()))
+    show("The exported network is better." if made.is_better else "The shipped network is better.")
+    if args.replace and replace_shipped(made, state.exported, shipped_model()):
+        show(f"It replaces {shipped_model().name}. Put the table into the model card.")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -149,17 +211,32 @@ def main(arguments: Sequence[str] | None = None) -> int:
     from walltopo.cli.console import console
     from walltopo.cli.listener import TerminalListener
 
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--data", type=Path, required=True, help="folder of the labelled sets")
-    parser.add_argument("--state", type=Path, required=True, help="folder of the run's state")
-    args = parser.parse_args(arguments)
+    args = _parser().parse_args(arguments)
+    state = State(args.state.expanduser())
     with TerminalListener(console, verbose=True) as progress:
         try:
-            run(args.data, State(args.state.expanduser()), progress)
+            if args.what == "run":
+                run(args.data, state, progress)
+            else:
+                _export(args, state, progress, lambda text: console.print(text, soft_wrap=True))
         except InputError as error:
-            console.print(str(error), style="red")
+            console.print(f"{error}\n{error.hint or ''}", style="red", soft_wrap=True)
             return 1
     return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("what", choices=("run", "export"), help="train, or export and compare")
+    parser.add_argument("--data", type=Path, required=True, help="folder of the labelled sets")
+    parser.add_argument("--state", type=Path, required=True, help="folder of the run's state")
+    parser.add_argument(
+        "--replace", action="store_true", help="export: replace the shipped file by a better one"
+    )
+    parser.add_argument(
+        "--cool-down", type=int, default=0, metavar="STEPS", help="export: lower the rate first"
+    )
+    return parser
 
 
 if __name__ == "__main__":
