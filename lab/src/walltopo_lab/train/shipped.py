@@ -50,7 +50,7 @@ FIRST_STEPS, FIRST_HOURS = 6585, 1.7
 Show = Callable[[str], None]
 
 # Without end; the averaged weights remember the last 2,000 steps or so.
-SETTINGS = TrainSettings(minutes=0.0, rate=1e-3, ema=0.9995, check_every=30.0)
+SETTINGS = TrainSettings(minutes=0.0, rate=5e-4, ema=0.9995, check_every=30.0)
 
 
 @dataclass(frozen=True)
