@@ -21,7 +21,7 @@ import torch
 
 from walltopo.core import EnvironmentLacksError, InputError, Progress
 from walltopo.core.files import atomic_path
-from walltopo_lab.train.batches import Batch, batches
+from walltopo_lab.train.batches import Batch, Folders, batches
 from walltopo_lab.train.loss import box_loss, heat_loss, mask_loss
 from walltopo_lab.train.net import NetSize, VoteNet, build_net
 from walltopo_lab.train.params import AugmentSettings, TrainSettings
@@ -57,12 +57,13 @@ def _early_average(run: Run, settings: TrainSettings) -> float:
 
 def cool_down(
     run: Run,
-    folders: Sequence[tuple[Path, Sequence[str]]],
+    folders: Folders,
     shares: Sequence[float],
     steps: int,
     settings: TrainSettings,
     augment: AugmentSettings,
     progress: Progress,
+    outlined: Folders = (),
 ) -> None:
     """Train a loaded run further while its rate falls to zero; its average is the result."""
     torch.set_num_threads(settings.threads)
@@ -70,7 +71,7 @@ def cool_down(
     run.net.to(device, memory_format=torch.channels_last).train()
     run.average.to(device, memory_format=torch.channels_last)
     run.average.load_state_dict(run.net.state_dict())
-    supply = batches(folders, shares, settings, augment, settings.seed + run.step)
+    supply = batches(folders, shares, settings, augment, settings.seed + run.step, outlined)
     progress.step("cool-down", steps)
     for k, batch in enumerate(itertools.islice(supply, steps)):
         _update(run, batch, settings.rate * (1 - k / steps), _COOL_AVERAGE, device)
@@ -230,7 +231,7 @@ def _check(run: Run, check: Check, progress: Progress, means: dict[str, float]) 
 
 
 def train(
-    folders: Sequence[tuple[Path, Sequence[str]]],
+    folders: Folders,
     shares: Sequence[float],
     checkpoint: Path,
     check: Check,
@@ -242,12 +243,13 @@ def train(
     pretrained: Path | None = None,
     report: Callable[[Run], None] | None = None,
     before: tuple[int, float] = (0, 0.0),
+    outlined: Folders = (),
 ) -> Run:
     """Train until the time is used up or nothing is gained; resume where `checkpoint` stopped.
 
     Parameters
     ----------
-    folders, shares : see `batches`.
+    folders, shares, outlined : see `batches`.
     check : figures of the averaged network on held-out photos; `score` is what is maximised.
     until : stop at this share of the time (the schedule is that of the whole time).
     pretrained : an exported network to start from instead of fresh weights. An endless run
@@ -260,7 +262,7 @@ def train(
     begun = checkpoint.is_file()
     run = load_run(checkpoint, settings) if begun else _new_run(size, settings, pretrained)
     run.frozen = pretrained is not None and not settings.endless
-    supply = batches(folders, shares, settings, augment, settings.seed + run.step)
+    supply = batches(folders, shares, settings, augment, settings.seed + run.step, outlined)
     if settings.endless and pretrained is not None and not begun:
         photos = itertools.islice(supply, _NORM_BATCHES)
         measure_norms(run.net, (torch.from_numpy(batch["image"]).float() for batch in photos))

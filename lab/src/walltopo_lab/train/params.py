@@ -52,6 +52,10 @@ class AugmentSettings:
     mosaic: Annotated[
         float, about("share of crops put together from four photos", low=0.0, high=1.0)
     ] = 0.0
+    paste: Annotated[
+        float,
+        about("share of crops with objects pasted from sets with exact masks", low=0.0, high=1.0),
+    ] = 0.0
     crop_fraction: Annotated[
         float,
         about("a crop shows the photo on at least this share of its sides", low=0.1, high=1.0),

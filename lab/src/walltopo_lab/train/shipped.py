@@ -50,6 +50,7 @@ FIRST_STEPS, FIRST_HOURS = 6585, 1.7
 Show = Callable[[str], None]
 
 # Without end; the averaged weights remember the last 2,000 steps or so.
+AUGMENT = AugmentSettings(paste=0.25)
 SETTINGS = TrainSettings(minutes=0.0, rate=5e-4, ema=0.9995, check_every=30.0)
 
 
@@ -136,6 +137,10 @@ def _open(
     return [s for s, _ in used], [share for _, share in used], validation_parts(sets)
 
 
+def _folders(sets: Sequence[LabelledSet]) -> list[tuple[Path, Sequence[str]]]:
+    return [(item.folder, item.train) for item in sets]
+
+
 def training_of(model: Path) -> tuple[int, float]:
     """Steps and processor seconds that the network in a file of this module has had."""
     network = open_network(model)
@@ -162,13 +167,14 @@ def run(data: Path, state: State, progress: Progress) -> None:
             write_page(state.page, run.history)
 
         train(
-            [(s.folder, s.train) for s in used],
+            _folders(used),
             shares,
             state.checkpoint,
             check,
             SETTINGS,
-            AugmentSettings(),
+            AUGMENT,
             progress,
+            outlined=_folders([s for s in used if s.exact]),
             pretrained=shipped_model(),
             report=report,
             before=training_of(shipped_model()),
@@ -191,8 +197,8 @@ def export(data: Path, state: State, progress: Progress, cool_steps: int = 0) ->
     run = load_run(state.checkpoint, SETTINGS)
     used, shares, parts = _open(data, state, progress)
     if cool_steps:
-        folders = [(s.folder, s.train) for s in used]
-        cool_down(run, folders, shares, cool_steps, SETTINGS, AugmentSettings(), progress)
+        outlined = _folders([s for s in used if s.exact])
+        cool_down(run, _folders(used), shares, cool_steps, SETTINGS, AUGMENT, progress, outlined)
     return compare(run, parts, shipped_model(), state.exported, progress)
 
 
