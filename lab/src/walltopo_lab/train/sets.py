@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -64,7 +65,9 @@ def open_sets(
     for path in datasets:
         exact = path.suffix == ".json"
         label = "-".join(path.with_suffix("").parts[-2:])
-        folder = cache / label
+        # Runs share the cache: two sets of one name must not meet in one folder.
+        place = hashlib.blake2b(str(path.resolve()).encode(), digest_size=4).hexdigest()
+        folder = cache / f"{label}-{place}"
         if exact:
             names = cache_coco(path, _photos_of(path), folder, progress)
             share = held_out if only_exact else 0.0
