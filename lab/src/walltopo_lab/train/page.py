@@ -39,7 +39,7 @@ def _plot(history: Sequence[Entry]) -> str:
             axis.plot(hours, [row[key] for row in rows], marker=".", label=_NAMES.get(key, key))
         if history:
             axis.axvline(history[0]["core_hours"], color="0.6", linestyle=":")
-        axis.set(title=title, xlabel="core-hours")
+        axis.set(title=title, xlabel="core-hours", xlim=(0, None))
         if axis.get_legend_handles_labels()[1]:
             axis.legend()
     text = io.StringIO()
