@@ -26,6 +26,7 @@ from walltopo_lab.train.choose import Truth, ap_of, match_photo, truth_of, witho
 __all__ = ["LOW_SCORE", "calibrate", "least_scores", "look_at", "network_offset"]
 
 LOW_SCORE = 0.03  # score from which detections are looked at
+_OFFSET_PHOTOS = 48  # photos that the offset is measured on; it is a median over all objects
 _NEAR_BEST = 0.005  # F1 given up for recall: lifting drops what no second photo confirms
 
 
@@ -127,7 +128,7 @@ def calibrate(
     if OnnxDetector(model, settings).model.head == "votes":
         set_metadata(model, {"offset": json.dumps(offset)})
         once = OnnxDetector(model, replace(settings, score=0.2, again=0.0))
-        offset = network_offset(once, _photos(samples))
+        offset = network_offset(once, _photos(samples[:: -(-len(samples) // _OFFSET_PHOTOS)]))
         set_metadata(model, {"offset": json.dumps(offset)})
     progress.advance()
     detector = OnnxDetector(model, replace(settings, score=LOW_SCORE))
