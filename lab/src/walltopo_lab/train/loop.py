@@ -50,9 +50,13 @@ def _rate(run: Run, settings: TrainSettings) -> float:
     return learning_rate(run.seconds / (settings.minutes * 60), settings)
 
 
-def _early_average(run: Run, settings: TrainSettings) -> float:
-    """Limit to the decay of the average, which must not remember a random start."""
-    return 1.0 if settings.endless else (1 + run.step) / (20 + run.step)
+def _average_decay(run: Run, settings: TrainSettings) -> float:
+    """Decay of the averaged weights: they remember a ninth of the steps so far, up to a limit.
+
+    A longer memory would keep the start, which is random, or was disturbed by a higher rate.
+    """
+    steps = run.step - run.first_step
+    return min(settings.ema, (1 + steps) / (10 + steps))
 
 
 def cool_down(
@@ -333,7 +337,7 @@ class _Leg:
             run.net.train()
             if run.frozen:
                 freeze_norms(run.net)
-            ema = min(settings.ema, _early_average(run, settings))
+            ema = _average_decay(run, settings)
             self.sums.append(_update(run, batch, _rate(run, settings), ema, device))
             now = time.monotonic()
             run.seconds += now - begin

@@ -49,7 +49,7 @@ __all__ = ["SETTINGS", "State", "export", "main", "quick_check", "run"]
 FIRST_STEPS, FIRST_HOURS = 6585, 1.7
 Show = Callable[[str], None]
 
-# Without end; the averaged weights remember the last 2,000 steps or so.
+# Without end; the averaged weights remember 2,000 steps at most.
 AUGMENT = AugmentSettings(paste=0.25)
 SETTINGS = TrainSettings(minutes=0.0, rate=5e-4, ema=0.9995, check_every=30.0)
 
