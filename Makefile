@@ -5,10 +5,16 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 DEMO ?= demo-scan
+# Training goes on for days: its state lies outside of the checkout, on one processor core.
+TRAIN_DIR ?= $(or $(WALLTOPO_CACHE),$(or $(XDG_CACHE_HOME),$(HOME)/.cache)/walltopo)/train
+TRAIN_CORE ?= 0
+DATA ?= ../shared/data
+# Memory that a step frees stays with the process, or each step pays for its pages again (a tenth of its time).
+TRAIN_ENV := OMP_NUM_THREADS=1 MALLOC_MMAP_THRESHOLD_=4000000000 MALLOC_TRIM_THRESHOLD_=8000000000 MALLOC_TOP_PAD_=268435456
 # Processes that the tests run in: browsers and servers wait much. 0: in this one.
 WORKERS ?= 2
 
-.PHONY: help demo gym test docs-check count audit test-ultralytics test-pythons lint docs site wheels sbom npm-package film moves-film viewer app pictures system system-venv system-compiler browser database clean
+.PHONY: help demo gym test docs-check count audit test-ultralytics test-pythons lint docs site wheels sbom npm-package film moves-film viewer app pictures system system-venv system-compiler browser database clean train train-export
 .DEFAULT_GOAL := help
 
 help:
@@ -17,6 +23,8 @@ help:
 	@echo "make test     set up everything, run all tests"
 	@echo "make test-ultralytics   the tests that need Ultralytics (AGPL-3.0), in an environment of its own"
 	@echo "make test-pythons       the quick tests on Python 3.12 and 3.13, where they are installed"
+	@echo "make train    train the shipped detector on one core until it is stopped; goes on where it stopped"
+	@echo "make train-export   export what it learnt, compare it with the shipped network (EXPORT=--replace)"
 	@echo "make lint     ruff, mypy, import floors"
 	@echo "make docs-check   pages against the code, the tests and the records"
 	@echo "make count    lines of code and files of each package"
@@ -173,6 +181,16 @@ database:
 	  || { command -v apt-get >/dev/null && $(SUDO) apt-get update -qq \
 	       && $(SUDO) apt-get install -y -qq postgresql >/dev/null; } \
 	  || echo "no PostgreSQL: the platform is tested on SQLite alone, tuning on one machine"
+
+# Kill it at any moment; a later `make train` goes on. TRAIN_DIR/train.html shows how it does.
+train: $(VENV)/dev-ready
+	$(TRAIN_ENV) nice -n 5 taskset -c $(TRAIN_CORE) $(BIN)/python -m walltopo_lab.train.shipped run \
+	  --data $(DATA) --state $(TRAIN_DIR)
+
+# Training may go on meanwhile. EXPORT=--replace replaces the shipped network if the new one is better.
+train-export: $(VENV)/dev-ready
+	OMP_NUM_THREADS=1 $(BIN)/python -m walltopo_lab.train.shipped export \
+	  --data $(DATA) --state $(TRAIN_DIR) $(EXPORT)
 
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 

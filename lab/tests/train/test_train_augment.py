@@ -13,6 +13,7 @@ from walltopo.core import InputError, SettingsError
 from walltopo_lab.train.augment import Crop, crop_sample, mosaic
 from walltopo_lab.train.cache import Sample
 from walltopo_lab.train.params import AUGMENTS, AugmentSettings, read_augment
+from walltopo_lab.train.paste import paste_objects
 
 
 def square_sample(x: int, y: int, side: int, extent: int = 200) -> Sample:
@@ -129,3 +130,38 @@ def test_options_go_before_the_file(tmp_path: Path) -> None:
     args = parser.parse_args(["train", "set", "-o", "x", "--augment", str(file), "--hue", "0.1"])
     made = command._augmentation(args)
     assert (made.mosaic, made.hue) == (0.5, 0.1)
+
+
+def test_a_pasted_volume_takes_its_holds_along() -> None:
+    source = crop_of(2)
+    source.ids[:] = 0
+    source.ids[10:40, 12:50] = 1
+    source.ids[20:26, 20:28] = 2
+    boxes = np.array([[12.0, 10, 50, 40], [20, 20, 28, 26]])
+    source = Crop(source.image, source.ids, np.array([2, 1]), boxes, np.ones(2))
+    for seed in range(20):
+        target = crop_of(1)
+        made = paste_objects(target, source, 1, np.random.default_rng(seed))
+        assert made.labels.tolist() == [1, 2, 1]
+        assert (target.ids == 1).all(), "the target itself stays as it is"
+        for k in (1, 2):
+            rows, cols = np.nonzero(made.ids == k + 1)
+            shown = [cols.min(), rows.min(), cols.max() + 1, rows.max() + 1]
+            np.testing.assert_array_equal(made.boxes[k], shown)
+        assert 0.5 <= made.seen[1] <= 1
+        assert made.image.min() >= 50
+
+
+def test_what_pasted_objects_hide_is_not_asked_for() -> None:
+    source = crop_of(2)
+    target = crop_of(1)
+    target.ids[:] = 0
+    target.ids[30:34, 30:34] = 1
+    boxes = np.array([[30.0, 30, 34, 34]])
+    target = Crop(target.image, target.ids, np.array([1]), boxes, np.ones(1))
+    seen = [
+        paste_objects(target, source, 1, np.random.default_rng(seed)).seen[0] for seed in range(9)
+    ]
+    assert max(seen) == 0.1
+    cut = Crop(source.image, source.ids, source.labels, source.boxes, np.array([0.5]))
+    assert len(paste_objects(target, cut, 3, np.random.default_rng(0)).labels) == 1

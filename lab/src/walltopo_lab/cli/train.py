@@ -176,6 +176,7 @@ def run(args: argparse.Namespace) -> int:
     settings = _settings(args, TrainSettings if votes else YoloSettings)
     augment = _augmentation(args)
     from walltopo.core.outputs import claimed_folder
+    from walltopo_lab.detectors.fetch import cache_folder
     from walltopo_lab.train.detector import Job, train_detector
     from walltopo_lab.train.yolo import train_yolo
 
@@ -187,6 +188,7 @@ def run(args: argparse.Namespace) -> int:
         tuple(args.attribution),
         "walltopo " + shlex.join(words),
         _pretrained(args.pretrained, votes),
+        cache_folder() / "train" / "prepared",
     )
     with TerminalListener(console, verbose=args.verbose) as progress:
         if votes:

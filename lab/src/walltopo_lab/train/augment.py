@@ -22,7 +22,7 @@ class Crop:
     Parameters
     ----------
     image : (S, S, 3) uint8, RGB.
-    ids : (S, S) int16, as in `Sample`; -1 also beyond the photo's border.
+    ids : (S, S) int16, as in `Sample`; 0 beyond the photo's border.
     labels : (n,) int, 1 hold, 2 volume.
     boxes : (n, 4) float64, x0, y0, x1, y1 in the crop, clipped to it.
     seen : (n,) float64, share of the whole box that lies in the crop.

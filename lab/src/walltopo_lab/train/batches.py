@@ -16,9 +16,11 @@ from numpy.typing import NDArray
 from walltopo_lab.train.augment import Crop, crop_sample, mosaic
 from walltopo_lab.train.cache import open_cache
 from walltopo_lab.train.params import AugmentSettings, TrainSettings
+from walltopo_lab.train.paste import paste_objects
 from walltopo_lab.train.targets import Targets, make_targets
 
 Batch = dict[str, NDArray[np.generic]]
+Folders = Sequence[tuple[Path, Sequence[str]]]
 
 
 def source_of(name: str) -> str:
@@ -44,7 +46,7 @@ def split_sources(names: Sequence[str], held_out: float) -> tuple[list[str], lis
 
 
 def _one_crop(
-    folders: Sequence[tuple[Path, Sequence[str]]],
+    folders: Folders,
     shares: Sequence[float],
     settings: TrainSettings,
     augment: AugmentSettings,
@@ -56,11 +58,12 @@ def _one_crop(
 
 
 def _one_batch(
-    folders: Sequence[tuple[Path, Sequence[str]]],
+    folders: Folders,
     shares: Sequence[float],
     settings: TrainSettings,
     augment: AugmentSettings,
     rng: np.random.Generator,
+    outlined: Folders = (),
 ) -> Batch:
     images: list[NDArray[np.uint8]] = []
     targets: list[Targets] = []
@@ -68,6 +71,10 @@ def _one_batch(
         count = 4 if rng.random() < augment.mosaic else 1
         crops = [_one_crop(folders, shares, settings, augment, rng) for _ in range(count)]
         crop = mosaic(crops, rng) if count == 4 else crops[0]
+        if outlined and rng.random() < augment.paste:
+            equal = np.full(len(outlined), 1 / len(outlined))
+            other = _one_crop(outlined, equal.tolist(), settings, augment, rng)
+            crop = paste_objects(crop, other, int(rng.integers(1, 4)), rng)
         images.append(crop.image)
         targets.append(make_targets(crop))
     batch: Batch = {"image": np.stack(images).transpose(0, 3, 1, 2)}
@@ -77,11 +84,12 @@ def _one_batch(
 
 
 def batches(
-    folders: Sequence[tuple[Path, Sequence[str]]],
+    folders: Folders,
     shares: Sequence[float],
     settings: TrainSettings,
     augment: AugmentSettings,
     seed: int,
+    outlined: Folders = (),
 ) -> Iterator[Batch]:
     """Endless batches.
 
@@ -89,6 +97,7 @@ def batches(
     ----------
     folders : cache folder and the names to draw from it, per set.
     shares : share of the crops that each set gives, summing to 1.
+    outlined : sets with exact outlines, whose objects are pasted onto other crops.
     """
     cv2.setNumThreads(1)
     rng = np.random.default_rng(seed)
@@ -98,7 +107,7 @@ def batches(
     def produce() -> None:
         try:
             while not over.is_set():
-                ready.put(_one_batch(folders, shares, settings, augment, rng))
+                ready.put(_one_batch(folders, shares, settings, augment, rng, outlined))
         except BaseException as error:  # handed to the consumer, which raises it
             ready.put(error)
 

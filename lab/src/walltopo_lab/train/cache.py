@@ -1,21 +1,38 @@
-"""The training cache: photos and instance maps as plain arrays that can be memory-mapped."""
+"""The training cache: photos and instance maps as plain arrays that can be memory-mapped.
+
+Several runs share a cache. Each entry stores a key of its photo, its labels and the way it was
+prepared, so that a change of any of them prepares the entry again.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import hashlib
+import json
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mask, Progress, Silent
+from walltopo.core.files import atomic_path, read_json
 from walltopo.images.files import read_rgb
 from walltopo.scans.detections import read_coco_masks
 from walltopo_lab.train.pseudomask import HULL_POINTS, hull_of, paint_instances
 
+PREPARED_VERSION = 1  # raise it when entries of the same labels would come out differently
 _LONGEST = 1600  # px; larger photos are shrunk before they are cached
+
+# Values of an instance map below zero.
+UNDECIDED = -1  # within a labelled box, where colour cannot tell object from wall
+IGNORED = -2  # no loss at all: the labeller was unsure, or left objects out
+MAYBE_VOLUME = -3  # no hold, but perhaps a volume: the set does not label volumes
+
+DONT_KNOW = 0  # label of a category whose objects are painted as `IGNORED`
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +43,7 @@ class Sample:
     ----------
     name : file name of the photo.
     image : (H, W, 3) uint8, BGR.
-    ids : (H, W) int16; 0 background, k + 1 the k-th object, -1 undecided.
+    ids : (H, W) int16; 0 background, k + 1 the k-th object, < 0 one of the values above.
     labels : (n,) int, 1 hold, 2 volume.
     boxes : (n, 4) float32, x0, y0, x1, y1 in pixels.
     hulls : (n, HULL_POINTS, 2) float32, points whose extent is the box.
@@ -78,22 +95,69 @@ def _read_photo(path: Path) -> tuple[NDArray[np.uint8], float]:
     return np.asarray(image, dtype=np.uint8), scale
 
 
-def _store(folder: Path, sample: Sample) -> None:
+def _key(photo: Path, *facts: object) -> str:
+    """Key of an entry: the way of preparing, the photo and all that its labels say."""
+    text = json.dumps([PREPARED_VERSION, photo.stat().st_size, *facts])
+    return hashlib.blake2b(text.encode(), digest_size=12).hexdigest()
+
+
+def _is_current(folder: Path, name: str, key: str) -> bool:
+    path = folder / f"{name}.labels.npz"
+    if not path.is_file():
+        return False
+    with np.load(path) as arrays:
+        return "key" in arrays and str(arrays["key"]) == key
+
+
+def _store(folder: Path, sample: Sample, key: str) -> None:
+    """Write an entry; the file with its key comes last, so that a killed run leaves none."""
     stem = folder / sample.name
+    Path(f"{stem}.labels.npz").unlink(missing_ok=True)
     np.save(f"{stem}.image.npy", sample.image)
     np.save(f"{stem}.ids.npy", sample.ids)
-    np.savez(f"{stem}.labels.npz", labels=sample.labels, boxes=sample.boxes, hulls=sample.hulls)
+    with atomic_path(Path(f"{stem}.labels.npz")) as temporary, temporary.open("wb") as file:
+        np.savez(file, labels=sample.labels, boxes=sample.boxes, hulls=sample.hulls, key=key)
 
 
-def cache_yolo(dataset: Path, folder: Path, progress: Progress | None = None) -> list[str]:
+def _store_boxes(
+    photo: Path,
+    folder: Path,
+    key: str,
+    rows: tuple[NDArray[np.int64], NDArray[np.float64]],
+    volumes_labelled: bool,
+) -> str:
+    """Cache a photo with labels (n,) and relative boxes (n, 4); returns what colour could tell."""
+    image, _ = _read_photo(photo)
+    height, width = image.shape[:2]
+    extent = np.array([width, height, width, height])
+    known = rows[0] != DONT_KNOW
+    labels, boxes = rows[0][known], rows[1][known] * extent
+    ids, hulls, trusted = paint_instances(image, boxes)
+    if not volumes_labelled:
+        ids[ids == 0] = MAYBE_VOLUME
+    for x0, y0, x1, y1 in np.clip(rows[1][~known] * extent, 0, extent).round().astype(int):
+        region = ids[y0:y1, x0:x1]
+        region[region <= 0] = IGNORED
+    boxes = np.clip(boxes, 0, extent).astype(np.float32)
+    _store(folder, Sample(photo.name, image, ids, labels, boxes, hulls), key)
+    return f"{photo.name}: {trusted} of {len(boxes)} masks told by colour"
+
+
+def cache_yolo(
+    dataset: Path, folder: Path, progress: Progress | None = None, volumes_labelled: bool = True
+) -> list[str]:
     """Cache a YOLO folder (`images/`, `labels/`), its boxes made into pseudo-masks.
 
-    Photos already in the cache are left alone. Returns the cached names.
+    Entries that are up to date are left alone. Returns the cached names.
+
+    Parameters
+    ----------
+    volumes_labelled : False for a set that labels holds alone.
     """
     progress = progress or Silent()
     folder.mkdir(parents=True, exist_ok=True)
     photos = sorted(p for p in (dataset / "images").iterdir() if p.suffix.lower() in _PHOTOS)
-    progress.step("masks from boxes", len(photos))
+    progress.step(f"{folder.name}: masks from boxes", len(photos))
     names = []
     for path in photos:
         progress.advance()
@@ -101,16 +165,50 @@ def cache_yolo(dataset: Path, folder: Path, progress: Progress | None = None) ->
         if not labels_path.is_file():
             continue
         names.append(path.name)
-        if (folder / f"{path.name}.labels.npz").is_file():
+        key = _key(path, labels_path.read_text(), volumes_labelled)
+        if _is_current(folder, path.name, key):
             continue
-        image, _ = _read_photo(path)
-        height, width = image.shape[:2]
-        classes, boxes = read_yolo_boxes(labels_path, width, height)
-        ids, hulls, trusted = paint_instances(image, boxes)
-        boxes = np.clip(boxes, 0, [width, height, width, height])
-        progress.detail(f"{path.name}: {trusted} of {len(boxes)} masks told by colour")
-        _store(folder, Sample(path.name, image, ids, classes + 1, boxes.astype(np.float32), hulls))
+        classes, boxes = read_yolo_boxes(labels_path, 1, 1)
+        told = _store_boxes(path, folder, key, (classes + 1, boxes), volumes_labelled)
+        progress.detail(told)
     return names
+
+
+def cache_boxes(
+    annotations: Path,
+    photos: Path,
+    folder: Path,
+    categories: Mapping[str, int],
+    progress: Progress | None = None,
+) -> list[str]:
+    """Cache a COCO set with boxes alone, made into pseudo-masks.
+
+    Parameters
+    ----------
+    categories : label by the category's name: 1 hold, 2 volume, `DONT_KNOW`; others are background.
+    """
+    progress = progress or Silent()
+    folder.mkdir(parents=True, exist_ok=True)
+    data = read_json(annotations)
+    names = {row["id"]: row["name"] for row in data["categories"]}
+    by_image: dict[int, list[dict[str, Any]]] = defaultdict(list)
+    for row in data["annotations"]:
+        by_image[row["image_id"]].append(row)
+    progress.step(f"{folder.name}: masks from boxes", len(data["images"]))
+    for image in data["images"]:
+        progress.advance()
+        named = [(names[row["category_id"]], row["bbox"]) for row in by_image[image["id"]]]
+        rows = [(categories[name], box) for name, box in named if name in categories]
+        path = photos / image["file_name"]
+        key = _key(path, rows)
+        if _is_current(folder, path.name, key):
+            continue
+        boxes = np.array([box for _, box in rows], dtype=np.float64).reshape(-1, 4)
+        boxes[:, 2:] += boxes[:, :2]
+        boxes /= [image["width"], image["height"]] * 2
+        labels = np.array([label for label, _ in rows], dtype=np.int64)
+        progress.detail(_store_boxes(path, folder, key, (labels, boxes), True))
+    return [image["file_name"] for image in data["images"]]
 
 
 _PHOTOS = {".jpg", ".jpeg", ".png", ".webp"}
@@ -140,29 +238,47 @@ def _paint_masks(
 
 
 def cache_coco(
-    annotations: Path, photos: Path, folder: Path, progress: Progress | None = None
+    annotations: Path,
+    photos: Path,
+    folder: Path,
+    progress: Progress | None = None,
+    categories: Mapping[int, int] | None = None,
 ) -> list[str]:
-    """Cache a COCO set with exact masks (categories 1 hold, 2 volume)."""
+    """Cache a COCO set with exact masks.
+
+    Parameters
+    ----------
+    categories : label by the category's number: 1 hold, 2 volume, `DONT_KNOW`; others are
+        background. By default 1 and 2 are hold and volume.
+    """
     progress = progress or Silent()
     folder.mkdir(parents=True, exist_ok=True)
+    categories = categories or {1: 1, 2: 2}
     by_photo, _ = read_coco_masks(annotations)
-    progress.step("exact masks", len(by_photo))
+    written = hashlib.blake2b(annotations.read_bytes(), digest_size=12).hexdigest()
+    progress.step(f"{folder.name}: exact masks", len(by_photo))
     for name, masks in by_photo.items():
         progress.advance()
         flat = name.replace("/", "_")
-        if (folder / f"{flat}.labels.npz").is_file():
+        key = _key(photos / name, written, sorted(categories.items()))
+        if _is_current(folder, flat, key):
             continue
         image, _ = _read_photo(photos / name)
-        ids, boxes, hulls = _paint_masks(masks, image.shape[1], image.shape[0])
-        keep = np.flatnonzero(boxes[:, 2] > boxes[:, 0])
-        number = np.zeros(len(masks) + 1, np.int16)
+        known = [m for m in masks if m.label in categories]
+        ids, boxes, hulls = _paint_masks(known, image.shape[1], image.shape[0])
+        labels = np.array([categories[m.label] for m in known], dtype=np.int64)
+        keep = np.flatnonzero((boxes[:, 2] > boxes[:, 0]) & (labels != DONT_KNOW))
+        number = np.zeros(len(known) + 1, np.int16)
+        number[1:][labels == DONT_KNOW] = IGNORED
         number[keep + 1] = np.arange(1, len(keep) + 1)
-        labels = np.array([m.label for m in masks], dtype=np.int64)[keep]
-        _store(
-            folder,
-            Sample(flat, image, number[ids], labels, boxes[keep].astype(np.float32), hulls[keep]),
-        )
+        kept = boxes[keep].astype(np.float32)
+        _store(folder, Sample(flat, image, number[ids], labels[keep], kept, hulls[keep]), key)
     return [name.replace("/", "_") for name in by_photo]
+
+
+def ignored_at(ids: NDArray[np.int16], label: int) -> NDArray[np.bool_]:
+    """Where an instance map does not say whether there is an object of a class."""
+    return (ids == IGNORED) | ((ids == MAYBE_VOLUME) & (label == 2))
 
 
 def open_cache(folder: Path, name: str) -> Sample:

@@ -7,7 +7,7 @@ it is used. Both are written into the file's metadata.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,10 +20,11 @@ from walltopo.segment.detect.found import Found, box_iou
 from walltopo.segment.detect.onnx_detector import OnnxDetector
 from walltopo.segment.detect.settings import DetectSettings
 from walltopo_lab.onnx_file import set_metadata
-from walltopo_lab.train.cache import open_cache
-from walltopo_lab.train.choose import Truth, ap_of, match_photo
+from walltopo_lab.train.cache import Sample, open_cache
+from walltopo_lab.train.choose import Truth, ap_of, match_photo, truth_of, without_ignored
 
-_LOW = 0.03  # score from which detections are looked at
+LOW_SCORE = 0.03  # score from which detections are looked at
+_OFFSET_PHOTOS = 48  # photos that the offset is measured on; it is a median over all objects
 _NEAR_BEST = 0.005  # F1 given up for recall: lifting drops what no second photo confirms
 
 
@@ -59,7 +60,7 @@ def _errors(found: Found, truth: Truth, scale: float) -> NDArray[np.float64]:
 
 
 def network_offset(
-    detector: OnnxDetector, photos: Sequence[tuple[NDArray[np.uint8], Truth]]
+    detector: OnnxDetector, photos: Iterable[tuple[NDArray[np.uint8], Truth]]
 ) -> list[float]:
     """How far right and down the network puts every box, in pixels of its input.
 
@@ -89,47 +90,55 @@ def network_offset(
     return [round(float(v), 2) for v in middle]
 
 
-def _samples(folder: Path, names: Sequence[str]) -> Iterator[tuple[NDArray[np.uint8], Truth]]:
-    for name in names:
-        sample = open_cache(folder, name)
+def look_at(detector: OnnxDetector, sample: Sample) -> Found:
+    """What a detector finds in a cached photo, as it is used on photos."""
+    photo = cv2.cvtColor(np.asarray(sample.image), cv2.COLOR_BGR2RGB)
+    return detector.detect(np.asarray(photo, dtype=np.uint8))
+
+
+def _photos(samples: Sequence[Sample]) -> Iterator[tuple[NDArray[np.uint8], Truth]]:
+    for sample in samples:
         photo = cv2.cvtColor(np.asarray(sample.image), cv2.COLOR_BGR2RGB)
-        yield (
-            np.asarray(photo, dtype=np.uint8),
-            Truth(sample.boxes.astype(np.float64), sample.labels),
-        )
+        yield np.asarray(photo, dtype=np.uint8), truth_of(sample)
 
 
 def calibrate(
     model: Path,
-    folder: Path,
-    names: Sequence[str],
+    photos: Sequence[tuple[Path, str]],
     progress: Progress,
     settings: DetectSettings | None = None,
-) -> dict[str, float]:
+) -> tuple[dict[str, float], list[Found]]:
     """Measure an exported network on cached photos and write `scores` and `offset` into it.
+
+    Parameters
+    ----------
+    photos : cache folder and name of each.
 
     Returns
     -------
-    Thresholds, offset, and AP50 of boxes (classes as one) with the detector's default looks.
+    Thresholds, offset, and AP50 of boxes (classes as one) with the detector's default looks;
+    and what it found in each photo from a score of `LOW_SCORE` on.
     """
     settings = settings or DetectSettings()
-    progress.step("calibration", 2)
+    samples = [open_cache(folder, name) for folder, name in photos]
+    progress.step("calibration", 1 + len(samples))
     offset = [0.0, 0.0]
     if OnnxDetector(model, settings).model.head == "votes":
         set_metadata(model, {"offset": json.dumps(offset)})
         once = OnnxDetector(model, replace(settings, score=0.2, again=0.0))
-        offset = network_offset(once, list(_samples(folder, names)))
+        offset = network_offset(once, _photos(samples[:: -(-len(samples) // _OFFSET_PHOTOS)]))
         set_metadata(model, {"offset": json.dumps(offset)})
     progress.advance()
-    detector = OnnxDetector(model, replace(settings, score=_LOW))
-    found, truth = [], []
-    for photo, labels in _samples(folder, names):
-        found.append(detector.detect(photo))
-        truth.append(labels)
+    detector = OnnxDetector(model, replace(settings, score=LOW_SCORE))
+    found = []
+    for sample in samples:
+        found.append(without_ignored(look_at(detector, sample), sample))
+        progress.advance()
+    truth = [truth_of(sample) for sample in samples]
     scores = least_scores(found, truth, list(detector.classes))
     set_metadata(model, {"scores": json.dumps(scores)})
-    progress.advance()
     told = {
         f"threshold_{name}": s for name, s in zip(detector.classes.values(), scores, strict=True)
     }
-    return {**told, "offset_x": offset[0], "offset_y": offset[1], "ap50": ap_of(found, truth)}
+    figures = {"offset_x": offset[0], "offset_y": offset[1], "ap50": ap_of(found, truth)}
+    return {**told, **figures}, found

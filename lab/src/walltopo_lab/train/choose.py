@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,7 +15,7 @@ from walltopo.segment.detect.found import Found, box_iou
 from walltopo.segment.detect.onnx_detector import prepare
 from walltopo.segment.detect.votes import decode_votes
 from walltopo_lab.evaluate.coco_ap import average_precision
-from walltopo_lab.train.cache import Sample, open_cache
+from walltopo_lab.train.cache import Sample, ignored_at, open_cache
 from walltopo_lab.train.net import CLASSES, VoteNet
 
 _SIZE = 1280  # px of the longer side, as the detector looks at photos by default
@@ -29,20 +29,38 @@ class Truth:
     labels: NDArray[np.int64]
 
 
-def match_photo(found: Found, truth: Truth, iou: float, by_class: int | None) -> NDArray[np.bool_]:
-    """(n,) whether each detection, best first, takes a labelled box that none better took."""
-    keep = slice(None) if by_class is None else np.flatnonzero(truth.labels == by_class)
-    boxes = truth.boxes[keep]
-    hit = np.zeros(len(found), np.bool_)
-    if len(boxes) == 0 or len(found) == 0:
+def truth_of(sample: Sample) -> Truth:
+    """The labels of a cached photo."""
+    return Truth(sample.boxes.astype(np.float64), sample.labels)
+
+
+def match(
+    overlap: NDArray[np.float64], scores: NDArray[np.float64], iou: float
+) -> NDArray[np.bool_]:
+    """(n,) whether each detection, best first, takes a labelled object that none better took.
+
+    Parameters
+    ----------
+    overlap : (n, m) IoU of detections and labelled objects.
+    """
+    hit = np.zeros(len(scores), np.bool_)
+    if overlap.size == 0:
         return hit
-    overlap = box_iou(found.boxes, boxes)
-    free = np.ones(len(boxes), np.bool_)
-    for k in np.argsort(-found.scores, kind="stable"):
+    free = np.ones(overlap.shape[1], np.bool_)
+    for k in np.argsort(-scores, kind="stable"):
         best = int(np.where(free, overlap[k], -1.0).argmax())
         if free[best] and overlap[k, best] >= iou:
             hit[k], free[best] = True, False
     return hit
+
+
+def match_photo(found: Found, truth: Truth, iou: float, by_class: int | None) -> NDArray[np.bool_]:
+    """(n,) whether each detection takes a labelled box; see `match`."""
+    keep = slice(None) if by_class is None else np.flatnonzero(truth.labels == by_class)
+    boxes = truth.boxes[keep]
+    if len(boxes) == 0 or len(found) == 0:
+        return np.zeros(len(found), np.bool_)
+    return match(box_iou(found.boxes, boxes), found.scores, iou)
 
 
 def ap_of(
@@ -76,15 +94,77 @@ def detect_with(net: VoteNet, sample: Sample, threshold: float, size: int = _SIZ
     return decode_votes(heat_map, vote_map, mask_map, threshold, scale, (width, height))
 
 
-def check_on(net: VoteNet, folder: Path, names: Sequence[str]) -> dict[str, float]:
-    """AP at 0.5 IoU of boxes on cached photos; `score` is their mean, the figure to maximise."""
-    found, truth = [], []
-    for name in names:
-        sample = open_cache(folder, name)
-        found.append(detect_with(net, sample, 0.03))
-        truth.append(Truth(sample.boxes.astype(np.float64), sample.labels))
-    figures = {"ap50": ap_of(found, truth)}
-    for k, name in enumerate(CLASSES, start=1):
-        figures[f"ap50_{name}"] = ap_of(found, truth, label=k)
-    figures["score"] = float(np.nanmean(list(figures.values())))
+def without_ignored(found: Found, sample: Sample) -> Found:
+    """Drop detections in places where the labels do not say what is there."""
+    middle = ((found.boxes[:, :2] + found.boxes[:, 2:]) / 2).astype(int)
+    height, width = sample.ids.shape
+    x, y = np.clip(middle, 0, [width - 1, height - 1]).T
+    here = sample.ids[y, x]
+    ignored = np.zeros(len(found), np.bool_)
+    for label in range(1, len(CLASSES) + 1):
+        ignored |= (found.labels == label) & ignored_at(here, label)
+    return found.pick(np.flatnonzero(~ignored))
+
+
+def mask_iou(found: Found, sample: Sample) -> NDArray[np.float64]:
+    """(n, m) IoU of detected masks with the objects of an exact instance map."""
+    count = len(sample.labels) + 1
+    ids = np.maximum(sample.ids, 0)
+    areas = np.bincount(ids.ravel(), minlength=count)
+    rows = [np.zeros((0, count - 1))]
+    for mask in found.masks:
+        inside = ids[mask.full()]
+        both = np.bincount(inside, minlength=count)
+        rows.append((both / np.maximum(len(inside) + areas - both, 1))[None, 1:])
+    return np.concatenate(rows)
+
+
+def _mask_ap(found: Sequence[Found], samples: Sequence[Sample], label: int) -> float:
+    scores, hits, wanted = [], [], 0
+    for f, sample in zip(found, samples, strict=True):
+        mine = f.pick(np.flatnonzero(f.labels == label))
+        overlap = mask_iou(mine, sample)[:, sample.labels == label]
+        wanted += overlap.shape[1]
+        scores.append(mine.scores)
+        hits.append(match(overlap, mine.scores, 0.5))
+    if wanted == 0:
+        return float("nan")
+    return average_precision(np.concatenate(scores), np.concatenate(hits), wanted)
+
+
+def figures_of(
+    found: Sequence[Found], samples: Sequence[Sample], exact: Sequence[bool] = ()
+) -> dict[str, float]:
+    """AP at 0.5 IoU on cached photos; `score`, to be maximised, is the boxes' mean of classes.
+
+    Parameters
+    ----------
+    exact : which photos have drawn outlines; masks are measured on those.
+    """
+    found = [without_ignored(f, s) for f, s in zip(found, samples, strict=True)]
+    truth = [truth_of(s) for s in samples]
+    drawn = [k for k, is_exact in enumerate(exact) if is_exact]
+    boxes, masks = {}, {}
+    for label, name in enumerate(CLASSES, start=1):
+        boxes[f"ap50_{name}"] = ap_of(found, truth, label=label)
+        if drawn:
+            mine = [found[k] for k in drawn], [samples[k] for k in drawn]
+            masks[f"mask50_{name}"] = _mask_ap(*mine, label)
+    figures = {"ap50": ap_of(found, truth), **boxes, **masks}
+    figures["score"] = _mean(boxes.values())
+    if drawn:
+        figures["mask50"] = _mean(masks.values())
     return figures
+
+
+def _mean(values: Iterable[float]) -> float:
+    known = [value for value in values if np.isfinite(value)]
+    return float(np.mean(known)) if known else 0.0
+
+
+def check_on(
+    net: VoteNet, photos: Sequence[tuple[Path, str]], exact: Sequence[bool] = ()
+) -> dict[str, float]:
+    """Figures of a network that looks once at cached photos (folder, name); see `figures_of`."""
+    samples = [open_cache(folder, name) for folder, name in photos]
+    return figures_of([detect_with(net, sample, 0.03) for sample in samples], samples, exact)

@@ -21,7 +21,7 @@ from walltopo_lab.train.export import export_onnx
 from walltopo_lab.train.loop import Run, train
 from walltopo_lab.train.net import NET_SIZES, VoteNet, build_net
 from walltopo_lab.train.params import AugmentSettings, TrainSettings
-from walltopo_lab.train.sets import LabelledSet, open_sets
+from walltopo_lab.train.sets import LabelledSet, drop_photos, open_sets
 
 OnCheck = Callable[[int, float], None]
 
@@ -80,14 +80,7 @@ def _drop_wrong(
         return list(sets)
     wrong = {v["name"] for items in read_json(verdicts_file).values() for v in items if v["wrong"]}
     progress.note(f"{len(wrong)} photos left out: their labels do not fit the picture")
-    return [
-        dataclasses.replace(
-            s,
-            train=tuple(n for n in s.train if n not in wrong),
-            dropped=tuple(n for n in s.train if n in wrong),
-        )
-        for s in sets
-    ]
+    return [drop_photos(s, wrong) for s in sets]
 
 
 def _shares(sets: Sequence[LabelledSet], synthetic: float) -> list[float]:
@@ -132,12 +125,13 @@ def export_run(
     net.load_state_dict(run.best_state or run.average.state_dict())
     net.eval()
     folder, names = _held_out(sets, max(settings.check_photos, 48))
-    figures = check_on(net, folder, names)
+    photos = [(folder, name) for name in names]
+    figures = check_on(net, photos)
     facts = {"version": f"step {run.step}", "size": net.size.as_dict()}
     model = job.out / "holds.onnx"
     difference = export_onnx(net, model, facts)
     # As it is used, with all looks; the checks looked once.
-    used = calibrate(model, folder, names, progress)
+    used, _ = calibrate(model, photos, progress)
     used["ap50_as_used"] = used.pop("ap50")
     parameters = sum(p.numel() for p in net.parameters())
     card = CardFacts(
@@ -176,7 +170,7 @@ def fit_detector(
 
     def check(net: VoteNet) -> dict[str, float]:
         nonlocal checks
-        figures = check_on(net, folder, names)
+        figures = check_on(net, [(folder, name) for name in names])
         checks += 1
         if on_check is not None:
             on_check(checks, figures["ap50"])

@@ -1,8 +1,13 @@
-"""The training loop: a schedule in minutes, averaged weights, checkpoints that resume."""
+"""The training loop: averaged weights, checkpoints that resume, two schedules.
+
+A run of so many minutes lowers its learning rate to almost zero. An endless run keeps its rate;
+the averaged weights take the place of the decay, so that they are of use at any time.
+"""
 
 from __future__ import annotations
 
 import copy
+import itertools
 import math
 import pickle
 import time
@@ -16,13 +21,16 @@ import torch
 
 from walltopo.core import EnvironmentLacksError, InputError, Progress
 from walltopo.core.files import atomic_path
-from walltopo_lab.train.batches import Batch, batches
+from walltopo_lab.train.batches import Batch, Folders, batches
 from walltopo_lab.train.loss import box_loss, heat_loss, mask_loss
 from walltopo_lab.train.net import NetSize, VoteNet, build_net
 from walltopo_lab.train.params import AugmentSettings, TrainSettings
-from walltopo_lab.train.warm import freeze_norms, load_exported
+from walltopo_lab.train.warm import freeze_norms, load_exported, measure_norms
 
 _SAVE_EVERY = 120.0  # s between checkpoints
+_WARM_STEPS = 200  # steps in which an endless run raises its rate
+_COOL_AVERAGE = 0.98  # decay of the averaged weights in a cool-down
+_NORM_BATCHES = 12  # batches that statistics are measured on, where a file has none
 Check = Callable[[VoteNet], dict[str, float]]
 
 
@@ -34,15 +42,65 @@ def learning_rate(done: float, settings: TrainSettings) -> float:
     return settings.rate * (0.01 + 0.99 * 0.5 * (1 + math.cos(math.pi * x)))
 
 
+def _rate(run: Run, settings: TrainSettings) -> float:
+    if settings.endless:
+        return settings.rate * min(1.0, (1 + run.step - run.first_step) / _WARM_STEPS)
+    return learning_rate(run.seconds / (settings.minutes * 60), settings)
+
+
+def _average_decay(run: Run, settings: TrainSettings) -> float:
+    """Decay of the averaged weights: they remember a ninth of the steps so far, up to a limit.
+
+    A longer memory would keep the start, which is random, or was disturbed by a higher rate.
+    """
+    steps = run.step - run.first_step
+    return min(settings.ema, (1 + steps) / (10 + steps))
+
+
+def cool_down(
+    run: Run,
+    folders: Folders,
+    shares: Sequence[float],
+    steps: int,
+    settings: TrainSettings,
+    augment: AugmentSettings,
+    progress: Progress,
+    outlined: Folders = (),
+) -> None:
+    """Train a loaded run further while its rate falls to zero; its average is the result."""
+    torch.set_num_threads(settings.threads)
+    device = _device(settings)
+    run.net.to(device, memory_format=torch.channels_last).train()
+    run.average.to(device, memory_format=torch.channels_last)
+    run.average.load_state_dict(run.net.state_dict())
+    supply = batches(folders, shares, settings, augment, settings.seed + run.step, outlined)
+    progress.step("cool-down", steps)
+    for k, batch in enumerate(itertools.islice(supply, steps)):
+        _update(run, batch, settings.rate * (1 - k / steps), _COOL_AVERAGE, device)
+        progress.advance()
+
+
 @dataclass
 class Run:
-    """All that a checkpoint holds."""
+    """All that a checkpoint holds.
+
+    Parameters
+    ----------
+    step, first_step : steps so far, and those of the network that an endless run began with.
+    seconds : spent in steps.
+    cpu_seconds : processor time of all runs together, crops and checks included, and that of the
+        network that an endless run began with.
+    history : an entry a check: `step`, `minutes`, `core_hours`, mean losses, held-out figures.
+    frozen : whether the statistics of the normalisations stay as they are.
+    """
 
     net: VoteNet
     average: VoteNet
     optimiser: torch.optim.Optimizer
     step: int = 0
+    first_step: int = 0
     seconds: float = 0.0
+    cpu_seconds: float = 0.0
     best: float = -1.0
     best_state: dict[str, Any] | None = None
     since_best: int = 0
@@ -58,10 +116,13 @@ class Run:
             "optimiser": self.optimiser.state_dict(),
             "best_state": self.best_state,
         }
-        for name in ("step", "seconds", "best", "since_best", "history"):
+        for name in _PLAIN:
             state[name] = getattr(self, name)
         with atomic_path(path) as temporary:
             torch.save(state, temporary)
+
+
+_PLAIN = ("step", "first_step", "seconds", "cpu_seconds", "best", "since_best", "history")
 
 
 def _optimiser(net: VoteNet, settings: TrainSettings) -> torch.optim.Optimizer:
@@ -95,7 +156,7 @@ def load_run(path: Path, settings: TrainSettings) -> Run:
         run.net.load_state_dict(state["net"])
         run.average.load_state_dict(state["average"])
         run.optimiser.load_state_dict(state["optimiser"])
-        for name in ("step", "seconds", "best", "since_best", "history", "best_state"):
+        for name in (*_PLAIN, "best_state"):
             setattr(run, name, state[name])
     except (KeyError, RuntimeError, OSError, ValueError, EOFError, pickle.UnpicklingError) as error:
         raise InputError(
@@ -138,11 +199,11 @@ def _follow(average: VoteNet, net: VoteNet, decay: float) -> None:
 
 
 def _update(
-    run: Run, batch: Batch, settings: TrainSettings, device: torch.device
+    run: Run, batch: Batch, rate: float, ema: float, device: torch.device
 ) -> dict[str, float]:
-    done = run.seconds / (settings.minutes * 60)
+    """One step; returns its losses."""
     for group in run.optimiser.param_groups:
-        group["lr"] = learning_rate(done, settings)
+        group["lr"] = rate
     losses = _losses(run.net, batch, device)
     total = losses["heat"] + 1.5 * losses["box"] + 1.5 * losses["mask"]
     run.optimiser.zero_grad(set_to_none=True)
@@ -151,8 +212,7 @@ def _update(
     if torch.isfinite(norm):
         run.optimiser.step()
     run.step += 1
-    # Early on the average must not remember the random start.
-    _follow(run.average, run.net, min(settings.ema, (1 + run.step) / (20 + run.step)))
+    _follow(run.average, run.net, ema)
     return {name: float(value.detach()) for name, value in losses.items()}
 
 
@@ -160,7 +220,8 @@ def _check(run: Run, check: Check, progress: Progress, means: dict[str, float]) 
     run.average.eval()
     figures = check(run.average)
     known = {k: v for k, v in figures.items() if math.isfinite(v)}
-    entry = {"step": float(run.step), "minutes": run.seconds / 60, **means, **known}
+    clock = {"minutes": run.seconds / 60, "core_hours": run.cpu_seconds / 3600}
+    entry = {"step": float(run.step), **clock, **means, **known}
     run.history.append(entry)
     score = figures["score"]
     if score > run.best:
@@ -172,7 +233,7 @@ def _check(run: Run, check: Check, progress: Progress, means: dict[str, float]) 
 
 
 def train(
-    folders: Sequence[tuple[Path, Sequence[str]]],
+    folders: Folders,
     shares: Sequence[float],
     checkpoint: Path,
     check: Check,
@@ -182,77 +243,118 @@ def train(
     size: NetSize | None = None,
     until: float = 1.0,
     pretrained: Path | None = None,
+    report: Callable[[Run], None] | None = None,
+    before: tuple[int, float] = (0, 0.0),
+    outlined: Folders = (),
 ) -> Run:
     """Train until the time is used up or nothing is gained; resume where `checkpoint` stopped.
 
     Parameters
     ----------
-    folders, shares : see `batches`.
+    folders, shares, outlined : see `batches`.
     check : figures of the averaged network on held-out photos; `score` is what is maximised.
     until : stop at this share of the time (the schedule is that of the whole time).
-    pretrained : an exported network to start from instead of fresh weights; the statistics of
-        its normalisations stay frozen.
+    pretrained : an exported network to start from instead of fresh weights. An endless run
+        measures the statistics of its normalisations; otherwise they stay frozen.
+    report : called after each check, and once at the start.
+    before : steps and processor seconds that the network to start from has had.
     """
     torch.set_num_threads(settings.threads)
     device = _device(settings)
-    if checkpoint.is_file():
-        run = load_run(checkpoint, settings)
-    else:
-        run = _new_run(size, settings, pretrained)
-    run.frozen = pretrained is not None
+    begun = checkpoint.is_file()
+    run = load_run(checkpoint, settings) if begun else _new_run(size, settings, pretrained)
+    run.frozen = pretrained is not None and not settings.endless
+    supply = batches(folders, shares, settings, augment, settings.seed + run.step, outlined)
+    if settings.endless and pretrained is not None and not begun:
+        photos = itertools.islice(supply, _NORM_BATCHES)
+        measure_norms(run.net, (torch.from_numpy(batch["image"]).float() for batch in photos))
+        run.average.load_state_dict(run.net.state_dict())
+        run.step = run.first_step = before[0]
+        run.cpu_seconds = before[1]
     run.net.to(device, memory_format=torch.channels_last)
     run.average.to(device, memory_format=torch.channels_last)
-    if run.seconds >= settings.minutes * 60 * until:
+    if not settings.endless and run.seconds >= settings.minutes * 60 * until:
         return run
-    progress.step("training", round(settings.minutes))
+    progress.step("training", None if settings.endless else round(settings.minutes))
     progress.advance(min(int(run.seconds // 60), round(settings.minutes)))
-    supply = batches(folders, shares, settings, augment, settings.seed + run.step)
+    leg = _Leg(run, checkpoint, check, settings, progress, report or (lambda _: None))
     try:
-        _steps(run, supply, checkpoint, check, settings, device, progress, until)
+        leg.steps(supply, device, until)
     except KeyboardInterrupt:
         run.save(checkpoint)
         raise
     return run
 
 
-def _steps(
-    run: Run,
-    supply: Iterator[Batch],
-    checkpoint: Path,
-    check: Check,
-    settings: TrainSettings,
-    device: torch.device,
-    progress: Progress,
-    until: float,
-) -> None:
-    """Steps until `until`, with checks and checkpoints between them."""
-    saved = checked = time.monotonic()
-    sums: list[dict[str, float]] = []
-    minutes = int(run.seconds // 60)
-    for batch in supply:
-        begin = time.monotonic()
-        run.net.train()
-        if run.frozen:
-            freeze_norms(run.net)
-        sums.append(_update(run, batch, settings, device))
-        run.seconds += time.monotonic() - begin
-        if int(run.seconds // 60) > minutes:
-            minutes += 1
-            progress.advance()
-            told = _told({k: float(np.mean([s[k] for s in sums[-50:]])) for k in sums[-1]})
-            progress.detail(f"minute {minutes}, step {run.step}: {told}")
-        over = run.seconds >= settings.minutes * 60 * until
-        now = time.monotonic()
-        if over or now - checked > settings.check_every * 60:
-            means = {k: float(np.mean([s[k] for s in sums])) for k in sums[-1]}
-            _check(run, check, progress, means)
-            sums, checked = [], time.monotonic()
-        over = over or run.since_best >= settings.patience
-        if over or now - saved > _SAVE_EVERY:
-            run.save(checkpoint)
-            saved = now
-        if over:
-            break
+@dataclass
+class _Leg:
+    """Steps from a start or a checkpoint on, with checks and checkpoints between them."""
+
+    run: Run
+    checkpoint: Path
+    do_check: Check
+    settings: TrainSettings
+    progress: Progress
+    report: Callable[[Run], None]
+    sums: list[dict[str, float]] = field(default_factory=list)
+
+    def means(self, last: int = 0) -> dict[str, float]:
+        """Mean losses since the last check, or of the last steps alone."""
+        if not self.sums:
+            return {}
+        return {k: float(np.mean([s[k] for s in self.sums[-last:]])) for k in self.sums[-1]}
+
+    def check(self) -> None:
+        """Add figures on held-out photos to the history, and save."""
+        _check(self.run, self.do_check, self.progress, self.means())
+        self.sums = []
+        self.run.save(self.checkpoint)
+        self.report(self.run)
+
+    def check_is_due(self) -> bool:
+        """Whether the last check is long ago, in time spent in steps: restarts do not defer it."""
+        last = self.run.history[-1]["minutes"] if self.run.history else 0.0
+        return self.run.seconds / 60 - last > self.settings.check_every
+
+    def told_minute(self, minute: int) -> None:
+        """A line on how training goes."""
+        self.progress.advance()
+        told = _told(self.means(50))
+        self.progress.detail(f"minute {minute}, step {self.run.step}: {told}")
+
+    def steps(self, supply: Iterator[Batch], device: torch.device, until: float) -> None:
+        """Train until `until`, or until nothing is gained any more."""
+        run, settings = self.run, self.settings
+        if settings.endless and not run.history:
+            self.check()
+        self.report(run)
+        saved = time.monotonic()
+        spent = time.process_time()
+        for batch in supply:
+            begin, minutes = time.monotonic(), int(run.seconds // 60)
+            run.net.train()
+            if run.frozen:
+                freeze_norms(run.net)
+            ema = _average_decay(run, settings)
+            self.sums.append(_update(run, batch, _rate(run, settings), ema, device))
+            now = time.monotonic()
+            run.seconds += now - begin
+            run.cpu_seconds, spent = (
+                run.cpu_seconds + time.process_time() - spent,
+                time.process_time(),
+            )
+            if int(run.seconds // 60) > minutes:
+                self.told_minute(minutes + 1)
+            over = not settings.endless and run.seconds >= settings.minutes * 60 * until
+            if over or self.check_is_due():
+                self.check()
+                saved = time.monotonic()
+            over = over or (not settings.endless and run.since_best >= settings.patience)
+            if over or now - saved > _SAVE_EVERY:
+                run.save(self.checkpoint)
+                saved = now
+            if over:
+                break
 
 
 def _told(figures: dict[str, float]) -> str:

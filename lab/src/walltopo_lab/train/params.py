@@ -42,6 +42,10 @@ class AugmentSettings:
     mosaic: Annotated[
         float, about("share of crops put together from four photos", low=0.0, high=1.0)
     ] = 0.0
+    paste: Annotated[
+        float,
+        about("share of crops with objects pasted from sets with exact masks", low=0.0, high=1.0),
+    ] = 0.0
     crop_fraction: Annotated[
         float,
         about("a crop shows the photo on at least this share of its sides", low=0.1, high=1.0),
@@ -128,7 +132,12 @@ class TrainSettings:
     """How long and on what the detector is trained."""
 
     minutes: Annotated[
-        float, about("time to train, all resumed parts together", unit="min", low=0.01)
+        float,
+        about(
+            "time to train, all resumed parts together; 0: without end, at a constant rate",
+            unit="min",
+            low=0.0,
+        ),
     ] = 60.0
     crop: Annotated[int, about("side of a training crop, a multiple of 32", unit="px", low=64)] = (
         480
@@ -166,6 +175,11 @@ class TrainSettings:
 
     def __post_init__(self) -> None:
         check_settings(self, "train")
+
+    @property
+    def endless(self) -> bool:
+        """Whether training goes on until it is stopped."""
+        return self.minutes == 0
 
 
 @dataclass(frozen=True)

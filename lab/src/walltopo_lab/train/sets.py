@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import hashlib
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from walltopo.core import InputError, Progress
@@ -31,6 +32,15 @@ class LabelledSet:
     dropped: tuple[str, ...] = ()
 
 
+def drop_photos(item: LabelledSet, names: Collection[str]) -> LabelledSet:
+    """The set without training on the named photos."""
+    return replace(
+        item,
+        train=tuple(name for name in item.train if name not in names),
+        dropped=tuple(name for name in item.train if name in names),
+    )
+
+
 def _photos_of(annotations: Path) -> Path:
     for folder in (annotations.parent / "photos", annotations.parent / "images"):
         if folder.is_dir():
@@ -53,7 +63,9 @@ def open_sets(
     for path in datasets:
         exact = path.suffix == ".json"
         label = "-".join(path.with_suffix("").parts[-2:])
-        folder = cache / label
+        # Runs share the cache: two sets of one name must not meet in one folder.
+        place = hashlib.blake2b(str(path.resolve()).encode(), digest_size=4).hexdigest()
+        folder = cache / f"{label}-{place}"
         if exact:
             names = cache_coco(path, _photos_of(path), folder, progress)
             share = held_out if only_exact else 0.0

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo_lab.train.augment import Crop
+from walltopo_lab.train.cache import UNDECIDED, ignored_at
 
 _CLASSES = 2
 _LEAST_SEEN = 0.3  # objects of which less is in the crop are neither wanted nor punished
@@ -52,18 +53,23 @@ def _draw_peak(
     np.maximum(window, (gy[:, None] * gx[None, :]).astype(np.float32), out=window)
 
 
+def _known(ids: NDArray[np.int16]) -> NDArray[np.float32]:
+    """(C, h, w) 1 where the instance map says whether there is an object of the class."""
+    return np.stack([~ignored_at(ids, c + 1) for c in range(_CLASSES)]).astype(np.float32)
+
+
 def make_targets(crop: Crop) -> Targets:
     """Targets of one crop; large objects first, so that small ones keep the contested pixels."""
     side = crop.image.shape[0]
     cells, half = side // 4, side // 2
     heat = np.zeros((_CLASSES, cells, cells), np.float32)
-    heat_weight = np.ones_like(heat)
     votes = np.zeros((4 * _CLASSES, cells, cells), np.float32)
     vote_weight = np.zeros_like(heat)
     coarse = crop.ids[2::4, 2::4]
     fine = crop.ids[1::2, 1::2]
+    heat_weight = _known(coarse)
     mask = np.zeros((_CLASSES, half, half), np.float32)
-    mask_weight = np.broadcast_to((fine >= 0).astype(np.float32), mask.shape).copy()
+    mask_weight = _known(fine) * (fine != UNDECIDED)
     class_of = np.concatenate([[0], crop.labels])
     fine_class = np.where(fine > 0, class_of[np.maximum(fine, 0)], 0)
     for c in range(_CLASSES):

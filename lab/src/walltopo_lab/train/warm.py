@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from torch import nn
+from torch import Tensor, nn
 
 from walltopo.core import InputError
 from walltopo_lab.train.net import VoteNet, build_net
@@ -18,8 +19,8 @@ def load_exported(path: Path) -> VoteNet:
     """The network in an ONNX file of `walltopo train`, ready to be trained further.
 
     The export folded the batch normalisations into the convolutions. They come back as
-    normalisations that only add the folded bias; their statistics must stay frozen
-    (`freeze_norms`), or the first batch would rescale every layer.
+    normalisations that only add the folded bias. Their statistics must stay frozen
+    (`freeze_norms`) or be measured (`measure_norms`), or the first batch would rescale every layer.
 
     Raises
     ------
@@ -73,3 +74,46 @@ def freeze_norms(net: nn.Module) -> None:
     for module in net.modules():
         if isinstance(module, nn.BatchNorm2d):
             module.eval()
+
+
+@torch.no_grad()
+def measure_norms(net: nn.Module, photos: Iterable[Tensor]) -> None:
+    """Set the statistics of all batch normalisations to those of `photos`.
+
+    Weights and biases change with them, so that the network in eval mode stays the same function.
+
+    Parameters
+    ----------
+    photos : batches of input, (n, 3, H, W) float RGB in 0..255.
+    """
+    norms = [module for module in net.modules() if isinstance(module, nn.BatchNorm2d)]
+    sums = {norm: torch.zeros(3, norm.num_features, dtype=torch.float64) for norm in norms}
+    hooks = [norm.register_forward_pre_hook(_adder(sums[norm])) for norm in norms]
+    net.eval()
+    for photo in photos:
+        net(photo)
+    for hook in hooks:
+        hook.remove()
+    for norm, (count, total, squares) in sums.items():
+        assert norm.running_mean is not None
+        assert norm.running_var is not None
+        mean = total / count
+        variance = (squares / count - mean**2).clamp(min=1e-6)
+        gain = norm.weight / torch.sqrt(norm.running_var + norm.eps)
+        shift = norm.bias - gain * norm.running_mean
+        norm.weight.copy_(gain * torch.sqrt(variance + norm.eps))
+        norm.bias.copy_(shift + gain * mean)
+        norm.running_mean.copy_(mean)
+        norm.running_var.copy_(variance)
+
+
+def _adder(sums: Tensor) -> Callable[[nn.Module, tuple[Tensor, ...]], None]:
+    """A hook that adds count, sum and sum of squares of each channel of its input."""
+
+    def add(_: nn.Module, inputs: tuple[Tensor, ...]) -> None:
+        x = inputs[0].double()
+        sums[0] += x.numel() / x.shape[1]
+        sums[1] += x.sum(dim=(0, 2, 3))
+        sums[2] += (x * x).sum(dim=(0, 2, 3))
+
+    return add

@@ -141,11 +141,11 @@ def _export(job: Job, name: str, settings: YoloSettings) -> Path:
     return path
 
 
-def _checked(sets: list[LabelledSet]) -> tuple[Path, list[str]]:
+def _checked(sets: list[LabelledSet]) -> list[tuple[Path, str]]:
     for item in sets:
         if item.held_out:
-            return item.folder, list(item.held_out)
-    return sets[0].folder, list(sets[0].train)
+            return [(item.folder, name) for name in item.held_out]
+    return [(sets[0].folder, name) for name in sets[0].train]
 
 
 def train_yolo(
@@ -169,7 +169,7 @@ def train_yolo(
     """
     sets = fit_yolo(job, name, settings, augment, progress, on_epoch)
     path = _export(job, name, settings)
-    figures = calibrate(path, *_checked(sets), progress)
+    figures, _ = calibrate(path, _checked(sets), progress)
     counts = [(s.name, len(s.train), len(s.held_out), len(s.dropped)) for s in sets]
     tables = (asdict(settings), asdict(augment))
     card = job.out / "holds.md"

@@ -1,0 +1,247 @@
+"""Training of the shipped detector without end: `make train`, `make train-export`.
+
+The state lies outside of the checkout, so that any later checkout goes on with it: prepared
+photos, rendered gyms, checkpoint and page. A run may be killed at any moment; the next one goes on
+from the last checkpoint, at most two minutes back.
+"""
+
+from __future__ import annotations
+
+import argparse
+import fcntl
+import os
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from walltopo.core import InputError, Progress
+from walltopo.core.files import read_json, write_json
+from walltopo.images.networks import open_network
+from walltopo.segment.detect.detector import shipped_model
+from walltopo_lab.train.audit import audit
+from walltopo_lab.train.choose import check_on
+from walltopo_lab.train.loop import Run, cool_down, load_run, train
+from walltopo_lab.train.net import VoteNet
+from walltopo_lab.train.page import write_page
+from walltopo_lab.train.params import AugmentSettings, TrainSettings
+from walltopo_lab.train.sets import LabelledSet, drop_photos
+from walltopo_lab.train.shipped_export import (
+    Comparison,
+    compare,
+    comparison_table,
+    replace_shipped,
+)
+from walltopo_lab.train.shipped_sets import (
+    QUICK_CHECK,
+    Part,
+    open_shipped_sets,
+    validation_parts,
+)
+from walltopo_lab.train.warm import load_exported
+
+# The shipped network's first training. The hours are an estimate: it shared its cores.
+FIRST_STEPS, FIRST_HOURS = 6585, 1.7
+Show = Callable[[str], None]
+
+# Without end; the averaged weights remember 2,000 steps at most.
+AUGMENT = AugmentSettings(paste=0.25)
+SETTINGS = TrainSettings(minutes=0.0, rate=5e-4, ema=0.9995, check_every=30.0)
+
+
+@dataclass(frozen=True)
+class State:
+    """Where a run keeps what it must not lose."""
+
+    folder: Path
+
+    @property
+    def prepared(self) -> Path:
+        return self.folder / "prepared"
+
+    @property
+    def rendered(self) -> Path:
+        return self.folder / "rendered"
+
+    @property
+    def checkpoint(self) -> Path:
+        return self.folder / "checkpoint.pt"
+
+    @property
+    def exported(self) -> Path:
+        return self.folder / "holds.onnx"
+
+    @property
+    def page(self) -> Path:
+        return self.folder / "train.html"
+
+    @contextmanager
+    def only_run(self) -> Iterator[None]:
+        """Hold the folder's lock, and write this process's number to `pid`.
+
+        Raises
+        ------
+        InputError : another run has the lock.
+        """
+        self.folder.mkdir(parents=True, exist_ok=True)
+        with (self.folder / "lock").open("w") as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError as error:
+                raise InputError(
+                    f"{self.folder}: a run is using this folder",
+                    f"Its process is in {self.folder / 'pid'}.",
+                ) from error
+            (self.folder / "pid").write_text(f"{os.getpid()}\n")
+            yield
+
+
+def quick_check(parts: Sequence[Part]) -> Part:
+    """A few photos of each part, always the same, for the checks while training goes on."""
+    photos: list[tuple[Path, str]] = []
+    exact: list[bool] = []
+    for part in parts:
+        count = min(QUICK_CHECK.get(part.name, 0), len(part.photos))
+        for k in np.linspace(0, len(part.photos) - 1, count).round().astype(int):
+            photos.append(part.photos[k])
+            exact.append(part.exact[k])
+    return Part("quick check", tuple(photos), tuple(exact))
+
+
+def _without_wrong_labels(
+    sets: Sequence[LabelledSet], state: State, progress: Progress
+) -> list[LabelledSet]:
+    """Drop photos whose labels do not fit the picture, as the shipped network sees it."""
+    file = state.prepared / "audit.json"
+    known: dict[str, list[str]] = read_json(file) if file.is_file() else {}
+    for item in sets:
+        if item.name not in known and not item.exact and item.train:
+            verdicts = audit(load_exported(shipped_model()), item.folder, item.train, progress)
+            known[item.name] = [verdict.name for verdict in verdicts if verdict.wrong]
+            write_json(file, known)
+    return [drop_photos(item, known.get(item.name, [])) for item in sets]
+
+
+def _open(
+    data: Path, state: State, progress: Progress
+) -> tuple[list[LabelledSet], list[float], list[Part]]:
+    """The sets that train with their shares of the crops, and the validation photos."""
+    sets, shares = open_shipped_sets(data, state.rendered, state.prepared, progress)
+    sets = _without_wrong_labels(sets, state, progress)
+    used = [(s, share) for s, share in zip(sets, shares, strict=True) if share > 0]
+    return [s for s, _ in used], [share for _, share in used], validation_parts(sets)
+
+
+def _folders(sets: Sequence[LabelledSet]) -> list[tuple[Path, Sequence[str]]]:
+    return [(item.folder, item.train) for item in sets]
+
+
+def training_of(model: Path) -> tuple[int, float]:
+    """Steps and processor seconds that the network in a file of this module has had."""
+    network = open_network(model)
+    hours = network.number("core_hours", FIRST_HOURS)
+    return int(network.number("steps", FIRST_STEPS)), hours * 3600
+
+
+def run(data: Path, state: State, progress: Progress) -> None:
+    """Train until somebody stops it.
+
+    Raises
+    ------
+    InputError : a set is missing, or another run uses the folder.
+    """
+    with state.only_run():
+        used, shares, parts = _open(data, state, progress)
+        chosen = quick_check(parts)
+
+        def check(net: VoteNet) -> dict[str, float]:
+            return check_on(net, chosen.photos, chosen.exact)
+
+        def report(run: Run) -> None:
+            write_json(state.folder / "history.json", run.history)
+            write_page(state.page, run.history)
+
+        train(
+            _folders(used),
+            shares,
+            state.checkpoint,
+            check,
+            SETTINGS,
+            AUGMENT,
+            progress,
+            outlined=_folders([s for s in used if s.exact]),
+            pretrained=shipped_model(),
+            report=report,
+            before=training_of(shipped_model()),
+        )
+
+
+def export(data: Path, state: State, progress: Progress, cool_steps: int = 0) -> Comparison:
+    """Export the averaged weights to `holds.onnx` of the state and compare them with the shipped.
+
+    A run may go on meanwhile: its last checkpoint counts.
+
+    Parameters
+    ----------
+    cool_steps : steps in which a copy of the run lowers its rate to zero before the export.
+
+    Raises
+    ------
+    InputError : there is no checkpoint, or a set is missing.
+    """
+    run = load_run(state.checkpoint, SETTINGS)
+    used, shares, parts = _open(data, state, progress)
+    if cool_steps:
+        outlined = _folders([s for s in used if s.exact])
+        cool_down(run, _folders(used), shares, cool_steps, SETTINGS, AUGMENT, progress, outlined)
+    return compare(run, parts, shipped_model(), state.exported, progress)
+
+
+def _export(args: argparse.Namespace, state: State, progress: Progress, show: Show) -> None:
+    """Export, show the comparison, replace the shipped file if that was asked for."""
+    made = export(args.data, state, progress, args.cool_down)
+    show(comparison_table(made))
+    show(", ".join(f"{name} {value:.3f}" for name, value in made.settings.items()))
+    show("The exported network is better." if made.is_better else "The shipped network is better.")
+    if args.replace and replace_shipped(made, state.exported, shipped_model()):
+        show(f"It replaces {shipped_model().name}. Put the table into the model card.")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Entry point of `python -m walltopo_lab.train.shipped`."""
+    from walltopo.cli.console import console
+    from walltopo.cli.listener import TerminalListener
+
+    args = _parser().parse_args(arguments)
+    state = State(args.state.expanduser())
+    with TerminalListener(console, verbose=True) as progress:
+        try:
+            if args.what == "run":
+                run(args.data, state, progress)
+            else:
+                _export(args, state, progress, lambda text: console.print(text, soft_wrap=True))
+        except InputError as error:
+            console.print(f"{error}\n{error.hint or ''}", style="red", soft_wrap=True)
+            return 1
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("what", choices=("run", "export"), help="train, or export and compare")
+    parser.add_argument("--data", type=Path, required=True, help="folder of the labelled sets")
+    parser.add_argument("--state", type=Path, required=True, help="folder of the run's state")
+    parser.add_argument(
+        "--replace", action="store_true", help="export: replace the shipped file by a better one"
+    )
+    parser.add_argument(
+        "--cool-down", type=int, default=0, metavar="STEPS", help="export: lower the rate first"
+    )
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())
