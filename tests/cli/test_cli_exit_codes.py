@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -96,3 +98,47 @@ def test_every_code_of_the_help_is_tried() -> None:
     told = {int(code) for code in re.findall(r"^ +(\d+) ", EXIT_CODES, re.M)}
     signals = {130}  # test_cli_stopping.py
     assert told == {code for code, _ in CASES} | {70} | signals
+
+
+def _ended(words: list[str], **how: Any) -> subprocess.CompletedProcess[bytes]:
+    command = [sys.executable, "-m", "walltopo", *words]
+    return subprocess.run(command, stderr=subprocess.PIPE, check=False, **how)
+
+
+def test_a_name_that_is_too_long_is_bad_input(tmp_path: Path) -> None:
+    done = _ended(["status", str(tmp_path / ("a" * 300))])
+    assert done.returncode == 3
+    assert b"name too long" in done.stderr
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full")
+def test_a_full_stdout_is_the_machine_s_fault() -> None:
+    with open("/dev/full", "wb") as full:
+        done = _ended(["settings", "--markdown"], stdout=full)
+    assert done.returncode == 5
+    assert b"No space left" in done.stderr
+
+
+def test_a_deleted_working_folder_is_no_defect(tmp_path: Path) -> None:
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    path = f"PYTHONPATH={':'.join(sys.path)}"
+    script = f'cd "{gone}" && rmdir "{gone}" && {path} "{sys.executable}" -m walltopo status scan'
+    done = subprocess.run(["sh", "-c", script], capture_output=True, check=False)
+    assert done.returncode in (3, 5), done.stderr
+    assert b"defect" not in done.stderr
+
+
+def test_a_terminal_without_the_character_shows_its_code() -> None:
+    how = {"env": {**os.environ, "PYTHONIOENCODING": "ascii"}, "stdout": subprocess.PIPE}
+    assert _ended(["doctor"], **how).returncode in (0, 5)
+
+
+def test_a_scan_inside_another_scan_is_refused(tmp_path: Path) -> None:
+    Manifest.load(tmp_path / "none").save(tmp_path / "scan.json")
+    (tmp_path / "photos").mkdir()
+    inside = tmp_path / "photos" / "x"
+    done = _ended(["scan", str(_photos(tmp_path / "in")), "-o", str(inside)])
+    assert done.returncode == 3
+    assert b"lies among the files of the scan" in done.stderr
+    assert not inside.exists()

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from walltopo.cli import build_parser, main
+from walltopo.cli import build_parser, leaf_parsers, main
 from walltopo.cli.options import Number
 from walltopo.core import SettingsError
 from walltopo.pipeline.settings import load_settings, sections
 
 # These write what the user names as an argument; the others by `-o`, `--out` or `--output`.
-BY_ARGUMENT = {"synth", "train paint", "dataset convert", "dataset split"}
+BY_ARGUMENT = {"gym backup", "synth", "train paint", "dataset convert", "dataset split"}
 # `scan` guards its folder itself (pipeline/workplace.py).
 GUARDED = {"scan"}
 
@@ -171,3 +171,19 @@ def test_settings_files_that_cannot_be_read(
         config.write_bytes(content)
     assert main(["scan", "p", "-o", str(tmp_path / "scan"), "--config", str(config)]) == 3
     assert told in " ".join(capsys.readouterr().err.split())
+
+
+def test_every_command_has_the_common_options() -> None:
+    found = list(leaf_parsers(build_parser()))
+    assert len(found) > 25
+    for parser in found:
+        if parser.get_default("distribution"):  # not installed: its options are not known
+            continue
+        assert {"--verbose", "--quiet"} <= parser._option_string_actions.keys(), parser.prog
+
+
+def test_a_quiet_command_prints_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["doctor", "--quiet"]) in (0, 5)
+    assert capsys.readouterr().out == ""
+    assert main(["doctor"]) in (0, 5)
+    assert capsys.readouterr().out != ""

@@ -25,4 +25,4 @@ def _cell(value: object) -> object:
 
 def harmless(text: str) -> str:
     """No formula to a spreadsheet (OWASP, CSV Injection)."""
-    return "'" + text if text[:1] in tuple("=+-@\t\r") else text
+    return "'" + text if text[:1] in tuple("=+-@\t\r＝＋－＠") else text

@@ -7,16 +7,19 @@ errors into messages and exit codes.
 from __future__ import annotations
 
 import argparse
+import errno
 import importlib
+import os
 import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from importlib.metadata import entry_points
 
 from walltopo import __version__
 from walltopo.cli.needs import check_needs
 from walltopo.cli.parser import Parser
-from walltopo.cli.quiet import quiet_libraries
+from walltopo.cli.quiet import quiet_console, quiet_libraries
 from walltopo.cli.stopping import STOPPED, Stop, stoppable
 
 GROUPS = (
@@ -78,7 +81,32 @@ def build_parser() -> argparse.ArgumentParser:
     for group in GROUPS:
         importlib.import_module(f"walltopo.cli.{group}").register(commands)
     _add_plugins(commands)
+    for command in leaf_parsers(parser):
+        _add_common(command)
     return parser
+
+
+def leaf_parsers(parser: argparse.ArgumentParser) -> Iterator[argparse.ArgumentParser]:
+    """Yield the parsers of all commands, those below other commands too."""
+    inner = [a for a in parser._actions if isinstance(a, argparse._SubParsersAction)]
+    below = [child for action in inner for child in dict.fromkeys(action.choices.values())]
+    below += getattr(parser, "parsers_by_word", ())
+    if not inner:
+        yield getattr(parser, "parser_without_word", parser)
+    for child in below:
+        yield from leaf_parsers(child)
+
+
+def _add_common(parser: argparse.ArgumentParser) -> None:
+    """Add the options that every command has, where it has none of its own."""
+    for short, long, text in (
+        ("-v", "--verbose", "more detail; the traceback of a defect"),
+        ("-q", "--quiet", "errors only"),
+    ):
+        known = parser._option_string_actions
+        names = [name for name in (short, long) if name not in known]
+        if long in names:
+            parser.add_argument(*names, action="store_true", help=text)
 
 
 def _add_plugins(commands: argparse._SubParsersAction[Parser]) -> None:
@@ -116,7 +144,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 parser.print_help()
                 return 2
             check_needs(args)
-            with quiet_libraries(getattr(args, "verbose", False)):
+            verbose, quiet = (getattr(args, name, False) for name in ("verbose", "quiet"))
+            with quiet_libraries(verbose), quiet_console(quiet):
                 return int(args.run(args))
         except KeyboardInterrupt:
             sys.stderr.write(f"\n{STOPPED}\n")
@@ -124,12 +153,29 @@ def main(arguments: Sequence[str] | None = None) -> int:
         except BrokenPipeError:
             sys.stderr.close()
             return 0
+        except OSError as error:
+            return _refused(error, getattr(args, "verbose", False))
         except Exception as error:
-            return _told(error, stop, getattr(args, "verbose", False))
+            return _report(error, stop, getattr(args, "verbose", False))
 
 
-def _told(error: Exception, stop: Stop, verbose: bool) -> int:
-    """Say what went wrong; the exit code."""
+def _refused(error: OSError, verbose: bool) -> int:
+    """Report what the operating system refused: a full disk, a name too long, a folder gone."""
+    from walltopo.cli.console import error_console
+
+    where = f"{error.filename}: " if error.filename else ""
+    error_console.print("error:", style="bold red", end=" ")
+    error_console.print(f"{where}{error.strerror or error}", soft_wrap=True)
+    if verbose:
+        error_console.print(traceback.format_exc(), soft_wrap=True)
+    if error.errno == errno.ENOSPC:  # stdout may be what is full: Python would flush it again
+        with suppress(OSError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return 3 if error.errno == errno.ENAMETOOLONG else 5
+
+
+def _report(error: Exception, stop: Stop, verbose: bool) -> int:
+    """Report what went wrong; return the exit code."""
     from walltopo.cli.console import error_console
     from walltopo.core import WalltopoError
 

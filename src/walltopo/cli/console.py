@@ -7,7 +7,9 @@ terminal, where it could colour, overwrite or forge lines.
 
 from __future__ import annotations
 
+import io
 import re
+import sys
 from collections.abc import Iterable
 
 from rich.console import Console, ConsoleOptions, RenderableType
@@ -37,6 +39,11 @@ class Terminal(Console):
             else:
                 yield Segment(visible(segment.text), segment.style)
 
+
+# A terminal that cannot show a character shows its code; it does not end the command.
+for _stream in (sys.stdout, sys.stderr):
+    if isinstance(_stream, io.TextIOWrapper):
+        _stream.reconfigure(errors="backslashreplace")
 
 console = Terminal(highlight=False, markup=False, emoji=False)
 error_console = Terminal(stderr=True, highlight=False, markup=False, emoji=False)

@@ -41,3 +41,18 @@ def _show(
 
     where = f"{filename}:{lineno}"
     error_console.print(f"{where}: {category.__name__}: {message}", style="dim", soft_wrap=True)
+
+
+@contextmanager
+def quiet_console(quiet: bool) -> Iterator[None]:
+    """Print nothing but errors while this is open, where `quiet` says so."""
+    if not quiet:
+        yield
+        return
+    from walltopo.cli.console import console
+
+    before, console.quiet = console.quiet, True
+    try:
+        yield
+    finally:
+        console.quiet = before

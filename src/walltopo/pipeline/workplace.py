@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from walltopo.core import BusyError, EnvironmentLacksError, InputError
-from walltopo.scans.folder import ScanFolder
+from walltopo.scans.folder import ScanFolder, owning_scan
 
 _LOCK = ".lock"
 
@@ -59,6 +59,12 @@ def _prepare(folder: ScanFolder) -> None:
     root = folder.root
     if root.exists() and not root.is_dir():
         raise InputError(f"{root}: is a file, expected a folder for the scan")
+    owner = owning_scan(root)
+    if owner is not None and owner.root != root.absolute():
+        raise InputError(
+            f"{root}: lies among the files of the scan {owner.root}",
+            "Choose another output folder; nothing was changed.",
+        )
     if root.is_dir() and not folder.manifest.exists() and _has_files(root):
         raise InputError(
             f"{root}: is not empty and not a scan folder",

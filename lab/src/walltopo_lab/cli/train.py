@@ -49,6 +49,7 @@ class _ByFirstWord(argparse.ArgumentParser):
     ) -> None:
         super().__init__(add_help=False)
         self._detector, self._others = detector, others
+        self.parser_without_word, self.parsers_by_word = detector, tuple(others.values())
         # What looks at a parser to tell of its options (shells' completion) sees the detector's.
         self._actions = detector._actions
         self._option_string_actions = detector._option_string_actions
