@@ -170,7 +170,7 @@ def test_same_input_same_files(make_scan: MakeScan) -> None:
 def test_without_meshoptimizer_it_says_so_and_goes_on(
     make_scan: MakeScan, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for module in ("surface", "tiers", "stage"):
+    for module in ("surface", "tiers", "outputs"):
         monkeypatch.setattr(f"walltopo.publish.{module}.available", lambda: False)
     notes: list[str] = []
 

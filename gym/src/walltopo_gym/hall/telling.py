@@ -15,7 +15,7 @@ from urllib.parse import urlsplit
 from uuid import UUID
 
 from dbos import DBOS, SetWorkflowID
-from sqlalchemy import delete, func, select
+from sqlalchemy import ColumnElement, delete, func, select
 from sqlalchemy.orm import Session
 
 from walltopo.core import InputError
@@ -79,7 +79,8 @@ class Telling:
         """
         begun = []
         with self.database.writing() as session:
-            mine = select(Message).where(Message.id.in_(_due(session)))
+            # Asked again with the lock: another worker may have begun some meanwhile.
+            mine = select(Message).where(Message.id.in_(_due(session)), *_is_due())
             for row in session.scalars(mine.with_for_update(skip_locked=True)).all():
                 if row.tries >= LAST_TRY:
                     _give_up(row, row.error or "the worker ended during the last try")
@@ -164,9 +165,13 @@ class Telling:
              private=self.settings.webhooks_to_private)  # fmt: skip
 
 
+def _is_due() -> tuple[ColumnElement[bool], ...]:
+    return Message.sent_at.is_(None), Message.next_at <= now()
+
+
 def _due(session: Session) -> list[UUID]:
     """Return what may be tried now: all mails, and of one gym only few messages to browsers."""
-    due = Message.sent_at.is_(None), Message.next_at <= now()
+    due = _is_due()
     turn = func.row_number().over(
         partition_by=Message.gym_id, order_by=(Message.next_at, Message.id)
     )

@@ -68,15 +68,17 @@ class Delivery:
         turn = func.row_number().over(
             partition_by=Webhook.gym_id, order_by=(WebhookEvent.next_at, WebhookEvent.id)
         )
+        is_due = WebhookEvent.next_at <= now(), WebhookEvent.tries < LAST_TRY
         due = (
             select(WebhookEvent.id, Webhook.gym_id)
             .join(Webhook, Webhook.id == WebhookEvent.webhook_id)
-            .where(WebhookEvent.next_at <= now(), WebhookEvent.tries < LAST_TRY)
+            .where(*is_due)
             .order_by(turn, WebhookEvent.next_at)
         )
         with self._database.writing() as session:
             chosen = fair_share(session.execute(due.limit(500)).all(), session.scalars(busy), _EACH)
-            mine = select(WebhookEvent).where(WebhookEvent.id.in_(chosen))
+            # Asked again with the lock: another worker may have begun some meanwhile.
+            mine = select(WebhookEvent).where(WebhookEvent.id.in_(chosen), *is_due)
             rows = session.scalars(mine.with_for_update(skip_locked=True)).all()
             for event in rows:
                 event.tries, event.begun_at = event.tries + 1, now()
