@@ -25,7 +25,8 @@ from walltopo.scans.attributes import Attributes, LeftOut
 from walltopo.scans.folder import ScanFolder, write_moves
 from walltopo.scans.holds import Holds
 from walltopo.scans.instances import InstanceTable
-from walltopo.scans.moves import Moves
+from walltopo.scans.moves import Moves, moves_basis
+from walltopo.scans.routes import Routes
 
 MakeScan = Callable[..., ScanFolder]
 
@@ -137,9 +138,19 @@ def test_the_page_asks_for_moves_where_there_are_some(make_scan: MakeScan) -> No
     scan = make_scan(cells=24)
     export_scan(scan)
     assert "moves.json" not in scan.page.read_text()
-    write_moves(scan, Moves(routes=()))
+    basis = moves_basis(Holds.load(scan.holds).holds, Routes.load(scan.routes).routes)
+    write_moves(scan, Moves(made_for=basis, routes=()))
     export_scan(scan)
     assert 'moves="moves.json"' in scan.page.read_text()
+
+
+def test_moves_of_other_holds_are_not_shown(make_scan: MakeScan) -> None:
+    scan = make_scan(cells=24)
+    holds = Holds.load(scan.holds).holds
+    basis = moves_basis(holds[1:], Routes.load(scan.routes).routes)
+    write_moves(scan, Moves(made_for=basis, routes=()))
+    export_scan(scan)
+    assert "moves.json" not in scan.page.read_text()
 
 
 def test_report_tells_what_went_wrong(make_scan: MakeScan) -> None:

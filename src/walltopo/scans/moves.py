@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import hashlib
+from collections.abc import Iterable
 from typing import Literal
 
 import msgspec
 
 from walltopo.scans.document import Coordinate, Count, Document, Label, Share
+from walltopo.scans.holds import HoldRow
+from walltopo.scans.routes import Route
 
 Limb = Literal["start", "left hand", "right hand", "left foot", "right foot"]
 
@@ -80,7 +84,18 @@ class Moves(Document, frozen=True, kw_only=True):
     Parameters
     ----------
     unit : how many units of the scan a metre is: 1 where it has a scale.
+    made_for : `moves_basis` of the holds and routes that the moves were found on.
     """
 
     unit: Coordinate = 1.0
+    made_for: str = ""
     routes: tuple[RouteMoves, ...]
+
+
+def moves_basis(holds: Iterable[HoldRow], routes: Iterable[Route]) -> str:
+    """Return a hash of what moves and grades depend on: moves of another hash are stale."""
+    basis = (
+        [(h.id, h.kind, h.type, h.role, h.position, h.normal, h.size) for h in holds],
+        [(r.id, r.holds, r.start, r.top, r.footholds, r.grade) for r in routes],
+    )
+    return hashlib.blake2b(msgspec.json.encode(basis), digest_size=16).hexdigest()

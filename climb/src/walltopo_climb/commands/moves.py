@@ -68,7 +68,7 @@ def _moves(args: argparse.Namespace) -> int:
     from walltopo.pipeline.runner import refresh
     from walltopo.pipeline.workplace import held
     from walltopo.scans.folder import ScanFolder, write_moves
-    from walltopo.scans.moves import GradeRow, Moves, RouteMoves
+    from walltopo.scans.moves import GradeRow, Moves, RouteMoves, moves_basis
     from walltopo.scans.routes import route_name
     from walltopo_climb.grades.model import shipped_model
     from walltopo_climb.grades.of_scan import grade_routes, place_routes
@@ -92,7 +92,8 @@ def _moves(args: argparse.Namespace) -> int:
         console.print(f"{route_name(route)}: {who_gets_up(climbers)}", soft_wrap=True)
     folder = ScanFolder(args.scan)
     with held(folder):
-        write_moves(folder, Moves(unit=unit, routes=tuple(rows)))
+        basis = moves_basis(holds, routes)
+        write_moves(folder, Moves(unit=unit, made_for=basis, routes=tuple(rows)))
         if folder.page.exists():
             refresh(folder, ["export"])  # the page asks for moves where there are some
     return 0

@@ -11,6 +11,7 @@ from walltopo.scans.artifacts import figures, of
 from walltopo.scans.context import Context
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.manifest import Metrics
+from walltopo.scans.moves import moves_basis
 from walltopo.scans.pictures import Made
 
 
@@ -41,7 +42,12 @@ def run(reads: PageFiles, settings: ExportSettings, context: Context) -> Writes:
 
     progress = context.progress
     wall = wall_of(reads, settings.title or context.title)
-    kept, moves = context.cache / TIERS, reads.moves is not None
+    basis = moves_basis(reads.holds.holds, reads.routes.routes)
+    kept, moves = context.cache / TIERS, reads.moves is not None and reads.moves.made_for == basis
+    if reads.moves is not None and not moves:
+        progress.note(
+            "moves.json was made for other holds or routes and is not shown: run `walltopo moves`"
+        )
     made = export_wall(wall, settings, context.scratch, progress, kept, moves=moves)
     progress.step("report", 1)
     report = context.scratch / "report.html"
