@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -14,7 +15,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from walltopo.cli import EXIT_CODES
+from walltopo.cli import EXIT_CODES, _report
+from walltopo.cli.stopping import Stop
 from walltopo.scans.manifest import Manifest
 
 DEFECT = """
@@ -142,3 +144,9 @@ def test_a_scan_inside_another_scan_is_refused(tmp_path: Path) -> None:
     assert done.returncode == 3
     assert b"lies among the files of the scan" in done.stderr
     assert not inside.exists()
+
+
+def test_an_interruption_that_a_library_turns_into_an_os_error_stays_one() -> None:
+    stop = Stop()
+    stop.number = signal.SIGINT
+    assert _report(OSError(4, "Interrupted system call"), stop, False) == 130

@@ -153,25 +153,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         except BrokenPipeError:
             sys.stderr.close()
             return 0
-        except OSError as error:
-            return _refused(error, getattr(args, "verbose", False))
         except Exception as error:
             return _report(error, stop, getattr(args, "verbose", False))
-
-
-def _refused(error: OSError, verbose: bool) -> int:
-    """Report what the operating system refused: a full disk, a name too long, a folder gone."""
-    from walltopo.cli.console import error_console
-
-    where = f"{error.filename}: " if error.filename else ""
-    error_console.print("error:", style="bold red", end=" ")
-    error_console.print(f"{where}{error.strerror or error}", soft_wrap=True)
-    if verbose:
-        error_console.print(traceback.format_exc(), soft_wrap=True)
-    if error.errno == errno.ENOSPC:  # stdout may be what is full: Python would flush it again
-        with suppress(OSError):
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    return 3 if error.errno == errno.ENAMETOOLONG else 5
 
 
 def _report(error: Exception, stop: Stop, verbose: bool) -> int:
@@ -194,6 +177,12 @@ def _report(error: Exception, stop: Stop, verbose: bool) -> int:
     if isinstance(error, MemoryError):
         tell("error:", "this machine's memory is too small for this input")
         return 5
+    if isinstance(error, OSError):
+        where = f"{error.filename}: " if error.filename else ""
+        tell("error:", f"{where}{error.strerror or error}")
+        if verbose:
+            error_console.print(traceback.format_exc(), soft_wrap=True)
+        return _refused(error)
     tell("defect in walltopo:", type(error).__name__)
     error_console.print(str(error), soft_wrap=True)
     if verbose:
@@ -201,6 +190,14 @@ def _report(error: Exception, stop: Stop, verbose: bool) -> int:
     else:
         error_console.print("run again with -v for the traceback, and report it", style="dim")
     return 70
+
+
+def _refused(error: OSError) -> int:
+    """Return the exit code for what the operating system refused: a full disk, a name too long."""
+    if error.errno == errno.ENOSPC:  # stdout may be what is full: Python would flush it again
+        with suppress(OSError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return 3 if error.errno == errno.ENAMETOOLONG else 5
 
 
 if __name__ == "__main__":

@@ -113,14 +113,16 @@ def scan(
         if not sources:
             raise InputError(f"{folder.root}: no photos given, and none were ingested before")
         ledger = Ledger(folder.work / "hashes.json", trust=not verify)
-        if not folder.manifest.exists():  # nothing is written where a stage could not run
+        new = not folder.manifest.exists()
+        if new:  # all stages are due, and nothing is written where one could not run
             _check(chosen, settings)
         note_sources(folder, sources, ledger)
         runner = _Runner(folder, manifest, settings, sources, listener, ledger, accept_changes)
         first = 0 if force else len(STAGES) if from_stage is None else stage_index(from_stage)
         forced = [stage for stage in chosen if stage_index(stage.name) >= first]
         due = runner.due(chosen, forced)
-        _check(due, settings)
+        if not new:
+            _check(due, settings)
         listener.scan_begins(runner.forecast(due))
         # Whoever has a mesh to make calls most kernels later; whoever has one knows most already.
         compiling = any(stage.name == "dense" for stage in due)

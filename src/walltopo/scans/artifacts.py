@@ -105,9 +105,15 @@ class Artifact(Generic[T]):
             self.write(self.in_folder(folder), value)
 
 
-def artifact(kind: type[S], path: str, made_by: str) -> Artifact[S]:
-    """Return the artifact of a type that loads and saves itself."""
-    return Artifact(path, made_by, kind.load, lambda file, value: value.save(file))
+def artifact(
+    kind: type[S], path: str, made_by: str, fingerprint: Callable[[Path], str] | None = None
+) -> Artifact[S]:
+    """Return the artifact of a type that loads and saves itself; `fingerprint` as in `Artifact`."""
+
+    def write(file: Path, value: S) -> None:
+        value.save(file)
+
+    return Artifact(path, made_by, kind.load, write, fingerprint=fingerprint)
 
 
 def optional_artifact(kind: type[S], path: str, made_by: str = "") -> Artifact[S | None]:

@@ -29,9 +29,7 @@ class ScanFolder:
     """One scan on disk; each attribute is a path, and on the class the artifact itself."""
 
     # The user's files that the scan is made from; the runner writes it before `ingest`.
-    sources = Artifact(
-        "sources.json", "", SourceList.load, SourceList.store, fingerprint=SourceList.fingerprint
-    )
+    sources = artifact(SourceList, "sources.json", "", SourceList.fingerprint)
     # Upright JPEG photos without personal EXIF, and the list of them and of what was left out.
     photos = artifact(PhotoSet, "photos", "ingest")
     photo_list = artifact(PhotoList, "photos.json", "ingest")

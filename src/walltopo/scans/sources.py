@@ -69,8 +69,3 @@ class SourceList(Document, frozen=True, kw_only=True):
                 "Give the photos again, or go on with what is there by --accept-changes.",
             )
         return sources
-
-    @staticmethod
-    def store(path: Path, sources: SourceList) -> None:
-        """Write the list, atomically."""
-        sources.save(path)
