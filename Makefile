@@ -14,13 +14,15 @@ TRAIN_ENV := OMP_NUM_THREADS=1 MALLOC_MMAP_THRESHOLD_=4000000000 MALLOC_TRIM_THR
 # Processes that the tests run in: browsers and servers wait much. 0: in this one.
 WORKERS ?= 2
 
-.PHONY: help demo gym test docs-check count audit test-ultralytics test-pythons lint docs site wheels sbom npm-package film moves-film viewer app pictures system system-venv system-compiler browser database clean train train-export
+.PHONY: help demo gym test test-all coverage docs-check count audit test-ultralytics test-pythons lint docs site wheels sbom npm-package film moves-film viewer app pictures system system-venv system-compiler browser database clean train train-export
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make demo     set up, scan the bundled photos, name the page to open"
 	@echo "make gym      set up, scan the bundled photos into a demo gym, serve it, name address and accounts"
-	@echo "make test     set up everything, run all tests"
+	@echo "make test     set up everything, run the quick tests (minutes)"
+	@echo "make test-all the same, and the slow tests: PostgreSQL, browsers, kills, wheels"
+	@echo "make coverage all tests, with the share of the lines that they run"
 	@echo "make test-ultralytics   the tests that need Ultralytics (AGPL-3.0), in an environment of its own"
 	@echo "make test-pythons       the quick tests on Python 3.12 and 3.13, where they are installed"
 	@echo "make train    train the shipped detector on one core until it is stopped; goes on where it stopped"
@@ -69,7 +71,14 @@ gym: $(VENV)/core-ready
 	$(BIN)/walltopo gym demo --data demo-gym --photos examples/demo-photos
 
 test: $(VENV)/dev-ready browser database
-	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --cov=walltopo --cov=walltopo_gym --cov-report=term:skip-covered
+	$(BIN)/python run_tests.py quick --workers $(WORKERS)
+
+test-all: $(VENV)/dev-ready browser database
+	$(BIN)/python run_tests.py all --workers $(WORKERS)
+
+# The tests take a good deal longer while their lines are counted.
+coverage: $(VENV)/dev-ready browser database
+	$(BIN)/python run_tests.py all --workers $(WORKERS) --cov=walltopo --cov=walltopo_gym --cov-report=term:skip-covered
 
 # Ultralytics is AGPL-3.0, so it is no part of `make test`.
 test-ultralytics: $(VENV)/dev-ready
@@ -91,8 +100,8 @@ test-pythons:
 	done
 
 lint: $(VENV)/dev-ready
-	$(BIN)/ruff format --check src climb lab gym tests examples conftest.py
-	$(BIN)/ruff check src climb lab gym tests examples conftest.py
+	$(BIN)/ruff format --check src climb lab gym tests examples conftest.py run_tests.py
+	$(BIN)/ruff check src climb lab gym tests examples conftest.py run_tests.py
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 

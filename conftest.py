@@ -13,9 +13,33 @@ from typing import NoReturn
 import pytest
 from hypothesis import HealthCheck, settings
 
-# How fast a machine is at the moment says nothing about the code.
-settings.register_profile("patient", deadline=None, suppress_health_check=[HealthCheck.too_slow])
-settings.load_profile("patient")
+# How fast a machine is at the moment says nothing about the code. A test's settings that name other
+# health checks replace this list.
+_PATIENT = settings(
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
+)
+# The check of a commit draws the same examples each time; `make test-all` draws new ones.
+settings.register_profile("same", _PATIENT, derandomize=True)
+settings.register_profile("random", _PATIENT)
+settings.load_profile("same")
+
+_LONGEST = "test_gym_app.py"
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark what runs in `make test-all` alone, and begin with the files that take longest."""
+    for item in items:
+        if "postgresql" in _databases(item) and not item.get_closest_marker("both_databases"):
+            item.add_marker(pytest.mark.slow)
+    slow = {item.path for item in items if item.get_closest_marker("slow")}
+    items.sort(key=lambda item: (item.path.name != _LONGEST, item.path not in slow))
+
+
+def _databases(item: pytest.Item) -> list[object]:
+    """The database that a test of the platform runs on, where it runs on each of two."""
+    call = getattr(item, "callspec", None)
+    return [] if call is None else [v for v in call.params.values() if isinstance(v, str)]
 
 
 def _data_root() -> Path:

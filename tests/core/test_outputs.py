@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from walltopo.core import InputError
@@ -221,9 +221,7 @@ names = st.sampled_from(["a", "b", "c/d", "c/e"])
 files = st.dictionaries(names, st.sampled_from(["1", "2"]))
 
 
-@settings(
-    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(max_examples=60)
 @given(first=files, user=files, second=files)
 def test_no_byte_of_a_user_is_lost(
     tmp_path_factory: pytest.TempPathFactory,

@@ -38,10 +38,11 @@ def test_mypy_sees_wrong_arguments_at_the_caller(tmp_path: Path) -> None:
         check=False,
         timeout=570,
     )
-    told = {
+    output = {
         (int(row.split(":")[1]), row.rpartition("[")[2].rstrip("]"))
         for row in done.stdout.splitlines()
-        if row.startswith(str(snippet)) and ": error:" in row
+        # A second run may show the path of the first one, from mypy's cache.
+        if f"/{snippet.name}:" in row and ": error:" in row
     }
     expected = {(number, code) for number, (_, code) in enumerate(LINES, start=1) if code}
-    assert told == expected, done.stdout + done.stderr
+    assert output == expected, done.stdout + done.stderr

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from numpy.typing import NDArray
@@ -20,9 +20,7 @@ from walltopo.scans.detections import Detections
 from walltopo.scans.instances import InstanceTable
 from walltopo.scans.pictures import TextureUv
 
-in_one_folder = settings(
-    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+in_one_folder = settings(max_examples=60)
 BITMAPS = hnp.arrays(np.bool_, st.tuples(st.integers(1, 12), st.integers(1, 12)))
 MASKS = st.builds(
     Mask.from_full, BITMAPS, st.integers(1, 2), st.floats(0, 1, exclude_min=True, width=32)

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from any_value import any_of  # type: ignore[import-not-found]
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from msgspec.structs import replace
 
 from walltopo.core import InputError
@@ -32,9 +32,7 @@ DOCUMENTS: list[Any] = [
     Routes,
     Scale,
 ]
-in_one_folder = settings(
-    max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+in_one_folder = settings(max_examples=40)
 METRES = Scale(method="measure", scale=1.0, metric=True, up_known=True, floor_known=True)
 
 

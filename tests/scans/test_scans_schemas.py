@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from any_value import any_of  # type: ignore[import-not-found]
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from jsonschema import Draft202012Validator, ValidationError
 
 from walltopo.scans.detections import CocoFile
@@ -34,9 +34,7 @@ def read(path: Path) -> Any:
 def test_whatever_is_saved_is_valid(file: str, tmp_path: Path) -> None:
     check_schema = validator(file)
 
-    @settings(
-        max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-    )
+    @settings(max_examples=25)
     @given(any_of(SCHEMAS[file]))
     def check(value: Any) -> None:
         path = tmp_path / Path(file).name

@@ -9,7 +9,7 @@ from uuid import UUID, uuid4
 import pytest
 from gym.tests.competitions.contest import Contest
 from gym.tests.worlds import World, make_world
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from sqlalchemy import update
 
@@ -137,7 +137,7 @@ EVENTS = st.lists(
 
 
 @given(events=EVENTS)
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60)
 def test_no_events_of_a_competitor_change_whether_a_judges_event_counts(
     judged: tuple[Contest, str, list[UUID]],
     events: list[tuple[Kind, int | None, int | None, int | None]],
