@@ -27,6 +27,7 @@ settings.load_profile("same")
 _LONGEST = "test_gym_app.py"
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark what runs in `make test-all` alone, and begin with the files that take longest."""
     for item in items:

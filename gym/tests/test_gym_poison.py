@@ -180,6 +180,7 @@ def test_photos_that_cannot_be_compared_are_set_aside(
     assert [claimed[0] for claimed in overlaps.claim()] == [broken[0]]
 
 
+@pytest.mark.slow
 def test_a_wall_that_cannot_be_placed_is_set_aside(
     worlds: tuple[World, World], clock: Clock, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -38,6 +38,7 @@ def test_correct_and_export(copied: Path) -> None:
     assert len(EditLog.load(copied / "edits.json").edits) == 2
 
 
+@pytest.mark.slow
 def test_compare_resets(tiny_scan: Path) -> None:
     """A wall compared with itself: all stayed."""
     holds = len(Holds.load(tiny_scan / "holds.json").holds)
@@ -55,6 +56,7 @@ def test_gym_statistics(tiny_scan: Path) -> None:
     assert rows[1].split(",")[3] == str(len(routes[0].holds))
 
 
+@pytest.mark.slow
 def test_lift_own_data_of_a_scene_that_is_not_climbing(tmp_path: Path) -> None:
     """Twelve things and the table top; both layouts of cameras give the same."""
     run("table_scene", tmp_path)

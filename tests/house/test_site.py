@@ -84,6 +84,7 @@ def foreign(target: str) -> bool:
     return bool(urlsplit(target).scheme or urlsplit(target).netloc)
 
 
+@pytest.mark.slow
 def test_every_link_leads_somewhere(pages: dict[Path, Page]) -> None:
     """Pages, places in them, pictures, records, schemas."""
     broken = []
@@ -121,6 +122,7 @@ def test_the_pictures_of_a_tutorial_are_small(
     assert sum(file.stat().st_size for file in pictures) <= MOST_PICTURE_BYTES
 
 
+@pytest.mark.slow
 def test_every_page_can_be_reached(site: Path, pages: dict[Path, Page]) -> None:
     reached, ahead = set(), [site / "index.html"]
     while ahead:
@@ -179,6 +181,7 @@ def address(site: Path) -> Iterator[str]:
         server.shutdown()
 
 
+@pytest.mark.slow
 def test_main_pages_are_for_everybody(address: str, lacks: Callable[[str], NoReturn]) -> None:
     """WCAG 2.2 AA by axe, in light and dark, wide and narrow; no other host is asked."""
     viewer = ROOT / "viewer"

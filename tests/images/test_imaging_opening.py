@@ -62,6 +62,7 @@ def test_all_else_is_not(tmp_path: Path, image_format: str, read: object) -> Non
         read(tmp_path / "a.jpg")
 
 
+@pytest.mark.slow
 def test_too_many_pixels_are_refused_and_pillows_own_bound_stays(tmp_path: Path) -> None:
     bound = Image.MAX_IMAGE_PIXELS
     Image.new("1", (30_000, 30_000)).save(tmp_path / "a.png")

@@ -55,6 +55,7 @@ def halve(file: Path) -> None:
     file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
 
 
+@pytest.mark.slow
 def test_each_damaged_file_is_found(wall: Path) -> None:
     scan([], wall, SETTINGS)
     for stage, name in outputs(wall):

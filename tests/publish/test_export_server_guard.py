@@ -415,6 +415,7 @@ def test_another_host_answers_to_that_name_alone() -> None:
     assert not address.local
 
 
+@pytest.mark.slow
 def test_in_a_network_reading_is_open_and_saving_needs_the_token(tmp_path: Path) -> None:
     """127.0.0.2 stands for an address in the network: it is another one of this machine."""
     scan = build(tmp_path / "scan")

@@ -76,6 +76,7 @@ def test_hostile_shapes_are_named(tmp_path: Path, shape: Any, named: str) -> Non
         Detections.load(_file(tmp_path, 10, 8, [shape]))
 
 
+@pytest.mark.slow
 def test_masks_that_fill_the_memory_are_refused(tmp_path: Path) -> None:
     shape = {"size": [16_000, 15_000], "counts": [0, 240_000_000]}
     with pytest.raises(InputError, match=r"annotation 4: .*memory"):

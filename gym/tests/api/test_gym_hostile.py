@@ -7,6 +7,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import Any
 
+import pytest
 import schemathesis
 from gym.tests.worlds import Server, World, make_world
 from hypothesis import HealthCheck, Phase, given, seed, settings
@@ -64,6 +65,7 @@ def _known(world: World) -> list[tuple[str, str]]:
     return [(name, str(value)) for name, value in found.items()]
 
 
+@pytest.mark.slow
 def test_no_request_finds_a_defect(server: Server) -> None:
     """Good values and bad ones at every endpoint, by an owner, a program, and nobody."""
     asker = Asker(server)

@@ -292,6 +292,7 @@ def test_a_grade_outside_of_its_range_is_listed_with_its_side(world: World) -> N
     assert len(table) == len(answer["odd"]) + 1
 
 
+@pytest.mark.slow
 def test_a_worker_places_what_a_body_gets_up(world: World) -> None:
     """A ladder of jugs is climbed, two holds out of reach of each other are not."""
     ladder = [hold(n, 0.2 * (n % 2), 0.4 + 0.35 * n) for n in range(1, 9)]

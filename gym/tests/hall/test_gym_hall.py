@@ -240,6 +240,7 @@ def a_route(number: int) -> Route:
                  setter="Jana", set_on=date(2026, 3, 1))  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("size", "pages"), [("a4", 300), ("a7", 38)])
 def test_three_hundred_cards(size: Any, pages: int) -> None:
     rows = [a_route(number) for number in range(1, 301)]

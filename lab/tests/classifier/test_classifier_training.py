@@ -136,6 +136,7 @@ def test_one_class_is_no_choice(tmp_path: Path) -> None:
         read_cutouts([tmp_path / "set"], "type", 32)
 
 
+@pytest.mark.slow
 def test_the_command_trains_a_network_that_names_shapes(folders: Path, tmp_path: Path) -> None:
     (folders / "classes.toml").write_text('[[class]]\nname = "ring"\ncolour = "sea"\n')
     out = tmp_path / "shapes.onnx"

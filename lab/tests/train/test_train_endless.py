@@ -215,6 +215,7 @@ class Killed(Silent):
             raise RuntimeError("killed")
 
 
+@pytest.mark.slow
 def test_a_killed_run_goes_on(small_world: tuple[Path, shipped.State]) -> None:
     data, state = small_world
     with pytest.raises(RuntimeError, match="killed"):
@@ -234,6 +235,7 @@ def test_a_killed_run_goes_on(small_world: tuple[Path, shipped.State]) -> None:
     assert page.count("<tr>") == 1 + len(second.history)
 
 
+@pytest.mark.slow
 def test_export_compares_with_the_shipped_network(
     small_world: tuple[Path, shipped.State], tmp_path: Path
 ) -> None:
@@ -278,6 +280,7 @@ def test_masks_are_matched_with_drawn_outlines() -> None:
     assert figures_of([found], [sample], [True])["mask50_hold"] == pytest.approx(51 / 101)
 
 
+@pytest.mark.slow
 def test_validation_photos_are_not_trained_on(small_world: tuple[Path, shipped.State]) -> None:
     data, state = small_world
     sets, shares = shipped_sets.open_shipped_sets(data, state.rendered, state.prepared, Silent())
@@ -289,6 +292,7 @@ def test_validation_photos_are_not_trained_on(small_world: tuple[Path, shipped.S
     assert not {source_of(n) for n in held_out} & {source_of(n) for n in sets[0].train}
 
 
+@pytest.mark.slow
 def test_one_run_a_folder(small_world: tuple[Path, shipped.State]) -> None:
     _, state = small_world
     with state.only_run(), pytest.raises(InputError, match="using"), state.only_run():

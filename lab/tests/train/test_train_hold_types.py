@@ -74,6 +74,7 @@ def test_what_is_no_hold_of_one_type_is_there() -> None:
     assert sum((heights > 0).any() for heights, _ in things) >= 15
 
 
+@pytest.mark.slow
 def test_a_short_training_gives_a_network_that_knows_what_it_knows(tmp_path: Path) -> None:
     path = tmp_path / "types.onnx"
     certain = fit_hold_types(path, [], Silent(), size=0.05)

@@ -143,6 +143,7 @@ def test_plot_of_a_short_history(tmp_path: Path) -> None:
     assert "held-out AP50" in drawn
 
 
+@pytest.mark.slow
 def test_an_exported_network_comes_back(tmp_path: Path) -> None:
     torch.manual_seed(1)
     net = build_net(SMALL)

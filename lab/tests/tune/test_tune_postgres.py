@@ -23,6 +23,7 @@ def database(postgres: str, lacks: Callable[[str], NoReturn]) -> str:
     return f"postgresql+{driver}://{postgres}/postgres"
 
 
+@pytest.mark.slow
 def test_two_machines_share_a_search(
     tmp_path: Path, make_gym: Callable[[Path], None], database: str
 ) -> None:

@@ -37,6 +37,7 @@ def done(tiny_photos: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_a_killed_scan_is_done_again(done: Path) -> None:
     outcomes = {Path(o["out"]).name: o for o in json.loads((done / "out.json").read_text())}
     assert {name: o["state"] for name, o in outcomes.items()} == {

@@ -38,6 +38,7 @@ def bucket() -> Iterator[str]:
     server.stop()
 
 
+@pytest.mark.slow
 def test_from_a_bucket_and_back(bucket: str, tiny_photos: Path) -> None:
     photos = from_url(f"{bucket}/photos")
     for photo in tiny_photos.iterdir():

@@ -40,6 +40,7 @@ def cluster(lacks: Callable[[str], NoReturn]) -> Iterator[None]:
 # Functions of a test are carried whole: the cluster's processes cannot import it.
 
 
+@pytest.mark.slow
 def test_more_than_any_machine_has(cluster: None) -> None:
     with pytest.raises(EnvironmentLacksError, match="no machine"):
         list(run_on_cluster([], 4096, GB))
@@ -58,6 +59,7 @@ def alone(tiny_photos: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
+@pytest.mark.slow
 def test_a_batch_with_a_killed_worker(
     cluster: None, alone: Path, tiny_photos: Path, tmp_path: Path
 ) -> None:

@@ -166,6 +166,7 @@ def test_a_picture_beyond_the_budget_says_so(tmp_path: Path) -> None:
     assert "more than the 1 MiB that are allowed" in done.reasons[0]
 
 
+@pytest.mark.slow
 def test_pixels_without_end_are_refused_before_they_are_decoded(tmp_path: Path) -> None:
     Image.new("1", (30_000, 30_000)).save(tmp_path / "bomb.png")
     with (

@@ -20,6 +20,7 @@ from walltopo.scans.colmap_model import read_views
 SPARSE = [0, 3, 6, 9, 21, 24]  # every third photo of two rows, at half size
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("features", "means"), [("auto", "closer"), ("xfeat", "learned")])
 def test_photos_far_apart_register(features: str, means: str, gym_a: Path, tmp_path: Path) -> None:
     scan = put_photos(tmp_path / "scan", chosen(gym_a, SPARSE), 474.0)

@@ -73,6 +73,7 @@ def test_a_second_run_reuses_features_and_is_the_same(reference: ScanFolder) -> 
     assert Steps.seen == ["register photos", "refine all together"]
 
 
+@pytest.mark.slow
 def test_an_update_lands_in_the_frame_of_its_reference(
     reference: ScanFolder, data_root: Path, gym_a: Path, tmp_path: Path
 ) -> None:
@@ -97,6 +98,7 @@ def test_an_update_lands_in_the_frame_of_its_reference(
         assert np.median(np.abs(across - np.linalg.norm(truth, axis=2))) < 0.01
 
 
+@pytest.mark.slow
 def test_photos_of_another_wall_are_refused(
     reference: ScanFolder, data_root: Path, tmp_path: Path
 ) -> None:
